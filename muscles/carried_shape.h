@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "muscles/path.h"
+#include "muscles/weights.h"
+#include "rig/mesh.h"
+
+namespace thew {
+
+/// The traced path with its corners rounded, sampled at equal distances, with a frame per sample
+/// that turns as little as possible and shares the twist between origin and insertion.
+struct CarryCurve {
+  std::vector<Vec3> points;
+  std::vector<Mat3> frames;  ///< columns: tangent, normal, binormal
+  double length = 0.0;       ///< m
+};
+
+/// How a muscle's rest shape is carried along its present path. Tendons are rigid: the belly, from
+/// `belly[0]` to `belly[1]`, takes all the change of length, and swells by what it shortens.
+struct CarriedShape {
+  MusclePath path;
+  std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest curve
+  double rest_path_length = 0.0;             ///< m, of the exact path
+  double rest_curve_length = 0.0;            ///< m, of the rounded one
+  std::array<Mat3, 2> rest_end_frames;       ///< curve's ends in the frames of their bodies
+
+  // By node.
+  std::vector<double> along;          ///< m along the rest curve
+  std::vector<Vec3> offset;           ///< from the curve, in its frame
+  std::vector<double> stretch_share;  ///< share of the belly's change of length before the node, 0..1
+  std::vector<double> stretch_rate;   ///< its derivative, 1/m: 0 in the tendons
+  std::vector<double> bulge;          ///< b w(u): how much of the belly's swelling the node takes
+};
+
+/// What the carried shape is at one pose.
+struct CarriedPose {
+  CarryCurve curve;
+  double path_length = 0.0;   ///< m, musculotendon, exact
+  double change = 0.0;        ///< m, by which the curve is longer than at rest
+};
+
+/// `belly` in m along the rest path. `weights` shape the bulge along the belly; its mean effect is
+/// scaled so that the carried shape keeps its volume.
+CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
+                                const std::array<double, 2>& belly, const WeightProfile& weights);
+
+CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose);
+
+/// Local stretch of the belly at a node, 1 in the tendons.
+double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);
+
+/// The carried shape itself (shape.md: g^2 = 1 + b w (1/s - 1)); offsets in the belly are scaled by
+/// `scale` besides. With `swell` false offsets keep their size. One row per node.
+void carried_positions(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
+                       Rows& positions);
+
+/// Axis coordinate 0..1 along the belly (clamped), where weights are given.
+double belly_coordinate(const CarriedShape& shape, int node);
+
+/// u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendons: for drawing fibres.
+std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node);
+
+/// Point and tangent of the curve at `along` m of the rest curve.
+void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
+              Vec3& tangent);
+
+}  // namespace thew

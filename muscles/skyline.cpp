@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "muscles/skyline.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rig/vectorise.h"
+
+namespace thew {
+namespace {
+
+using Adjacency = std::vector<std::vector<int>>;
+
+// Breadth-first order from `root` over nodes not yet marked, neighbours by rising degree.
+std::vector<int> breadth_first(const Adjacency& adjacency, int root, std::vector<char>& marked) {
+  std::vector<int> order{root};
+  marked[root] = 1;
+  for (size_t head = 0; head < order.size(); ++head) {
+    const size_t begin = order.size();
+    for (int next : adjacency[order[head]]) {
+      if (marked[next]) continue;
+      marked[next] = 1;
+      order.push_back(next);
+    }
+    std::stable_sort(order.begin() + begin, order.end(), [&](int a, int b) {
+      return adjacency[a].size() < adjacency[b].size();
+    });
+  }
+  return order;
+}
+
+// Reverse Cuthill-McKee, started from an end of each component (the last node of a first sweep).
+std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<char>& driven) {
+  std::vector<int> order;
+  std::vector<char> marked(driven), swept(driven);
+  for (size_t node = 0; node < adjacency.size(); ++node) {
+    if (marked[node]) continue;
+    const int end = breadth_first(adjacency, static_cast<int>(node), swept).back();
+    const std::vector<int> component = breadth_first(adjacency, end, marked);
+    order.insert(order.end(), component.rbegin(), component.rend());
+  }
+  return order;
+}
+
+// Sum of a[k] b[k] in a fixed order of eight lanes, whatever the processor's width.
+inline double dot(const double* a, const double* b, int count) {
+  RowPair sum = {};
+  int k = 0;
+  for (; k + 8 <= count; k += 8) {
+    RowPair u, v;
+    __builtin_memcpy(&u, a + k, sizeof u);
+    __builtin_memcpy(&v, b + k, sizeof v);
+    sum += u * v;
+  }
+  double tail = 0.0;
+  for (; k < count; ++k) tail += a[k] * b[k];
+  return (((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]))) + tail;
+}
+
+}  // namespace
+
+Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
+                     const std::vector<char>& driven) {
+  Adjacency adjacency(nodes);
+  for (const auto& [a, b] : pairs) {
+    if (driven[a] || driven[b]) continue;
+    adjacency[a].push_back(b);
+    adjacency[b].push_back(a);
+  }
+  Skyline matrix;
+  matrix.order = short_row_order(adjacency, driven);
+  matrix.position.assign(nodes, -1);
+  for (int i = 0; i < matrix.size(); ++i) matrix.position[matrix.order[i]] = i;
+  matrix.first.resize(matrix.size());
+  matrix.start.resize(matrix.size() + 1, 0);
+  for (int i = 0; i < matrix.size(); ++i) {
+    int first = i;
+    for (int neighbour : adjacency[matrix.order[i]]) {
+      first = std::min(first, matrix.position[neighbour]);
+    }
+    matrix.first[i] = first;
+    matrix.start[i + 1] = matrix.start[i] + (i - first + 1);
+  }
+  matrix.values.assign(matrix.start.back(), 0.0);
+  return matrix;
+}
+
+void add_entry(Skyline& matrix, int a, int b, double k) {
+  const int i = std::max(matrix.position[a], matrix.position[b]);
+  const int j = std::min(matrix.position[a], matrix.position[b]);
+  if (j < 0) return;
+  matrix.values[matrix.start[i] + (j - matrix.first[i])] += k;
+}
+
+THEW_VECTORISED
+bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineFactor& factor) {
+  const int n = matrix.size();
+  factor.values.resize(matrix.values.size());
+  factor.inverse_diagonal.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const int first = matrix.first[i];
+    const double* values = matrix.values.data() + matrix.start[i];
+    double* row = factor.values.data() + matrix.start[i];
+    for (int j = first; j < i; ++j) {
+      const int from = std::max(first, matrix.first[j]);
+      const double* other = factor.values.data() + matrix.start[j] + (from - matrix.first[j]);
+      row[j - first] =
+          (values[j - first] - dot(row + (from - first), other, j - from)) *
+          factor.inverse_diagonal[j];
+    }
+    const double pivot = values[i - first] + extra[i] - dot(row, row, i - first);
+    if (!(pivot > 0.0)) return false;
+    row[i - first] = std::sqrt(pivot);
+    factor.inverse_diagonal[i] = 1.0 / row[i - first];
+  }
+  return true;
+}
+
+THEW_VECTORISED
+void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b) {
+  const int n = matrix.size();
+  for (int i = 0; i < n; ++i) {
+    const int first = matrix.first[i], count = i - first;
+    const double* row = factor.values.data() + matrix.start[i];
+    const RowPair* x = b.data() + first;
+    RowPair even = b[i], odd = {};
+    int k = 0;
+    for (; k + 2 <= count; k += 2) {
+      even -= row[k] * x[k];
+      odd -= row[k + 1] * x[k + 1];
+    }
+    if (k < count) even -= row[k] * x[k];
+    b[i] = (even + odd) * factor.inverse_diagonal[i];
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    const int first = matrix.first[i], count = i - first;
+    const double* row = factor.values.data() + matrix.start[i];
+    const RowPair xi = b[i] * factor.inverse_diagonal[i];
+    b[i] = xi;
+    RowPair* x = b.data() + first;
+    for (int k = 0; k < count; ++k) x[k] -= row[k] * xi;
+  }
+}
+
+}  // namespace thew

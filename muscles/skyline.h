@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "rig/types.h"
+
+namespace thew {
+
+/// Two rows side by side: two right-hand sides of three coordinates, solved in one pass.
+using RowPair = double __attribute__((vector_size(64)));
+using RowPairs = std::vector<RowPair, AlignedAllocator<RowPair>>;
+
+/// A symmetric positive definite matrix, its rows kept from the first entry to the diagonal.
+/// Surfaces of tubes have short rows when numbered well.
+struct Skyline {
+  std::vector<int> order;         ///< order[new] = old index
+  std::vector<int> position;      ///< position[old] = new index, -1: not an unknown
+  std::vector<int> first;         ///< first column of each row
+  std::vector<std::size_t> start; ///< of each row's entries; row i holds columns first[i]..i
+  std::vector<double> values;
+
+  int size() const { return static_cast<int>(order.size()); }
+};
+
+/// A Cholesky factor in the same layout.
+struct SkylineFactor {
+  std::vector<double> values;
+  std::vector<double> inverse_diagonal;
+};
+
+/// Orders the nodes that are not `driven` to keep the rows short (reverse Cuthill-McKee) and
+/// makes room for an entry per pair. All values are zero.
+Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
+                     const std::vector<char>& driven);
+
+/// values(a, b) += k by old indices, where both are unknowns.
+void add_entry(Skyline& matrix, int a, int b, double k);
+
+/// Cholesky factor of values + diag(extra), extra by new index. False where not positive definite.
+bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineFactor& factor);
+
+/// Solves in place, b by new index.
+void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b);
+
+}  // namespace thew

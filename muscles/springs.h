@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "rig/mesh.h"
+
+namespace thew {
+
+/// Material of a muscle's surface, per width, so that refining the mesh leaves it as it was.
+struct SpringMaterial {
+  double young = 1000.0;       ///< membrane stiffness across the fibres, N/m
+  double anisotropy = 10.0;    ///< stiffness along the fibres over across
+  double shear = 0.2;          ///< share of `young` in the springs between opposite vertices
+  double bending = 1e-4;       ///< N m, in the same springs
+  double density = 1060.0;     ///< kg/m^3
+};
+
+/// Structural springs (edges) first, then shear and bending springs (vertices opposite each edge).
+struct Springs {
+  std::vector<std::array<int, 2>> nodes;
+  std::vector<double> stiffness;    ///< N/m
+  std::vector<double> rest_length;  ///< m
+  std::vector<double> fibre_share;  ///< cos^2 of the angle to the fibres, at rest
+  int structural = 0;               ///< number of edges
+};
+
+/// k = Y(a) A / L^2, A a third of the two triangles' area, a the angle between edge and fibre,
+/// Y = young (1 + (anisotropy - 1) cos^4 a); opposite vertices: shear * Y A / L^2 + bending / L^2
+/// scaled so that a plate's bending energy does not depend on the mesh. `fibres`: unit direction
+/// per vertex, or empty for an isotropic material.
+Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
+                     const SpringMaterial& material);
+
+/// Mass (kg) per node: density * enclosed volume, spread by a third of each triangle's area.
+std::vector<double> lumped_masses(const TriMesh& mesh, double density);
+
+/// f += spring forces (N) at positions x with the given rest lengths.
+void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
+                       const Rows& x, Rows& f);
+
+/// Elastic energy (J).
+double spring_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x);
+
+/// Upper bound of the highest angular frequency squared (1/s^2) over free nodes, by Gershgorin:
+/// max over nodes of 2 * sum k / m. An explicit step is stable below 2 / sqrt of it.
+double highest_frequency_squared(const Springs& springs, const std::vector<double>& mass,
+                                 const std::vector<char>& driven);
+
+}  // namespace thew

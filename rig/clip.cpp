@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/clip.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "rig/math.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+constexpr double kAngleSlack = 0.5 * kDegree;  // rad
+constexpr double kLengthSlack = 0.5e-3;        // m
+constexpr double kRounding = 1e-12;            // of kAngleSlack: half a degree itself passes
+
+[[noreturn]] void refuse(const std::string& place, const std::string& what) {
+  throw Error(ExitCode::kInput, place + ": " + what);
+}
+
+void check_shape(const Clip& clip, const std::string& place) {
+  if (clip.times.empty()) refuse(place, "the clip has no keys; give it at least one");
+  if (clip.values.size() != clip.times.size()) {
+    refuse(place, "the clip has " + std::to_string(clip.times.size()) + " times and " +
+                      std::to_string(clip.values.size()) + " rows of values; give one row a time");
+  }
+  for (size_t k = 0; k < clip.times.size(); ++k) {
+    if (!std::isfinite(clip.times[k]) || (k > 0 && clip.times[k] <= clip.times[k - 1])) {
+      refuse(place, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
+                        " is not after the one before; sort the keys");
+    }
+    if (clip.values[k].size() != clip.joints.size()) {
+      refuse(place, "key " + std::to_string(k + 1) + ": " + std::to_string(clip.values[k].size()) +
+                        " values for " + std::to_string(clip.joints.size()) +
+                        " joints; give one each");
+    }
+  }
+}
+
+int checked_joint(const Clip& clip, size_t column, const Skeleton& skeleton,
+                  const std::string& place) {
+  const std::string& name = clip.joints[column];
+  const int joint = find_joint(skeleton, name);
+  const std::string at = "joint \"" + name + "\"";
+  if (joint < 0) {
+    refuse(place, at + " is not in the rig" + did_you_mean(name, skeleton.joint_names) +
+                      "; correct the name or leave the column out");
+  }
+  if (skeleton.joint_types[joint] == Skeleton::JointType::kFixed) {
+    refuse(place, at + " is fixed; leave its column out");
+  }
+  if (clip.angles_only && skeleton.joint_types[joint] == Skeleton::JointType::kPrismatic) {
+    refuse(place, at + " is prismatic, but the file is in degrees; give it in m by a CSV");
+  }
+  if (std::find(clip.joints.begin(), clip.joints.begin() + static_cast<long>(column), name) !=
+      clip.joints.begin() + static_cast<long>(column)) {
+    refuse(place, at + " is driven by two columns; leave one out");
+  }
+  return joint;
+}
+
+// "130.2 deg", "0.01 m": limits and values as the user thinks of them.
+std::string value_text(double value, bool is_angle) {
+  return is_angle ? number_text(value / kDegree) + " deg" : number_text(value) + " m";
+}
+
+void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint,
+                  const std::string& place, std::vector<std::string>& warnings) {
+  const bool is_angle = skeleton.joint_types[joint] != Skeleton::JointType::kPrismatic;
+  const double lower = skeleton.lower[joint], upper = skeleton.upper[joint];
+  const double slack = is_angle ? kAngleSlack : kLengthSlack;
+  const std::string at = "joint \"" + clip.joints[column] + "\"";
+  const std::string range =
+      "[" + value_text(lower, is_angle) + ", " + value_text(upper, is_angle) + "]";
+  int clamped = 0;
+  double largest = 0.0;
+  for (size_t k = 0; k < clip.times.size(); ++k) {
+    double& value = clip.values[k][column];
+    const std::string when = " at " + number_text(clip.times[k]) + " s";
+    if (!std::isfinite(value)) refuse(place, at + " is not finite" + when + "; correct the key");
+    const double inside = std::clamp(value, lower, upper);
+    const double beyond = std::fabs(value - inside);
+    if (beyond > slack * (1.0 + kRounding)) {
+      refuse(place, at + " is " + value_text(value, is_angle) + when + ", outside its range " +
+                        range + "; correct the key, its unit or the rig's limits");
+    }
+    clamped += beyond > 0.0;
+    largest = std::max(largest, beyond);
+    value = inside;
+  }
+  if (clamped == 0) return;
+  warnings.push_back(place + ": " + at + ": " + std::to_string(clamped) + " of " +
+                     std::to_string(clip.times.size()) + " keys clamped to " + range +
+                     ", by at most " + value_text(largest, is_angle));
+}
+
+double secant(const Clip& clip, size_t k, size_t column) {
+  return (clip.values[k + 1][column] - clip.values[k][column]) /
+         (clip.times[k + 1] - clip.times[k]);
+}
+
+// Slope at a key: the weighted harmonic mean of the secants beside it, which keeps each interval
+// monotone (Fritsch, Carlson 1980; Fritsch, Butland 1984); zero at a turning point and, because
+// the value is held outside the range, at both ends.
+double slope(const Clip& clip, size_t k, size_t column) {
+  if (k == 0 || k + 1 == clip.times.size()) return 0.0;
+  const double before = secant(clip, k - 1, column), after = secant(clip, k, column);
+  if (!(before > 0.0 && after > 0.0) && !(before < 0.0 && after < 0.0)) return 0.0;
+  const double h0 = clip.times[k] - clip.times[k - 1], h1 = clip.times[k + 1] - clip.times[k];
+  const double w0 = 2.0 * h1 + h0, w1 = h1 + 2.0 * h0;
+  return (w0 + w1) / (w0 / before + w1 / after);
+}
+
+// Cubic Hermite between key k and the next, u in [0, 1].
+double smooth_value(const Clip& clip, size_t k, size_t column, double u) {
+  const double a = clip.values[k][column], b = clip.values[k + 1][column];
+  const double h = clip.times[k + 1] - clip.times[k], rest = 1.0 - u;
+  const double value =
+      a + (b - a) * u * u * (3.0 - 2.0 * u) +
+      h * u * rest * (rest * slope(clip, k, column) - u * slope(clip, k + 1, column));
+  return std::clamp(value, std::min(a, b), std::max(a, b));  // rounding must not overshoot either
+}
+
+}  // namespace
+
+void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& place,
+                std::vector<std::string>& warnings) {
+  check_shape(clip, place);
+  for (size_t column = 0; column < clip.joints.size(); ++column) {
+    const int joint = checked_joint(clip, column, skeleton, place);
+    clamp_column(clip, column, skeleton, joint, place, warnings);
+  }
+}
+
+void sample_clip(const Clip& clip, const Skeleton& skeleton, double time,
+                 std::vector<double>& joint_values) {
+  assert(!clip.times.empty());
+  joint_values.assign(skeleton.body_names.size(), 0.0);
+  const size_t after = static_cast<size_t>(
+      std::upper_bound(clip.times.begin(), clip.times.end(), time) - clip.times.begin());
+  const size_t k = after == 0 ? 0 : after - 1;  // the last key at or before `time`
+  const bool held = after == 0 || after == clip.times.size();
+  for (size_t column = 0; column < clip.joints.size(); ++column) {
+    const int joint = find_joint(skeleton, clip.joints[column]);
+    if (joint < 0) continue;
+    const double a = clip.values[k][column];
+    double value = a;
+    if (!held) {
+      const double u = (time - clip.times[k]) / (clip.times[k + 1] - clip.times[k]);
+      value = clip.interpolation == Clip::Interpolation::kLinear
+                  ? a + u * (clip.values[k + 1][column] - a)
+                  : smooth_value(clip, k, column, u);
+    }
+    joint_values[joint] = value;
+  }
+}
+
+}  // namespace thew

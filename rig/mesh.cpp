@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/mesh.h"
+
+#include <bit>
+#include <cstdint>
+#include <unordered_map>
+
+namespace thew {
+namespace {
+
+struct PositionHash {
+  size_t operator()(const Vec3& p) const {
+    uint64_t hash = 0;
+    for (int k = 0; k < 3; ++k) {
+      const uint64_t bits = std::bit_cast<uint64_t>(p[k] + 0.0);  // -0 and 0 are equal
+      hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
+
+}  // namespace
+
+double enclosed_volume(const TriMesh& mesh) {
+  if (mesh.vertices.empty()) return 0.0;
+  Vec3 centroid = Vec3::Zero();
+  for (const Vec3& p : mesh.vertices) centroid += p;
+  centroid /= static_cast<double>(mesh.vertices.size());
+  double volume = 0.0;  // V = sum of p1 . (p2 x p3) / 6
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - centroid;
+    const Vec3 b = mesh.vertices[t[1]] - centroid;
+    const Vec3 c = mesh.vertices[t[2]] - centroid;
+    volume += a.dot(b.cross(c)) / 6.0;
+  }
+  return volume;
+}
+
+std::vector<Vec3> vertex_normals(const TriMesh& mesh) {
+  std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.vertices[t[0]];
+    const Vec3 twice_area = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+    for (int corner : t) normals[corner] += twice_area;
+  }
+  for (Vec3& n : normals) {
+    const double length = n.norm();
+    if (length > 0.0) n /= length;  // zero stays zero: a vertex without area has no normal
+  }
+  return normals;
+}
+
+WeldResult weld(const TriMesh& mesh) {
+  WeldResult result;
+  std::unordered_map<Vec3, int, PositionHash> first_at;
+  first_at.reserve(mesh.vertices.size());
+  result.map_back.reserve(mesh.vertices.size());
+  for (const Vec3& p : mesh.vertices) {
+    const auto [entry, is_new] =
+        first_at.try_emplace(p, static_cast<int>(result.mesh.vertices.size()));
+    if (is_new) result.mesh.vertices.push_back(p);
+    result.map_back.push_back(entry->second);
+  }
+  for (const Triangle& t : mesh.triangles) {
+    const Triangle merged{result.map_back[t[0]], result.map_back[t[1]], result.map_back[t[2]]};
+    if (merged[0] != merged[1] && merged[1] != merged[2] && merged[2] != merged[0]) {
+      result.mesh.triangles.push_back(merged);
+    }
+  }
+  return result;
+}
+
+}  // namespace thew

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "rig/mesh.h"
+
+namespace thew {
+
+struct ImportedMesh {
+  TriMesh mesh;               ///< welded by exact position
+  std::vector<int> map_back;  ///< index in `mesh` of each vertex as the importer delivered it
+  int imported_vertices = 0;
+};
+
+/// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp and welds them.
+/// Throws Error(kInput) with file, cause and next move.
+ImportedMesh import_mesh(const std::filesystem::path& file);
+
+/// import_mesh, and Error(kInput) listing every defect when the mesh is not a sound closed surface.
+TriMesh import_closed_mesh(const std::filesystem::path& file);
+
+}  // namespace thew

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+#include "rig/skeleton.h"
+
+namespace thew {
+
+std::string number_text(double value) {
+  char buffer[32];
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof buffer, value + 0.0, std::chars_format::general, 6);
+  return std::string(buffer, end.ptr);
+}
+
+std::string point_text(const Vec3& p) {
+  return "(" + number_text(p.x()) + ", " + number_text(p.y()) + ", " + number_text(p.z()) + ")";
+}
+
+std::optional<double> parse_number(std::string_view word) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+std::vector<std::string_view> split_words(std::string_view line) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  std::vector<std::string_view> words;
+  for (size_t begin = line.find_first_not_of(kBlanks); begin != line.npos;) {
+    const size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kBlanks, end);
+  }
+  return words;
+}
+
+void check_readable(const std::filesystem::path& file, size_t limit) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) {
+    throw Error(ExitCode::kInput, file.string() + ": there is no such file; check the path");
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw Error(ExitCode::kInput, file.string() + ": is not a regular file; name a file");
+  }
+  if (std::filesystem::file_size(file, error) > limit) {
+    throw Error(ExitCode::kInput, file.string() + ": is larger than the limit of " +
+                                      std::to_string(limit >> 20) + " MiB; reduce or split it");
+  }
+}
+
+std::string read_whole(const std::filesystem::path& file, size_t limit) {
+  check_readable(file, limit);
+  std::error_code error;
+  std::string bytes(std::filesystem::file_size(file, error), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+    throw Error(ExitCode::kInput, file.string() + ": cannot be read; check its permissions");
+  }
+  return bytes;
+}
+
+bool is_below(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+  return end == folder.end() && rest != file.end();
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  const std::string near = nearest_name(word, names);
+  return near.empty() ? "" : "; did you mean \"" + near + "\"?";
+}
+
+}  // namespace thew

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace thew {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+using Transform = Eigen::Isometry3d;
+using Triangle = std::array<int, 3>;
+
+/// One node per row: x, y, z and a zero, so that a node is one aligned load.
+using Row = double __attribute__((vector_size(32)));
+
+/// Memory aligned for the widest vectors, whatever the translation unit is compiled for.
+template <typename T>
+struct AlignedAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t kAlignment{64};
+  AlignedAllocator() = default;
+  template <typename U>
+  AlignedAllocator(const AlignedAllocator<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kAlignment)); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, kAlignment); }
+  bool operator==(const AlignedAllocator&) const { return true; }
+};
+using Rows = std::vector<Row, AlignedAllocator<Row>>;
+
+inline Row to_row(const Vec3& p) { return Row{p.x(), p.y(), p.z(), 0.0}; }
+inline Vec3 to_vec(const Row& r) { return {r[0], r[1], r[2]}; }
+
+/// Exit codes of the command, and what each kind of Error ends it with.
+enum class ExitCode {
+  kDone = 0,
+  kDifferent = 1,  ///< compared and different, or a quality bound not met
+  kUsage = 2,      ///< command line or scene
+  kInput = 3,      ///< a bad input file
+  kOutput = 4,     ///< cannot write
+  kSolver = 5,     ///< the solver could not go on
+  kRetry = 75,     ///< interrupted or locked, try again with --resume
+};
+
+/// The one exception of Thew. The message is "place: what is wrong with what; the next move".
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ExitCode code() const { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+}  // namespace thew

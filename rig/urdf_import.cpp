@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/urdf_import.h"
+
+#include <console_bridge/console.h>
+#include <tinyxml.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <cmath>
+#include <limits>
+
+#include "rig/math.h"
+#include "rig/text.h"
+#include "rig/urdf_tree.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kFileLimit = size_t{16} << 20;  // bytes
+constexpr double kUnitTolerance = 1e-3;          // axes printed with few digits are normalised
+
+// urdfdom reports to console_bridge only, and goes on: every logged error counts.
+class ErrorLog : public console_bridge::OutputHandler {
+ public:
+  ErrorLog() : former_(console_bridge::getOutputHandler()), level_(console_bridge::getLogLevel()) {
+    console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_ERROR);
+    console_bridge::useOutputHandler(this);
+  }
+  ~ErrorLog() override {
+    console_bridge::useOutputHandler(former_);
+    console_bridge::setLogLevel(level_);
+  }
+  ErrorLog(const ErrorLog&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    if (count++ == 0) first = text;
+  }
+  int count = 0;
+  std::string first;
+
+ private:
+  console_bridge::OutputHandler* former_;
+  console_bridge::LogLevel level_;
+};
+
+urdf::ModelInterfaceSharedPtr parse(const fs::path& file, const std::string& text) {
+  ErrorLog log;
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  if (model && log.count == 0) return model;
+  const std::string more =
+      log.count > 1 ? " (and " + std::to_string(log.count - 1) + " more errors)" : "";
+  throw Error(ExitCode::kInput, file.string() + ": " + (log.count ? log.first : "is not a URDF") +
+                                    more + "; correct it and try again");
+}
+
+Vec3 to_vec3(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+// R = Rz(yaw) Ry(pitch) Rx(roll), from the text: urdfdom's own rotation depends on the C library's
+// sine, whose last bit differs between processors.
+Transform read_origin(const UrdfTree& tree, const TiXmlElement& parent, const std::string& what) {
+  Transform origin = Transform::Identity();
+  const TiXmlElement* element = parent.FirstChildElement("origin");
+  if (!element) return origin;
+  const auto read = [&](const char* attribute) {
+    Vec3 value = Vec3::Zero();
+    const char* text = element->Attribute(attribute);
+    if (!text) return value;
+    const auto words = split_words(text);
+    for (size_t k = 0; k < 3; ++k) {
+      const auto number = words.size() == 3 ? parse_number(words[k]) : std::nullopt;
+      if (!number || !std::isfinite(*number)) {
+        refuse(tree, element->Row(),
+               what + ": origin " + attribute + "=\"" + text +
+                   "\" is not three finite numbers; write \"0 0 0\"");
+      }
+      value[static_cast<int>(k)] = *number;
+    }
+    return value;
+  };
+  origin.translation() = read("xyz");
+  const Vec3 rpy = read("rpy");
+  origin.linear() = rotation_about(Vec3::UnitZ(), rpy.z()) *
+                    rotation_about(Vec3::UnitY(), rpy.y()) * rotation_about(Vec3::UnitX(), rpy.x());
+  return origin;
+}
+
+Vec3 checked_axis(const UrdfTree& tree, const UrdfTree::Joint& at, const urdf::Joint& joint) {
+  const Vec3 axis = to_vec3(joint.axis);
+  const double length = axis.norm();
+  if (!(length > 0.0) || !std::isfinite(length)) {
+    refuse(tree, at.row,
+           "joint \"" + at.name + "\": its axis is " + point_text(axis) +
+               "; give a unit vector, for instance \"0 0 1\"");
+  }
+  if (std::fabs(length - 1.0) > kUnitTolerance) {
+    refuse(tree, at.row,
+           "joint \"" + at.name + "\": its axis " + point_text(axis) + " has length " +
+               number_text(length) + ", not 1; write " + point_text(axis / length));
+  }
+  return axis / length;
+}
+
+void read_limits(const UrdfTree& tree, const UrdfTree::Joint& at, const urdf::Joint& joint,
+                 double& lower, double& upper) {
+  if (joint.type == urdf::Joint::CONTINUOUS) {
+    upper = std::numeric_limits<double>::infinity();
+    lower = -upper;
+    return;
+  }
+  if (!joint.limits) {
+    refuse(tree, at.row, "joint \"" + at.name + "\": has no limits; add <limit lower upper ...>");
+  }
+  lower = joint.limits->lower;
+  upper = joint.limits->upper;
+  if (!std::isfinite(lower) || !std::isfinite(upper)) {
+    refuse(tree, at.row, "joint \"" + at.name + "\": a limit is not finite; use type continuous");
+  }
+  if (lower > upper) {
+    refuse(tree, at.row,
+           "joint \"" + at.name + "\": lower limit " + number_text(lower) +
+               " exceeds upper limit " + number_text(upper) + "; exchange them");
+  }
+}
+
+Skeleton::JointType joint_type(const UrdfTree& tree, const UrdfTree::Joint& at,
+                               const urdf::Joint& joint) {
+  switch (joint.type) {
+    case urdf::Joint::FIXED:
+      return Skeleton::JointType::kFixed;
+    case urdf::Joint::REVOLUTE:
+    case urdf::Joint::CONTINUOUS:
+      return Skeleton::JointType::kRevolute;
+    case urdf::Joint::PRISMATIC:
+      return Skeleton::JointType::kPrismatic;
+    default:
+      refuse(tree, at.row,
+             "joint \"" + at.name +
+                 "\": floating and planar joints are not supported; build it of "
+                 "revolute and prismatic ones");
+  }
+}
+
+// The absolute path of a visual's mesh; `root` and `folder` (the URDF's) are canonical.
+std::string resolve_mesh(const UrdfTree& tree, int row, const std::string& name,
+                         const fs::path& root, const fs::path& folder) {
+  const auto fail = [&](const std::string& what) {
+    refuse(tree, row, "mesh \"" + name + "\" " + what);
+  };
+  constexpr std::string_view kPackage = "package://", kFile = "file://";
+  fs::path path;
+  if (name.starts_with(kPackage)) {  // package://NAME/rest: NAME is a folder of the root or itself
+    const fs::path rest = name.substr(kPackage.size());
+    path = root / rest;
+    std::error_code error;
+    if (!fs::exists(path, error)) path = root / rest.lexically_relative(*rest.begin());
+  } else if (name.starts_with(kFile)) {
+    path = name.substr(kFile.size());
+  } else if (name.find("://") != name.npos) {
+    fail("is fetched by a protocol; copy the file beside the URDF");
+  } else {
+    path = folder / name;
+  }
+  std::error_code error;
+  const fs::path real = fs::canonical(path, error);
+  if (error) fail("does not exist; correct the path or remove the visual");
+  if (!is_below(real, root)) {
+    fail("lies outside " + root.string() + "; copy it there or allow another folder");
+  }
+  if (!fs::is_regular_file(real, error)) fail("is not a regular file; name a mesh file");
+  return real.string();
+}
+
+std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree::Link& at,
+                                           const urdf::Link& link, const fs::path& root,
+                                           const fs::path& folder) {
+  std::vector<Skeleton::Visual> visuals;
+  if (link.visual_array.size() != at.visuals.size()) {  // urdfdom drops what it cannot read
+    refuse(tree, at.row, "link \"" + at.name + "\": a visual cannot be read; correct its geometry");
+  }
+  for (size_t i = 0; i < at.visuals.size(); ++i) {
+    const auto& geometry = link.visual_array[i]->geometry;
+    if (!geometry || geometry->type != urdf::Geometry::MESH) continue;
+    const auto& mesh = static_cast<const urdf::Mesh&>(*geometry);
+    const int row = at.visuals[i]->Row();
+    Skeleton::Visual visual;
+    visual.mesh_file = resolve_mesh(tree, row, mesh.filename, root, folder);
+    visual.in_body = read_origin(tree, *at.visuals[i], "link \"" + at.name + "\"");
+    visual.scale = to_vec3(mesh.scale);
+    if (!visual.scale.allFinite() || (visual.scale.array() == 0.0).any()) {
+      refuse(tree, row,
+             "link \"" + at.name + "\": mesh scale " + point_text(visual.scale) +
+                 " is zero or not finite; write scale=\"1 1 1\"");
+    }
+    visuals.push_back(std::move(visual));
+  }
+  return visuals;
+}
+
+}  // namespace
+
+Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
+  const std::string text = read_whole(file, kFileLimit);
+  const UrdfTree tree = read_urdf_tree(file, text);
+  const urdf::ModelInterfaceSharedPtr model = parse(file, text);
+  std::error_code error;
+  const fs::path root = fs::canonical(allowed_root, error);
+  if (error) refuse(tree, 1, "the allowed folder " + allowed_root.string() + " does not exist");
+  const fs::path folder = fs::canonical(file).parent_path();
+
+  Skeleton s;
+  for (const UrdfTree::Body& body : tree.bodies) {
+    const UrdfTree::Link& link = tree.links[body.link];
+    s.body_names.push_back(link.name);
+    s.parent.push_back(body.parent);
+    s.visuals.push_back(read_visuals(tree, link, *model->getLink(link.name), root, folder));
+    s.joint_in_parent.push_back(Transform::Identity());
+    s.joint_names.emplace_back();
+    s.joint_types.push_back(Skeleton::JointType::kFixed);
+    s.joint_axes.push_back(Vec3::UnitX());
+    s.lower.push_back(0.0);
+    s.upper.push_back(0.0);
+    if (body.joint < 0) continue;
+    const UrdfTree::Joint& at = tree.joints[body.joint];
+    const urdf::Joint& joint = *model->getJoint(at.name);
+    s.joint_names.back() = at.name;
+    s.joint_in_parent.back() = read_origin(tree, *at.element, "joint \"" + at.name + "\"");
+    s.joint_types.back() = joint_type(tree, at, joint);
+    if (s.joint_types.back() == Skeleton::JointType::kFixed) continue;
+    s.joint_axes.back() = checked_axis(tree, at, joint);
+    read_limits(tree, at, joint, s.lower.back(), s.upper.back());
+  }
+  return s;
+}
+
+}  // namespace thew

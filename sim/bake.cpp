@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/bake.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "sim/drive.h"
+
+namespace thew {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+std::vector<Vec3> to_points(const Rows& rows) {
+  std::vector<Vec3> points;
+  points.reserve(rows.size());
+  for (const Row& row : rows) points.push_back(to_vec(row));
+  return points;
+}
+
+// The last gate before a file: nothing that is not a number goes through.
+void refuse_not_finite(const BakeInfo& info, const BakeFrame& frame) {
+  for (size_t mesh = 0; mesh < frame.positions.size(); ++mesh) {
+    for (size_t node = 0; node < frame.positions[mesh].size(); ++node) {
+      if (frame.positions[mesh][node].allFinite()) continue;
+      throw Error(ExitCode::kSolver, info.meshes[mesh].name + ", node " + std::to_string(node) +
+                                         ", frame " + std::to_string(frame.frame) +
+                                         ": the position is not a number; the frames before it are "
+                                         "kept, use more substeps and run with --resume");
+    }
+  }
+}
+
+BakeFrame to_frame(int number, const State& state, const FrameMeasures& measures) {
+  BakeFrame frame;
+  frame.frame = number;
+  for (const MuscleState& muscle : state.muscles) frame.positions.push_back(to_points(muscle.x));
+  for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
+  if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
+  frame.metrics = flatten(measures);
+  frame.state = pack_state(state);
+  return frame;
+}
+
+}  // namespace
+
+BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
+  BakeInfo info;
+  info.scene_name = model.scene.name;
+  info.scene_hash = model.hash;
+  info.fps = model.scene.fps;
+  info.double_precision = model.scene.output.double_precision;
+  info.frames = frames;
+  info.metric_names = measure_names(model);
+  for (const Muscle& muscle : model.muscles) {
+    BakeMesh mesh{muscle.name, BakeMesh::Kind::kMuscle, muscle.rest, muscle.weights, {}};
+    for (size_t i = 0; i < muscle.rest.vertices.size(); ++i) {
+      mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
+    }
+    info.meshes.push_back(std::move(mesh));
+  }
+  for (const Bone& bone : model.bones) {
+    info.meshes.push_back({bone.name, BakeMesh::Kind::kBone, bone.in_body, {}, {}});
+  }
+  if (model.has_skin) {
+    TriMesh rest{to_points(model.skin.rest), model.skin.surface.triangles};
+    info.meshes.push_back({"skin", BakeMesh::Kind::kSkin, std::move(rest), {}, {}});
+  }
+  return info;
+}
+
+BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+  const BakeInfo info = bake_info(model, options.frames);
+  BakeWriter writer(options.folder, info, options.resume);
+  Parallel parallel(options.threads);
+  BakeResult result;
+  State state = initial_state(model);
+  const std::vector<double> rest_areas = rest_belly_areas(model, state);
+
+  int done = model.scene.first_frame - 1;  // the last frame that is simulated
+  for (int number : writer.completed()) {
+    const BakeFrame frame = writer.read_completed(number);
+    result.measures.push_back(unflatten(model, frame.metrics));
+    if (number == writer.completed().back()) unpack_state(model, frame.state, state);
+    done = number;
+    ++result.resumed_frames;
+    if (!on_frame(frame)) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+  }
+  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state);
+
+  const int last = options.frames.empty() ? done : options.frames.back();
+  for (int number = done + 1; number <= last; ++number) {
+    const double time = (number - model.scene.first_frame) / model.scene.fps;
+    if (number > model.scene.first_frame) step_frame(model, time, parallel, state, result.seconds);
+    if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) continue;
+    const FrameMeasures measures = measure(model, rest_areas, parallel, state);
+    const BakeFrame frame = to_frame(number, state, measures);
+    refuse_not_finite(info, frame);
+    const auto begin = std::chrono::steady_clock::now();
+    writer.write(frame);
+    result.write_seconds += seconds_since(begin);
+    result.measures.push_back(measures);
+    if (!on_frame(frame)) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  result.hash = writer.pack();
+  result.write_seconds += seconds_since(begin);
+  return result;
+}
+
+}  // namespace thew

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/drive.h"
+
+#include <algorithm>
+
+#include "muscles/weights.h"
+#include "rig/math.h"
+
+namespace thew {
+
+double bind_to_first_ends(const Model& model) {
+  std::vector<double> first;
+  sample_clip(model.scene.clip, model.skeleton, 0.0, first);
+  const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; });
+  return moves ? -0.5 * model.scene.settle : -model.scene.settle;
+}
+
+void joints_at(const Model& model, double time, std::vector<double>& joints) {
+  sample_clip(model.scene.clip, model.skeleton, std::max(time, 0.0), joints);
+  if (time >= 0.0) return;
+  const double part = smoothstep(-model.scene.settle, -0.5 * model.scene.settle, time);
+  for (double& value : joints) value *= part;
+}
+
+void drive_bones(const Model& model, double time, State& state) {
+  joints_at(model, time, state.joints);
+  forward_kinematics(model.skeleton, state.joints, state.pose);
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    const Bone& bone = model.bones[b];
+    const Transform& place = state.pose[bone.body];
+    for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
+      state.bones[b].x[i] = to_row(place * bone.in_body.vertices[i]);
+    }
+    refit_bvh(bone.surface, state.bones[b].x, state.bones[b].bvh);
+  }
+}
+
+double activation_at(const Model& model, int m, double time) {
+  WeightProfile curve;
+  curve.keys = model.muscles[m].settings.activation;
+  if (curve.keys.empty()) return 0.0;
+  return profile_weight(curve, model.scene.first_frame + time * model.scene.fps);
+}
+
+std::vector<Collider> colliders_of(const Model& model, const State& state) {
+  std::vector<Collider> colliders;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const Muscle& muscle = model.muscles[m];
+    const MuscleState& now = state.muscles[m];
+    colliders.push_back({&muscle.surface, &now.bvh, &now.x, &muscle.free_nodes});
+  }
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    colliders.push_back({&model.bones[b].surface, &state.bones[b].bvh, &state.bones[b].x, nullptr});
+  }
+  return colliders;
+}
+
+void refit_muscles(const Model& model, Parallel& parallel, State& state) {
+  parallel.each(state.count(), [&](int m) {
+    refit_bvh(model.muscles[m].surface, state.muscles[m].x, state.muscles[m].bvh);
+  });
+}
+
+void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
+  if (!model.scene.contact.enabled) return;
+  refit_muscles(model, parallel, state);
+  const std::vector<Collider> colliders = colliders_of(model, state);
+  parallel.each(state.count(), [&](int m) {
+    MuscleState& now = state.muscles[m];
+    now.contacts_before.swap(now.contacts);
+    now.push_before.swap(now.push);
+    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.hints,
+                  now.contacts);
+    now.push.assign(now.contacts.size(), 0.0);
+    size_t old = 0;  // both lists are sorted by node and collider
+    const auto key = [](const Contact& c) { return std::pair(c.node, c.other); };
+    for (size_t c = 0; c < now.contacts.size(); ++c) {
+      while (old < now.contacts_before.size() &&
+             key(now.contacts_before[old]) < key(now.contacts[c])) {
+        ++old;
+      }
+      if (old < now.contacts_before.size() &&
+          key(now.contacts_before[old]) == key(now.contacts[c])) {
+        now.push[c] = now.push_before[old];
+      }
+    }
+  });
+}
+
+}  // namespace thew

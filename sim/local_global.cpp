@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "muscles/volume.h"
+#include "sim/muscle_step.h"
+
+namespace thew {
+namespace {
+
+// Stiffness of a contact over that of the springs at its node: of the order of the stiffness by which
+// a patch of nodes gives way together.
+constexpr double kContactShare = 0.1;
+
+// Directions of the springs at x times their rest lengths: the local step.
+void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
+                     Rows& f) {
+  const Springs& springs = muscle.springs;
+  for (size_t k = 0; k < springs.nodes.size(); ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    const Row d = x[a] - x[b];
+    const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    const Row force = springs.stiffness[k] * rest_length[k] / std::sqrt(squared) * d;
+    f[a] += force;
+    f[b] -= force;
+  }
+}
+
+// [x, z] = A^-1 [f, W dV/dx], by new index and back.
+void solve_pair(const Muscle& muscle, MuscleState& now, const Rows& f, const Rows& g, Rows& x,
+                Rows& z) {
+  const Skyline& matrix = muscle.stiffness;
+  now.pairs.resize(matrix.size());
+  x.resize(f.size(), Row{});
+  z.resize(f.size(), Row{});
+  for (int i = 0; i < matrix.size(); ++i) {
+    const int node = matrix.order[i];
+    now.pairs[i] = __builtin_shufflevector(f[node], g[node], 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  solve(matrix, now.factor, now.pairs);
+  for (int i = 0; i < matrix.size(); ++i) {
+    const int node = matrix.order[i];
+    x[node] = __builtin_shufflevector(now.pairs[i], now.pairs[i], 0, 1, 2, 3);
+    z[node] = __builtin_shufflevector(now.pairs[i], now.pairs[i], 4, 5, 6, 7);
+  }
+}
+
+double dot(const Rows& a, const Rows& b) {
+  Row sum = {};
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum[0] + sum[1] + sum[2];
+}
+
+}  // namespace
+
+void begin_local_global(const Model& model, int m, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const double guide = muscle.settings.guide, damping = muscle.settings.damping;
+  const double inertia = 1.0 / (h * h), drag = damping / h;
+  const Row gravity = to_row(model.scene.gravity);
+  const size_t nodes = now.x.size();
+  now.base.resize(nodes);
+  for (size_t i = 0; i < nodes; ++i) {
+    now.base[i] = muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
+                                    damping * now.target_velocity[i] + guide * now.target[i] +
+                                    gravity);
+  }
+  for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {  // driven ends go to the right side
+    const auto& [a, b] = muscle.springs.nodes[k];
+    if (muscle.driven[a] == muscle.driven[b]) continue;
+    if (muscle.driven[a]) now.base[b] += muscle.springs.stiffness[k] * now.x[a];
+    if (muscle.driven[b]) now.base[a] += muscle.springs.stiffness[k] * now.x[b];
+  }
+  const Skyline& matrix = muscle.stiffness;
+  now.diagonal.resize(matrix.size());
+  for (int i = 0; i < matrix.size(); ++i) {
+    now.diagonal[i] = muscle.mass[matrix.order[i]] * (inertia + drag + guide);
+  }
+  for (const Contact& contact : now.contacts) {
+    const int i = matrix.position[contact.node];
+    now.diagonal[i] += kContactShare * matrix.values[matrix.start[i + 1] - 1];
+  }
+  if (now.diagonal != now.factored_diagonal) {
+    if (!factorise(matrix, now.diagonal, now.factor)) {
+      throw Error(ExitCode::kSolver, "muscle \"" + muscle.name +
+                                         "\": the step's matrix is not positive definite; check "
+                                         "its material and time step");
+    }
+    now.factored_diagonal = now.diagonal;
+  }
+  now.gradient.resize(nodes);
+  now.direction.assign(nodes, Row{});
+}
+
+void iterate_local_global(const Model& model, int m, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const Skyline& matrix = muscle.stiffness;
+  const double gap = model.scene.contact.settings.gap;
+  Rows& f = now.forces;
+  f = now.base;
+  add_projections(muscle, now.rest_length, now.x, f);
+  // Contact, by alternating directions: the node is drawn to where it does not penetrate, `push`
+  // being the accumulated multiplier over the stiffness.
+  for (size_t c = 0; c < now.contacts.size(); ++c) {
+    const Contact& contact = now.contacts[c];
+    const Row n = to_row(contact.normal);
+    const int i = matrix.position[contact.node];
+    const double stiffness = kContactShare * matrix.values[matrix.start[i + 1] - 1];
+    const double before = now.push[c];
+    const double open = contact_gap(model, state, contact, now.x[contact.node], gap);
+    now.push[c] = std::max(0.0, before - open);
+    f[contact.node] +=
+        stiffness * (now.x[contact.node] + (2.0 * now.push[c] - before) * n);
+  }
+  volume_gradient(now.x, muscle.rest.triangles, now.gradient);
+  Rows& weighted = now.weighted;
+  weighted.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) weighted[i] = muscle.weights[i] * now.gradient[i];
+  solve_pair(muscle, now, f, weighted, now.x, now.direction);
+  // G A^-1 W G need not be positive: fall back on even weights, under which it is.
+  const double along = dot(now.gradient, now.direction);
+  double even_along = 0.0;
+  if (!(along > 0.0) || model.volume == VolumeMethod::kPrinted) {
+    Rows even, unused;
+    solve_pair(muscle, now, now.gradient, now.gradient, unused, even);
+    even_along = dot(now.gradient, even);
+    if (!(along > 0.0)) {
+      now.direction = even;
+      ++now.weight_fallbacks;
+    }
+  }
+  restore_volume(muscle, model.volume, now.direction, even_along, now.x);
+}
+
+}  // namespace thew

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/measure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/volume.h"
+#include "sim/drive.h"
+
+namespace thew {
+namespace {
+
+constexpr int kSections = 24;
+
+// Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie within
+// `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products, closed or not.
+double section_area(const Muscle& muscle, const Rows& x, double along, double reach,
+                    const Vec3& point, const Vec3& tangent) {
+  double area = 0.0;
+  for (const Triangle& t : muscle.rest.triangles) {
+    double height[3];
+    bool near = true;
+    for (int k = 0; k < 3; ++k) {
+      near = near && std::abs(muscle.shape.along[t[k]] - along) < reach;
+      height[k] = tangent.dot(to_vec(x[t[k]]) - point);
+    }
+    if (!near) continue;
+    Vec3 in = Vec3::Zero(), out = Vec3::Zero();
+    int crossings = 0;
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if ((height[k] < 0.0) == (height[next] < 0.0)) continue;
+      const double s = height[k] / (height[k] - height[next]);
+      const Vec3 p = (1.0 - s) * to_vec(x[t[k]]) + s * to_vec(x[t[next]]) - point;
+      (height[k] < 0.0 ? in : out) = p;
+      ++crossings;
+    }
+    if (crossings == 2) area += 0.5 * tangent.dot(out.cross(in));
+  }
+  return std::abs(area);
+}
+
+double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
+  double gap = 0.0;
+  for (const PathPoint* end : {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
+    const Vec3 anchor = state.pose[end->body] * end->position;
+    const bool origin = end == &muscle.shape.path.points.front();
+    // The node that is attached: nearest to this end of the curve, on it.
+    double best = 1e30, distance = 0.0;
+    for (size_t i = 0; i < x.size(); ++i) {
+      const double s = muscle.shape.along[i];
+      const double from_end = (origin ? s : muscle.shape.rest_curve_length - s) +
+                              muscle.shape.offset[i].norm();
+      if (from_end < best) {
+        best = from_end;
+        distance = (to_vec(x[i]) - anchor).norm();
+      }
+    }
+    gap = std::max(gap, distance - best);
+  }
+  return std::max(gap, 0.0);
+}
+
+}  // namespace
+
+double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
+  const auto& belly = muscle.shape.belly;
+  const double length = belly[1] - belly[0];
+  double sum = 0.0;
+  for (int k = 0; k < kSections; ++k) {
+    const double along = belly[0] + (k + 0.5) / kSections * length;
+    Vec3 point, tangent;
+    curve_at(muscle.shape, pose, along, point, tangent);
+    sum += section_area(muscle, x, along, std::max(0.35 * length, 0.05), point, tangent);
+  }
+  return sum / kSections;
+}
+
+std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
+  std::vector<double> areas;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    areas.push_back(
+        mean_belly_area(model.muscles[m], initial.muscles[m].pose, initial.muscles[m].x));
+  }
+  return areas;
+}
+
+FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
+                      State& state) {
+  FrameMeasures out;
+  const int count = state.count();
+  out.muscles.resize(count);
+  refit_muscles(model, parallel, state);
+  const std::vector<Collider> colliders = colliders_of(model, state);
+  std::vector<double> deepest(count, 0.0);
+  std::vector<int> pairs(count, 0);
+  parallel.each(count, [&](int m) {
+    const Muscle& muscle = model.muscles[m];
+    const MuscleState& now = state.muscles[m];
+    MuscleMeasures& measures = out.muscles[m];
+    measures.volume_error =
+        std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
+    measures.substep_volume_error = now.substep_volume_error;
+    measures.length = now.pose.path_length;
+    measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
+    measures.attachment_gap = attachment_gap(muscle, state, now.x);
+    if (!model.scene.contact.enabled) return;
+    for (size_t other = 0; other < colliders.size(); ++other) {
+      if (model.ignore[m][other]) continue;
+      const Collider& them = colliders[other];
+      for (size_t i = 0; i < now.x.size(); ++i) {
+        if (muscle.driven[i]) continue;
+        const ClosestPoint at =
+            closest_point(*them.surface, *them.bvh, *them.x, to_vec(now.x[i]), 0.01);
+        if (at.triangle >= 0) deepest[m] = std::max(deepest[m], -at.distance);
+      }
+      if (static_cast<int>(other) < m) continue;  // each pair once
+      pairs[m] += static_cast<int>(
+          crossing_triangles(muscle.surface, now.bvh, now.x, *them.surface, *them.bvh, *them.x)
+              .size());
+    }
+  });
+  for (int m = 0; m < count; ++m) {
+    out.contact_penetration = std::max(out.contact_penetration, deepest[m]);
+    out.intersecting_pairs += pairs[m];
+    out.unreached += state.muscles[m].unreached;
+    out.weight_fallbacks += state.muscles[m].weight_fallbacks;
+  }
+  if (model.has_skin) out.skin = measure_skin(model.skin, colliders, state.skin);
+  return out;
+}
+
+namespace {
+
+// Names and values from one list, so that they cannot differ.
+template <typename Visit>
+void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit&& number) {
+  for (size_t m = 0; m < names.size(); ++m) {
+    MuscleMeasures& muscle = measures.muscles[m];
+    number("volume_error/" + names[m], muscle.volume_error);
+    number("substep_volume_error/" + names[m], muscle.substep_volume_error);
+    number("length/" + names[m], muscle.length);
+    number("area_ratio/" + names[m], muscle.area_ratio);
+    number("attachment_gap/" + names[m], muscle.attachment_gap);
+  }
+  const auto whole = [&](const std::string& name, int& value) {
+    double real = value;
+    number(name, real);
+    value = static_cast<int>(real);
+  };
+  number("skin_penetration", measures.skin.max_penetration);
+  number("skin_poke_through", measures.skin.max_poke_through);
+  whole("skin_intersecting_pairs", measures.skin.intersecting_pairs);
+  number("contact_penetration", measures.contact_penetration);
+  whole("intersecting_pairs", measures.intersecting_pairs);
+  whole("unreached", measures.unreached);
+  whole("weight_fallbacks", measures.weight_fallbacks);
+}
+
+}  // namespace
+
+std::vector<std::string> measure_names(const Model& model) {
+  std::vector<std::string> muscles, names;
+  for (const Muscle& muscle : model.muscles) muscles.push_back(muscle.name);
+  FrameMeasures measures;
+  measures.muscles.resize(muscles.size());
+  visit(muscles, measures, [&](const std::string& name, double&) { names.push_back(name); });
+  return names;
+}
+
+std::vector<double> flatten(const FrameMeasures& measures) {
+  std::vector<double> numbers;
+  FrameMeasures copy = measures;
+  visit(std::vector<std::string>(copy.muscles.size()), copy,
+        [&](const std::string&, double& value) { numbers.push_back(value); });
+  return numbers;
+}
+
+FrameMeasures unflatten(const Model& model, const std::vector<double>& numbers) {
+  FrameMeasures measures;
+  measures.muscles.resize(model.muscles.size());
+  size_t at = 0;
+  visit(std::vector<std::string>(model.muscles.size()), measures,
+        [&](const std::string&, double& value) {
+          if (at < numbers.size()) value = numbers[at++];
+        });
+  return measures;
+}
+
+}  // namespace thew

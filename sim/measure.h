@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/parallel.h"
+#include "sim/state.h"
+
+namespace thew {
+
+/// What a bake states of each frame, measured on the meshes as they are, not taken from the solver.
+struct MuscleMeasures {
+  double volume_error = 0.0;          ///< |V - V0| / V0
+  double substep_volume_error = 0.0;  ///< the same, largest inside the frame
+  double length = 0.0;                ///< m, musculotendon path
+  double area_ratio = 1.0;            ///< mean belly section over the rest's (anatomy.md)
+  double attachment_gap = 0.0;        ///< m, poles against origin and insertion on their bones
+};
+struct FrameMeasures {
+  std::vector<MuscleMeasures> muscles;
+  SkinMetrics skin;
+  double contact_penetration = 0.0;   ///< m, free muscle nodes inside another muscle or bone
+  int intersecting_pairs = 0;         ///< triangles of muscles and bones through one another
+  int unreached = 0, weight_fallbacks = 0;
+};
+
+/// Mean area (m^2) of sections across the belly at a pose.
+double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x);
+
+FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
+                      State& state);
+/// Of all muscles at rest in the bind pose.
+std::vector<double> rest_belly_areas(const Model& model, const State& initial);
+
+/// The same as numbers with names, for the cache: "volume_error/biceps_long", ...
+std::vector<std::string> measure_names(const Model& model);
+std::vector<double> flatten(const FrameMeasures& measures);
+FrameMeasures unflatten(const Model& model, const std::vector<double>& numbers);
+
+}  // namespace thew

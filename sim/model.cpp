@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/model.h"
+
+#include <algorithm>
+#include <set>
+
+#include "muscles/tube.h"
+#include "muscles/volume.h"
+#include "rig/math.h"
+#include "rig/mesh_import.h"
+#include "rig/urdf_import.h"
+#include "sim/hash.h"
+
+namespace thew {
+namespace {
+
+int body_index(const Skeleton& skeleton, const std::string& name, const std::string& place) {
+  const int body = find_body(skeleton, name);
+  if (body >= 0) return body;
+  const std::string near = nearest_name(name, skeleton.body_names);
+  throw Error(ExitCode::kUsage, place + ": body \"" + name + "\" is not in the rig" +
+                                    (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+}
+
+MusclePath muscle_path(const Skeleton& skeleton, const SceneMuscle& scene) {
+  const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
+  MusclePath path;
+  for (const ScenePathPoint& point : scene.path) {
+    path.points.push_back({body_index(skeleton, point.body, place), point.position});
+  }
+  for (const SceneWrap& wrap : scene.wraps) {
+    path.wraps.push_back({wrap.segment, body_index(skeleton, wrap.body, place), wrap.centre,
+                          wrap.axis.normalized(), wrap.radius, wrap.turn});
+  }
+  return path;
+}
+
+// Nodes outside the belly, its two bounding rings included, go with the path. The tolerance lets rings
+// lie a little askew to the rounded path.
+std::vector<char> driven_nodes(const CarriedShape& shape) {
+  const double tolerance = 0.02 * (shape.belly[1] - shape.belly[0]);
+  std::vector<char> driven(shape.along.size());
+  for (size_t i = 0; i < driven.size(); ++i) {
+    driven[i] = shape.along[i] < shape.belly[0] + tolerance ||
+                shape.along[i] > shape.belly[1] - tolerance;
+  }
+  return driven;
+}
+
+std::vector<double> node_weights(const Muscle& muscle, const std::string& place) {
+  const SceneMuscle& scene = muscle.settings;
+  const size_t nodes = muscle.rest.vertices.size();
+  if (!scene.node_weights.empty() && scene.node_weights.size() != nodes) {
+    throw Error(ExitCode::kUsage, place + ": " + std::to_string(scene.node_weights.size()) +
+                                      " weights for a mesh of " + std::to_string(nodes) +
+                                      " vertices; give one per vertex, in the file's order");
+  }
+  const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
+  std::vector<double> weights(nodes, 0.0);
+  for (size_t i = 0; i < nodes; ++i) {
+    if (muscle.driven[i]) continue;
+    const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
+    const double authored =
+        scene.node_weights.empty() ? profile_weight(scene.weights, u) : scene.node_weights[i];
+    weights[i] = authored * smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
+  }
+  try {
+    return normalised_weights(weights, muscle.driven);
+  } catch (const std::invalid_argument& error) {
+    throw Error(ExitCode::kUsage, place + ": " + error.what());
+  }
+}
+
+Skyline spring_matrix(const Springs& springs, const std::vector<char>& driven) {
+  Skyline matrix = make_skyline(static_cast<int>(driven.size()), springs.nodes, driven);
+  for (size_t k = 0; k < springs.nodes.size(); ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    add_entry(matrix, a, a, springs.stiffness[k]);
+    add_entry(matrix, b, b, springs.stiffness[k]);
+    add_entry(matrix, a, b, -springs.stiffness[k]);
+  }
+  return matrix;
+}
+
+Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene) {
+  const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
+  Muscle muscle;
+  muscle.name = scene.name;
+  muscle.settings = scene;
+  const MusclePath path = muscle_path(skeleton, scene);
+  std::array<double, 2> belly = scene.belly;
+  const double length = trace_path(path, bind_pose).length;
+  if (belly[1] <= belly[0]) belly = {0.1 * length, 0.9 * length};  // not given
+  if (belly[0] < 0.0 || belly[1] > length) {
+    throw Error(ExitCode::kUsage, place + ": belly reaches beyond the path, which is " +
+                                      std::to_string(length) + " m long at rest");
+  }
+  muscle.rest = scene.mesh.empty()
+                    ? make_tube(trace_path(path, bind_pose), scene.profile.around,
+                                scene.profile.rings, scene.profile.radius)
+                    : import_closed_mesh(scene.mesh);
+  muscle.surface = make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
+  muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
+  muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
+  muscle.driven = driven_nodes(muscle.shape);
+  for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
+  const CarriedPose rest = carry_pose(muscle.shape, bind_pose);
+  std::vector<Vec3> fibres(muscle.rest.vertices.size());
+  for (size_t i = 0; i < fibres.size(); ++i) {
+    Vec3 point;
+    curve_at(muscle.shape, rest, muscle.shape.along[i], point, fibres[i]);
+  }
+  muscle.springs = make_springs(muscle.rest, fibres, scene.material);
+  muscle.mass = lumped_masses(muscle.rest, scene.material.density);
+  muscle.weights = node_weights(muscle, place);
+  for (size_t i = 0; i < muscle.mass.size(); ++i) {
+    muscle.inverse_weight_mass.push_back(muscle.weights[i] / muscle.mass[i]);
+  }
+  Rows x;
+  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
+  muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
+  muscle.stiffness = spring_matrix(muscle.springs, muscle.driven);
+  return muscle;
+}
+
+std::vector<Bone> load_bones(const Skeleton& skeleton) {
+  std::vector<Bone> bones;
+  for (int body = 0; body < skeleton.size(); ++body) {
+    for (size_t k = 0; k < skeleton.visuals[body].size(); ++k) {
+      const Skeleton::Visual& visual = skeleton.visuals[body][k];
+      Bone bone;
+      bone.body = body;
+      bone.name = skeleton.body_names[body] + (k == 0 ? "" : "_" + std::to_string(k));
+      bone.in_body = import_closed_mesh(visual.mesh_file);
+      for (Vec3& p : bone.in_body.vertices) p = visual.in_body * Vec3(visual.scale.cwiseProduct(p));
+      bone.surface = make_surface(bone.in_body.triangles,
+                                  static_cast<int>(bone.in_body.vertices.size()));
+      bones.push_back(std::move(bone));
+    }
+  }
+  return bones;
+}
+
+std::vector<std::vector<char>> ignored_pairs(const Model& model) {
+  std::vector<std::string> names;
+  for (const Muscle& muscle : model.muscles) names.push_back(muscle.name);
+  for (const Bone& bone : model.bones) names.push_back(bone.name);
+  std::vector<std::vector<char>> ignore(model.muscles.size(), std::vector<char>(names.size(), 0));
+  const auto index = [&](const std::string& name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<size_t>(found - names.begin());
+    const std::string near = nearest_name(name, names);
+    throw Error(ExitCode::kUsage, model.scene.file.string() + ": [contact] ignore names \"" + name +
+                                      "\", which is no muscle or bone" +
+                                      (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+  };
+  for (const auto& [a, b] : model.scene.contact.ignore) {
+    const size_t i = index(a), j = index(b);
+    if (i < ignore.size()) ignore[i][j] = 1;
+    if (j < ignore.size()) ignore[j][i] = 1;
+  }
+  for (size_t m = 0; m < ignore.size(); ++m) ignore[m][m] = 1;  // with itself: not yet
+  return ignore;
+}
+
+void build_skin(const Pose& bind_pose, Model& model) {
+  const TriMesh mesh = import_closed_mesh(model.scene.skin.mesh);
+  std::vector<Rows> rows;
+  std::vector<Bvh> trees;
+  std::vector<Collider> below;
+  std::vector<int> bodies;
+  rows.reserve(model.colliders());
+  trees.reserve(model.colliders());
+  const auto add = [&](const Surface& surface, int body, auto&& position, size_t nodes) {
+    Rows& x = rows.emplace_back();
+    for (size_t i = 0; i < nodes; ++i) x.push_back(to_row(position(i)));
+    trees.push_back(build_bvh(surface, x));
+    below.push_back({&surface, &trees.back(), &x, nullptr});
+    bodies.push_back(body);
+  };
+  for (const Muscle& muscle : model.muscles) {
+    add(muscle.surface, -1, [&](size_t i) { return muscle.rest.vertices[i]; },
+        muscle.rest.vertices.size());
+  }
+  for (const Bone& bone : model.bones) {
+    add(bone.surface, bone.body,
+        [&](size_t i) { return Vec3(bind_pose[bone.body] * bone.in_body.vertices[i]); },
+        bone.in_body.vertices.size());
+  }
+  model.skin = bind_skin(mesh, model.skeleton, bind_pose, below, bodies, model.scene.skin.settings);
+  model.has_skin = true;
+}
+
+VolumeMethod volume_method(const std::string& word) {
+  if (word == "none") return VolumeMethod::kNone;
+  if (word == "printed") return VolumeMethod::kPrinted;
+  if (word == "linear") return VolumeMethod::kLinear;
+  return VolumeMethod::kExact;
+}
+
+// Of all that the solver reads; pictures, bounds and outputs do not count.
+std::string solver_hash(const Model& model) {
+  Hash hash;
+  const auto number = [&](double value) { hash.add(&value, sizeof value); };
+  const auto list = [&](const std::vector<double>& values) {
+    number(static_cast<double>(values.size()));
+    hash.add(values.data(), values.size() * sizeof(double));
+  };
+  const auto points = [&](const std::vector<Vec3>& values) {
+    number(static_cast<double>(values.size()));
+    for (const Vec3& p : values) hash.add(p.data(), 3 * sizeof(double));
+  };
+  const auto faces = [&](const std::vector<Triangle>& triangles) {
+    number(static_cast<double>(triangles.size()));
+    hash.add(triangles.data(), triangles.size() * sizeof(Triangle));
+  };
+  const Scene& scene = model.scene;
+  hash.add("thew 0.1.0");
+  for (double value : {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(),
+                       scene.gravity.z(), 1.0 * scene.first_frame, 1.0 * scene.solver.substeps,
+                       1.0 * scene.solver.iterations, 1.0 * scene.contact.enabled,
+                       scene.contact.settings.margin, scene.contact.settings.max_depth,
+                       scene.contact.settings.gap, scene.skin.settings.thickness,
+                       scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
+                       scene.skin.settings.fold_gap}) {
+    number(value);
+  }
+  hash.add(scene.solver.integrator);
+  hash.add(scene.solver.volume);
+  list(scene.clip.times);
+  for (size_t j = 0; j < scene.clip.joints.size(); ++j) hash.add(scene.clip.joints[j]);
+  for (const std::vector<double>& key : scene.clip.values) list(key);
+  number(static_cast<double>(scene.clip.interpolation));
+  const Skeleton& skeleton = model.skeleton;
+  for (int i = 0; i < skeleton.size(); ++i) {
+    number(skeleton.parent[i]);
+    hash.add(skeleton.joint_in_parent[i].data(), 16 * sizeof(double));
+    hash.add(skeleton.joint_axes[i].data(), 3 * sizeof(double));
+    number(static_cast<double>(skeleton.joint_types[i]));
+    hash.add(skeleton.joint_names[i]);
+  }
+  for (const Muscle& muscle : model.muscles) {
+    hash.add(muscle.name);
+    points(muscle.rest.vertices);
+    faces(muscle.rest.triangles);
+    for (const PathPoint& point : muscle.shape.path.points) {
+      number(point.body);
+      hash.add(point.position.data(), 3 * sizeof(double));
+    }
+    for (const WrapCylinder& wrap : muscle.shape.path.wraps) {
+      for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn}) number(value);
+      hash.add(wrap.centre.data(), 3 * sizeof(double));
+      hash.add(wrap.axis.data(), 3 * sizeof(double));
+    }
+    list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
+          muscle.settings.damping, muscle.settings.f_max, muscle.settings.fibre_length,
+          1.0 * muscle.swells});
+    for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
+    list(muscle.shape.bulge);
+    list(muscle.weights);
+    list(muscle.mass);
+    list(muscle.springs.stiffness);
+  }
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    points(model.bones[b].in_body.vertices);
+    faces(model.bones[b].in_body.triangles);
+  }
+  for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
+  for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
+  faces(model.skin.surface.triangles);
+  return hash.hex();
+}
+
+}  // namespace
+
+Model build_model(const Scene& scene) {
+  Model model;
+  model.scene = scene;
+  model.warnings = scene.warnings;
+  model.volume = volume_method(scene.solver.volume);
+  model.skeleton = import_urdf(scene.rig, scene.folder);
+  check_clip(model.scene.clip, model.skeleton, scene.clip_place, model.warnings);
+  Pose bind_pose;
+  forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
+  for (const SceneMuscle& muscle : scene.muscles) {
+    model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
+  }
+  model.bones = load_bones(model.skeleton);
+  model.ignore = ignored_pairs(model);
+  if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
+  model.hash = solver_hash(model);
+  return model;
+}
+
+}  // namespace thew

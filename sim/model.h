@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "muscles/carried_shape.h"
+#include "muscles/skyline.h"
+#include "muscles/springs.h"
+#include "sim/scene.h"
+#include "skin/contact.h"
+#include "skin/skin_layer.h"
+
+namespace thew {
+
+/// One muscle: what does not change during a bake.
+struct Muscle {
+  std::string name;
+  TriMesh rest;
+  Surface surface;
+  double rest_volume = 0.0;           ///< m^3
+  CarriedShape shape;
+  Springs springs;
+  std::vector<double> mass;           ///< kg
+  std::vector<char> driven, free_nodes;
+  std::vector<double> weights;        ///< sum n over all nodes, 0 where driven
+  std::vector<double> inverse_weight_mass;  ///< W / m, 1/kg, 0 where driven
+  bool swells = true;                 ///< the target shape; else the weights alone
+  SceneMuscle settings;
+  Skyline stiffness;                  ///< sum of spring stiffness over free nodes, N/m
+};
+
+/// A rigid mesh, fixed to a body.
+struct Bone {
+  std::string name;
+  int body = -1;
+  TriMesh in_body;
+  Surface surface;
+};
+
+/// How the multiplier of the volume is found.
+enum class VolumeMethod { kNone, kPrinted, kLinear, kExact };
+
+struct Model {
+  Scene scene;
+  Skeleton skeleton;
+  std::vector<Muscle> muscles;
+  std::vector<Bone> bones;
+  SkinModel skin;                     ///< empty surface: none
+  bool has_skin = false;
+  VolumeMethod volume = VolumeMethod::kExact;
+  /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
+  std::vector<std::vector<char>> ignore;
+  std::string hash;                   ///< XXH3-128 of all that the solver reads, hex
+  std::vector<std::string> warnings;
+
+  int colliders() const { return static_cast<int>(muscles.size() + bones.size()); }
+};
+
+/// Reads all that the scene names and builds the model. Throws Error with file, cause, next move.
+Model build_model(const Scene& scene);
+
+}  // namespace thew

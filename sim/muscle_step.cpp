@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/muscle_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/activation.h"
+#include "muscles/volume.h"
+
+namespace thew {
+namespace {
+
+// Rest shape of the springs is drawn a little tighter than the carried shape: springs under tension
+// do not wrinkle, and the multiplier supplies the rest of the volume (shape.md).
+constexpr double kTightness = 0.98;
+
+// Share of a muscle's force that its surface carries; the rest runs through the inside, which a
+// surface model does not have.
+constexpr double kSurfaceShare = 0.01;
+
+double length(const Row& d) { return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]); }
+
+// "Target shape": every spring rests at its length in the carried shape. "Weights alone": along the
+// fibres rest lengths follow the path, across them they keep the rest shape's.
+void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
+  const Springs& springs = muscle.springs;
+  state.rest_length.resize(springs.nodes.size());
+  if (muscle.swells) {
+    Rows& tight = state.seen;  // scratch here
+    carried_positions(muscle.shape, state.pose, kTightness, true, tight);
+    for (size_t k = 0; k < springs.nodes.size(); ++k) {
+      state.rest_length[k] = length(tight[springs.nodes[k][0]] - tight[springs.nodes[k][1]]);
+    }
+    return;
+  }
+  for (size_t k = 0; k < springs.nodes.size(); ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    const double stretch = 0.5 * (stretch_at(muscle.shape, state.pose, a) +
+                                  stretch_at(muscle.shape, state.pose, b));
+    const double along = springs.fibre_share[k];  // cos^2 to the fibres
+    state.rest_length[k] =
+        springs.rest_length[k] * std::sqrt(along * stretch * stretch + 1.0 - along);
+  }
+}
+
+// Tension (Hill) as a shortening of the fibres' springs: each of the `abreast` springs that cross a
+// section carries its part.
+void activate(const Muscle& muscle, double activation, double path_velocity, MuscleState& state) {
+  if (muscle.settings.f_max <= 0.0 || activation <= 0.0) return;
+  const Springs& springs = muscle.springs;
+  const double belly = muscle.shape.belly[1] - muscle.shape.belly[0];
+  const double fibre = muscle.settings.fibre_length;
+  const double tension = kSurfaceShare * muscle_tension(muscle.settings.f_max, activation,
+                                                        1.0 + state.pose.change / fibre,
+                                                        path_velocity / fibre);
+  double abreast = 0.0;
+  for (int k = 0; k < springs.structural; ++k) {
+    abreast += springs.fibre_share[k] * springs.rest_length[k] / belly;
+  }
+  for (int k = 0; k < springs.structural; ++k) {
+    const double shortening = tension / abreast * springs.fibre_share[k] / springs.stiffness[k];
+    state.rest_length[k] = std::max(state.rest_length[k] - shortening, 0.2 * state.rest_length[k]);
+  }
+}
+
+}  // namespace
+
+void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
+                  MuscleState& state) {
+  const double length_before = state.pose.path_length;
+  state.target_velocity.swap(state.target);  // the target before
+  state.pose = carry_pose(muscle.shape, pose);
+  carried_positions(muscle.shape, state.pose, 1.0, muscle.swells, state.target);
+  for (size_t i = 0; i < state.target.size(); ++i) {
+    state.target_velocity[i] = (state.target[i] - state.target_velocity[i]) * (1.0 / h);
+  }
+  state.rest_before.swap(state.rest_length);
+  set_rest_lengths(muscle, state);
+  activate(muscle, activation, (state.pose.path_length - length_before) / h, state);
+}
+
+void predict(const Muscle& muscle, double h, MuscleState& state) {
+  state.start = state.x;
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    state.x[i] = muscle.driven[i] ? state.target[i] : state.start[i] + h * state.target_velocity[i];
+  }
+}
+
+double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
+                   double wanted) {
+  const int muscles = static_cast<int>(model.muscles.size());
+  const bool soft = contact.other < muscles;
+  const Surface& surface = soft ? model.muscles[contact.other].surface
+                                : model.bones[contact.other - muscles].surface;
+  const Rows& other =
+      soft ? state.muscles[contact.other].seen : state.bones[contact.other - muscles].x;
+  const Triangle& t = surface.triangles[contact.triangle];
+  const Row d = x - contact.barycentric[0] * other[t[0]] - contact.barycentric[1] * other[t[1]] -
+                contact.barycentric[2] * other[t[2]];
+  return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] - wanted;
+}
+
+bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
+                    double printed_denominator, Rows& x) {
+  if (method == VolumeMethod::kNone) return true;
+  const VolumeCubic cubic = volume_along(x, direction, muscle.rest.triangles);
+  VolumeRoot root;
+  if (method == VolumeMethod::kExact) {
+    root = nearest_root(cubic, muscle.rest_volume);
+  } else {
+    const double denominator =
+        method == VolumeMethod::kPrinted ? printed_denominator : cubic.c1;
+    root.reached = denominator != 0.0;
+    if (root.reached) root.s = (muscle.rest_volume - cubic.c0) / denominator;
+  }
+  for (size_t i = 0; i < x.size(); ++i) x[i] += root.s * direction[i];
+  return root.reached;
+}
+
+void finish_muscle(const Model& model, int m, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const double gap = model.scene.contact.settings.gap;
+  const bool exact = model.volume == VolumeMethod::kExact;
+  Rows& freed = now.gradient;  // the direction without what contact holds
+  freed = now.direction;
+  for (const Contact& contact : now.contacts) {
+    Row& x = now.x[contact.node];
+    const Row n = to_row(contact.normal);
+    const double open = contact_gap(model, state, contact, x, gap);
+    if (open >= 0.0) continue;
+    const bool soft = contact.other < static_cast<int>(model.muscles.size());
+    x -= (soft ? 0.5 : 1.0) * open * n;  // two soft surfaces share the way
+    Row& z = freed[contact.node];
+    z -= (n[0] * z[0] + n[1] * z[1] + n[2] * z[2]) * n;
+  }
+  if (exact && !restore_volume(muscle, model.volume, freed, 0.0, now.x) &&
+      !restore_volume(muscle, model.volume, now.direction, 0.0, now.x)) {
+    ++now.unreached;
+  }
+  for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
+  const double volume = enclosed_volume(now.x, muscle.rest.triangles);
+  const double error = std::abs(volume / muscle.rest_volume - 1.0);
+  now.volume_error = error;
+  now.substep_volume_error = std::max(now.substep_volume_error, error);
+}
+
+}  // namespace thew

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/state.h"
+
+namespace thew {
+
+/// Carries the muscle's shape along its path in state.pose: targets, their velocities over h (s), rest
+/// lengths of the springs, activation.
+void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
+                  MuscleState& state);
+
+/// The step's first guess: moved with the carried shape, driven nodes on it (shape.md: an inertial
+/// guess sags and folds).
+void predict(const Muscle& muscle, double h, MuscleState& state);
+
+/// Signed gap (m) of a contact beyond `wanted`, with the other surface where it is seen.
+double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
+                   double wanted);
+
+/// Moves the nodes that still penetrate out along their contacts' normals, then restores the volume
+/// exactly, along the directions that contact leaves free. Sets velocity and volume error.
+void finish_muscle(const Model& model, int m, double h, State& state);
+
+/// Moves x along `direction` so that the volume is the muscle's own (none: stays; printed: over
+/// `printed_denominator`, without the weights; linear; exact). False where it cannot be reached.
+bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
+                    double printed_denominator, Rows& x);
+
+/// Implicit Euler by block descent on a prefactored matrix (Liu, Bargteil, O'Brien, Kavan 2013), the
+/// volume as a scalar Schur complement in the metric of that matrix.
+void begin_local_global(const Model& model, int m, double h, State& state);
+void iterate_local_global(const Model& model, int m, State& state);
+
+/// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many substeps of
+/// h (s) as the spectrum asks for.
+int explicit_substeps(const Muscle& muscle, double h);
+void step_explicit(const Model& model, int m, double h, State& state);
+
+}  // namespace thew

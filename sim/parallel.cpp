@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/parallel.h"
+
+#include <exception>
+
+namespace thew {
+
+Parallel::Parallel(int threads) {
+  for (int i = 1; i < threads; ++i) {
+    workers_.emplace_back([this] {
+      std::unique_lock lock(mutex_);
+      while (true) {
+        start_.wait(lock, [this] { return stop_ || next_ < count_; });
+        if (stop_) return;
+        take(lock);
+      }
+    });
+  }
+}
+
+Parallel::~Parallel() {
+  {
+    std::scoped_lock lock(mutex_);
+    stop_ = true;
+  }
+  start_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+void Parallel::take(std::unique_lock<std::mutex>& lock) {
+  while (next_ < count_) {
+    const int index = next_++;
+    ++running_;
+    lock.unlock();
+    std::exception_ptr failure;
+    try {
+      (*work_)(index);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    lock.lock();
+    --running_;
+    if (failure && (!failure_ || index < failed_index_)) {
+      failure_ = failure;
+      failed_index_ = index;
+    }
+  }
+  if (running_ == 0) finish_.notify_all();
+}
+
+void Parallel::each(int count, const std::function<void(int)>& work) {
+  if (workers_.empty()) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  std::unique_lock lock(mutex_);
+  work_ = &work;
+  next_ = 0;
+  count_ = count;
+  failure_ = nullptr;
+  start_.notify_all();
+  take(lock);
+  finish_.wait(lock, [this] { return running_ == 0; });
+  count_ = next_ = 0;
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+}  // namespace thew

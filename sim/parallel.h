@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace thew {
+
+/// Threads that share out the indices of a loop. Each index is worked on by one thread alone and
+/// writes only what is its own, so results do not depend on the number of threads.
+class Parallel {
+ public:
+  explicit Parallel(int threads);
+  ~Parallel();
+  Parallel(const Parallel&) = delete;
+  Parallel& operator=(const Parallel&) = delete;
+
+  /// work(i) for i in 0..count-1; rethrows the exception of the lowest index that threw.
+  void each(int count, const std::function<void(int)>& work);
+  int threads() const { return static_cast<int>(workers_.size()) + 1; }
+
+ private:
+  void take(std::unique_lock<std::mutex>& lock);
+
+  std::vector<std::thread> workers_;
+  std::mutex mutex_;
+  std::condition_variable start_, finish_;
+  const std::function<void(int)>* work_ = nullptr;
+  int next_ = 0, count_ = 0, running_ = 0;
+  int failed_index_ = 0;
+  std::exception_ptr failure_;
+  bool stop_ = false;
+};
+
+}  // namespace thew

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sim/model.h"
+
+namespace thew {
+
+/// One muscle: what changes. Rows are by node.
+struct MuscleState {
+  Rows x;                            ///< m
+  Rows v;                            ///< m/s
+  Rows target;                       ///< the carried shape now, m; driven nodes are on it
+  Rows target_velocity;              ///< m/s
+  std::vector<double> rest_length;   ///< of the springs, now, m
+  std::vector<double> rest_before;   ///< the same, a frame before
+  CarriedPose pose;
+  Bvh bvh;
+  std::vector<Contact> contacts;
+  std::vector<double> push;          ///< by contact: force over the contact stiffness, m
+  std::vector<Contact> contacts_before;
+  std::vector<double> push_before;
+  std::vector<int> hints;            ///< last triangle of each node and collider; speeds the search only
+  // Measures of the last frame.
+  double volume_error = 0.0;            ///< relative, at the end of its last step
+  double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
+  int unreached = 0;                 ///< substeps in which the volume could not be reached
+  int weight_fallbacks = 0;          ///< iterations in which even weights had to stand in
+  // Scratch, kept so that a step does not allocate.
+  Rows start;                        ///< x when the step began
+  Rows seen;                         ///< x when the iteration began, as the others see it
+  Rows base;                         ///< what of the right-hand side stays the same in a step, N
+  Rows forces, gradient, weighted, direction;
+  RowPairs pairs;
+  SkylineFactor factor;
+  std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m
+};
+
+struct BoneState {
+  Rows x;
+  Bvh bvh;
+};
+
+/// All that goes from one frame to the next.
+struct State {
+  double time = 0.0;                 ///< s, 0 at the first frame
+  Pose pose;
+  std::vector<double> joints;
+  std::vector<MuscleState> muscles;
+  std::vector<BoneState> bones;
+  SkinState skin;
+
+  int count() const { return static_cast<int>(muscles.size()); }
+};
+
+/// At rest in the bind pose.
+State initial_state(const Model& model);
+
+/// What a resumed bake needs, as plain numbers, and back.
+std::vector<double> pack_state(const State& state);
+void unpack_state(const Model& model, const std::vector<double>& packed, State& state);
+
+}  // namespace thew

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// One frame of the simulation: bones move and carry the muscles along, surfaces meet, springs pull, the
+// multiplier restores each volume without undoing the contact, and the skin follows.
+#include "sim/step.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "sim/drive.h"
+#include "sim/health.h"
+#include "sim/muscle_step.h"
+
+namespace thew {
+namespace {
+
+class StopWatch {
+ public:
+  explicit StopWatch(double& total) : total_(total), begin_(std::chrono::steady_clock::now()) {}
+  ~StopWatch() {
+    total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  double& total_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+void move_rig(const Model& model, double time, double h, Parallel& parallel, State& state) {
+  drive_bones(model, time, state);
+  parallel.each(state.count(), [&](int m) {
+    carry_muscle(model.muscles[m], state.pose, activation_at(model, m, time), h, state.muscles[m]);
+    predict(model.muscles[m], h, state.muscles[m]);
+  });
+}
+
+void solve_muscles(const Model& model, double h, Parallel& parallel, State& state) {
+  const int count = state.count();
+  const auto look = [&](int m) { state.muscles[m].seen = state.muscles[m].x; };
+  parallel.each(count, look);
+  if (model.scene.solver.integrator == "explicit") {
+    parallel.each(count, [&](int m) { step_explicit(model, m, h, state); });
+    return;
+  }
+  parallel.each(count, [&](int m) { begin_local_global(model, m, h, state); });
+  for (int iteration = 0; iteration < model.scene.solver.iterations; ++iteration) {
+    parallel.each(count, [&](int m) { iterate_local_global(model, m, state); });
+    parallel.each(count, look);
+  }
+  parallel.each(count, [&](int m) { finish_muscle(model, m, h, state); });
+}
+
+void step(const Model& model, double time, double h, Parallel& parallel, State& state,
+          StageSeconds& seconds) {
+  {
+    StopWatch watch(seconds.rig);
+    move_rig(model, time, h, parallel, state);
+  }
+  {
+    StopWatch watch(seconds.contact);
+    find_all_contacts(model, parallel, state);
+  }
+  StopWatch watch(seconds.muscles);
+  solve_muscles(model, h, parallel, state);
+}
+
+}  // namespace
+
+void step_frame(const Model& model, double time, Parallel& parallel, State& state,
+                StageSeconds& seconds) {
+  const double frame = time - state.time;
+  const bool is_explicit = model.scene.solver.integrator == "explicit";  // it chooses its own
+  int substeps = is_explicit ? 1 : model.scene.solver.substeps;
+  begin_measures(state);
+  const State before = state;
+  for (int halvings = 0;; ++halvings, substeps *= 2) {
+    std::string trouble;
+    for (int i = 1; i <= substeps && trouble.empty(); ++i) {
+      const double left = frame * (substeps - i) / substeps;
+      step(model, time - left, frame / substeps, parallel, state, seconds);
+      trouble = find_trouble(model, frame / substeps, state);
+    }
+    if (trouble.empty()) break;
+    if (halvings == 6) throw Error(ExitCode::kSolver, trouble);
+    state = before;
+  }
+  state.time = time;
+  if (!model.has_skin) return;
+  StopWatch watch(seconds.skin);
+  refit_muscles(model, parallel, state);
+  step_skin(model.skin, state.pose, colliders_of(model, state), state.skin);
+}
+
+Settled settle(const Model& model, Parallel& parallel, State& state) {
+  Settled settled;
+  StageSeconds unused;
+  const double frame = 1.0 / model.scene.fps, begin = state.time;
+  while (state.time < -0.5 * frame && !settled.converged) {
+    const double time = std::min(0.0, state.time + frame);
+    step_frame(model, time, parallel, state, unused);
+    settled.seconds = time - begin;
+    settled.speed = fastest_node(model, state);
+    settled.converged = settled.speed < kSettledSpeed && time >= bind_to_first_ends(model);
+  }
+  state.time = 0.0;
+  return settled;
+}
+
+}  // namespace thew

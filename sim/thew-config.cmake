@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
+# find_package(thew CONFIG): thew::rig, thew::muscles, thew::skin, thew::sim. Static libraries hand
+# what they link on to their user, so it has to be found here.
+include(CMakeFindDependencyMacro)
+enable_language(C)  # FindHDF5 needs it
+find_dependency(Eigen3 3.4 NO_MODULE)
+find_dependency(assimp 5.2)
+find_dependency(urdfdom)
+find_dependency(HDF5 COMPONENTS C)
+find_dependency(Threads)
+include(${CMAKE_CURRENT_LIST_DIR}/thew-targets.cmake)

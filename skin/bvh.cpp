@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Binned surface-area-heuristic build (Wald 2007), bottom-up refit, nearest point with a shrinking
+// bound, sign by angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "skin/surface.h"
+
+namespace thew {
+namespace {
+
+constexpr int kBins = 16;
+constexpr int kLeaf = 4;    // triangles
+constexpr int kStack = 96;  // deeper than any tree over 2^31 triangles that splits by halves
+
+struct Box {
+  Row lo = Row{} + std::numeric_limits<double>::infinity();
+  Row hi = Row{} - std::numeric_limits<double>::infinity();
+  void add(const Row& p) {
+    lo = p < lo ? p : lo;
+    hi = p > hi ? p : hi;
+  }
+  void add(const Box& box) {
+    lo = box.lo < lo ? box.lo : lo;
+    hi = box.hi > hi ? box.hi : hi;
+  }
+  double half_area() const {
+    const Row d = hi - lo;
+    return d[0] >= 0.0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0.0;
+  }
+};
+
+Box triangle_box(const Surface& surface, const Rows& x, int triangle) {
+  Box box;
+  for (int corner : surface.triangles[triangle]) box.add(x[corner]);
+  return box;
+}
+
+// Rounded outwards: two float steps cover the rounding of the conversion.
+void store(const Box& box, Bvh::Node& node) {
+  constexpr float kStep = 1.2e-7f, kTiny = std::numeric_limits<float>::min();
+  for (int k = 0; k < 3; ++k) {
+    const float lo = static_cast<float>(box.lo[k]), hi = static_cast<float>(box.hi[k]);
+    node.lo[k] = lo - std::fabs(lo) * kStep - kTiny;
+    node.hi[k] = hi + std::fabs(hi) * kStep + kTiny;
+  }
+}
+
+// Splits order[first, first + count) in two by the cheapest plane through the centroids' bins.
+int split(const std::vector<Box>& boxes, std::vector<int>& order, int first, int count) {
+  Box centroids;
+  for (int i = first; i < first + count; ++i) {
+    centroids.add(0.5 * (boxes[order[i]].lo + boxes[order[i]].hi));
+  }
+  const Row extent = centroids.hi - centroids.lo;
+  const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
+                   : extent[1] >= extent[2]                         ? 1
+                                                                    : 2;
+  const int middle = first + count / 2;
+  const auto centre = [&](int t) { return 0.5 * (boxes[t].lo[axis] + boxes[t].hi[axis]); };
+  const auto halve = [&] {
+    std::nth_element(
+        order.begin() + first, order.begin() + middle, order.begin() + first + count,
+        [&](int s, int t) { return centre(s) != centre(t) ? centre(s) < centre(t) : s < t; });
+    return middle;
+  };
+  if (!(extent[axis] > 0.0)) return halve();
+  const auto bin_of = [&](int t) {
+    return std::min(kBins - 1,
+                    static_cast<int>(kBins * (centre(t) - centroids.lo[axis]) / extent[axis]));
+  };
+  Box bins[kBins];
+  int counts[kBins] = {};
+  for (int i = first; i < first + count; ++i) {
+    bins[bin_of(order[i])].add(boxes[order[i]]);
+    ++counts[bin_of(order[i])];
+  }
+  double right_cost[kBins] = {};
+  Box right;
+  for (int b = kBins - 1, n = 0; b > 0; --b) {
+    right.add(bins[b]);
+    n += counts[b];
+    right_cost[b] = right.half_area() * n;
+  }
+  Box left;
+  int best = 0, left_count = 0;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int b = 0, n = 0; b + 1 < kBins; ++b) {
+    left.add(bins[b]);
+    n += counts[b];
+    const double cost = left.half_area() * n + right_cost[b + 1];
+    if (n > 0 && n < count && cost < best_cost) best = b, best_cost = cost, left_count = n;
+  }
+  // A lopsided split would deepen the tree without end on stretched data.
+  if (left_count < count / 16 || count - left_count < count / 16) return halve();
+  std::stable_partition(order.begin() + first, order.begin() + first + count,
+                        [&](int t) { return bin_of(t) <= best; });
+  return first + left_count;
+}
+
+double box_distance2(const Bvh::Node& node, const Vec3& p) {
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double d = std::max(std::max(node.lo[k] - p[k], p[k] - node.hi[k]), 0.0);
+    sum += d * d;
+  }
+  return sum;
+}
+
+struct OnTriangle {
+  double b[3];
+  double distance2;
+};
+
+// Ericson, Real-Time Collision Detection, 5.1.5; corners and edges give barycentrics of exactly 0.
+OnTriangle nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const auto at = [&](double v, double w) {
+    return OnTriangle{{1.0 - v - w, v, w}, (ap - v * ab - w * ac).squaredNorm()};
+  };
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return {{1, 0, 0}, ap.squaredNorm()};
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return {{0, 1, 0}, bp.squaredNorm()};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return at(d1 / (d1 - d3), 0.0);
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return {{0, 0, 1}, cp.squaredNorm()};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return at(0.0, d2 / (d2 - d6));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    const OnTriangle edge = at(1.0 - w, w);
+    return {{0.0, edge.b[1], edge.b[2]}, edge.distance2};
+  }
+  const double sum = va + vb + vc;
+  if (!(sum > 0.0)) return {{1, 0, 0}, ap.squaredNorm()};  // no area, and rounding missed its edges
+  return at(vb / sum, vc / sum);
+}
+
+// The feature that holds the point: a face, an edge or a corner, by its barycentrics that are 0.
+Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const double* b) {
+  for (int k = 0; k < 3; ++k) {
+    const bool first = b[k] > 0.0, second = b[(k + 1) % 3] > 0.0, third = b[(k + 2) % 3] > 0.0;
+    if (first && !second && !third) return node_normal(surface, x, surface.triangles[triangle][k]);
+    if (first && second && !third) {
+      Vec3 n = face_normal(surface, x, triangle);
+      const int across = surface.neighbours[triangle][k];
+      if (across >= 0) n += face_normal(surface, x, across);
+      const double length = n.norm();
+      return length > 0.0 ? Vec3(n / length)
+                          : node_normal(surface, x, surface.triangles[triangle][k]);
+    }
+  }
+  return face_normal(surface, x, triangle);
+}
+
+}  // namespace
+
+Bvh build_bvh(const Surface& surface, const Rows& x) {
+  Bvh bvh;
+  const int count = static_cast<int>(surface.triangles.size());
+  std::vector<Box> boxes;
+  boxes.reserve(count);
+  for (int t = 0; t < count; ++t) {
+    bvh.order.push_back(t);
+    boxes.push_back(triangle_box(surface, x, t));
+  }
+  bvh.nodes.push_back({{}, {}, 0, count});
+  for (size_t n = 0; n < bvh.nodes.size(); ++n) {  // breadth first: children lie behind parents
+    const int first = bvh.nodes[n].first, size = bvh.nodes[n].count;
+    if (size <= kLeaf) continue;
+    const int middle = split(boxes, bvh.order, first, size);
+    bvh.nodes[n].first = static_cast<int>(bvh.nodes.size());
+    bvh.nodes[n].count = 0;
+    bvh.nodes.push_back({{}, {}, first, middle - first});
+    bvh.nodes.push_back({{}, {}, middle, first + size - middle});
+  }
+  refit_bvh(surface, x, bvh);
+  return bvh;
+}
+
+void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
+  for (size_t n = bvh.nodes.size(); n-- > 0;) {
+    Bvh::Node& node = bvh.nodes[n];
+    if (node.count > 0 || bvh.order.empty()) {
+      Box box;
+      for (int i = node.first; i < node.first + node.count; ++i) {
+        box.add(triangle_box(surface, x, bvh.order[i]));
+      }
+      store(box, node);
+      continue;
+    }
+    const Bvh::Node &one = bvh.nodes[node.first], &two = bvh.nodes[node.first + 1];
+    for (int k = 0; k < 3; ++k) {
+      node.lo[k] = std::min(one.lo[k], two.lo[k]);
+      node.hi[k] = std::max(one.hi[k], two.hi[k]);
+    }
+  }
+}
+
+ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p,
+                           double bound, int hint) {
+  ClosestPoint best;
+  double best2 = bound * bound;
+  const auto look = [&](int t) {
+    const Triangle& corner = surface.triangles[t];
+    const OnTriangle near =
+        nearest_on_triangle(to_vec(x[corner[0]]), to_vec(x[corner[1]]), to_vec(x[corner[2]]), p);
+    // The lowest index wins a tie, so that the order of the search does not matter.
+    if (near.distance2 > best2 ||
+        (near.distance2 == best2 && best.triangle >= 0 && best.triangle <= t)) {
+      return;
+    }
+    best2 = near.distance2;
+    best.triangle = t;
+    std::copy(near.b, near.b + 3, best.barycentric);
+  };
+  if (hint >= 0 && hint < static_cast<int>(surface.triangles.size())) look(hint);
+  constexpr double kRounding = 1.0 + 1e-12;  // of the distances to triangles
+  struct Entry {
+    int node;
+    double distance2;
+  } stack[kStack];
+  int top = 0;
+  if (!bvh.order.empty()) stack[top++] = {0, box_distance2(bvh.nodes[0], p)};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    if (entry.distance2 > best2 * kRounding) continue;
+    const Bvh::Node& node = bvh.nodes[entry.node];
+    for (int i = node.first; i < node.first + node.count; ++i) look(bvh.order[i]);
+    if (node.count > 0) continue;
+    Entry near{node.first, box_distance2(bvh.nodes[node.first], p)};
+    Entry far{node.first + 1, box_distance2(bvh.nodes[node.first + 1], p)};
+    if (far.distance2 < near.distance2) std::swap(near, far);
+    if (far.distance2 <= best2 * kRounding) stack[top++] = far;
+    if (near.distance2 <= best2 * kRounding) stack[top++] = near;
+  }
+  if (best.triangle < 0) return best;
+  const Triangle& t = surface.triangles[best.triangle];
+  const double* b = best.barycentric;
+  best.point = b[0] * to_vec(x[t[0]]) + b[1] * to_vec(x[t[1]]) + b[2] * to_vec(x[t[2]]);
+  best.normal = pseudonormal(surface, x, best.triangle, b);
+  best.distance = std::sqrt(best2);
+  if (best.normal.dot(p - best.point) < 0.0) best.distance = -best.distance;
+  return best;
+}
+
+}  // namespace thew

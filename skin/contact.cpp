@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thew {
+namespace {
+
+bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
+  if (bvh.order.empty()) return false;
+  const Bvh::Node& root = bvh.nodes[0];
+  for (int k = 0; k < 3; ++k) {
+    if (p[k] < root.lo[k] - reach || p[k] > root.hi[k] + reach) return false;
+  }
+  return true;
+}
+
+// Deep inside, the nearest way out may be the far side. A node that presses in looks against the
+// surface it came through; one that looks along with the contact's normal did not come that way.
+bool sensible(const Collider& mover, int node, const Contact& contact, double margin) {
+  if (contact.distance > -margin) return true;
+  return node_normal(*mover.surface, *mover.x, node).dot(contact.normal) < 0.2;
+}
+
+}  // namespace
+
+Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
+  constexpr double kTouching = 1e-7;  // m; nearer, rounding would set the direction
+  if (std::abs(near.distance) < kTouching) return near.normal;
+  return (p - near.point) / near.distance;
+}
+
+void find_contacts(const std::vector<Collider>& colliders, int mover,
+                   const std::vector<char>& ignore, const ContactSettings& settings,
+                   std::vector<int>& hints, std::vector<Contact>& contacts) {
+  contacts.clear();
+  const Collider& self = colliders[mover];
+  if (self.free_nodes == nullptr) return;
+  const int nodes = static_cast<int>(self.x->size()), others = static_cast<int>(colliders.size());
+  const double reach = std::max(settings.margin, settings.max_depth);
+  hints.resize(static_cast<size_t>(nodes) * others, -1);
+  for (int node = 0; node < nodes; ++node) {
+    if (!(*self.free_nodes)[node]) continue;
+    const Vec3 p = to_vec((*self.x)[node]);
+    for (int other = 0; other < others; ++other) {
+      const Collider& target = colliders[other];
+      if (other == mover || ignore[other] || !in_reach(*target.bvh, p, settings.margin)) continue;
+      int& hint = hints[static_cast<size_t>(node) * others + other];
+      const ClosestPoint near =
+          closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
+      if (near.triangle < 0) continue;
+      hint = near.triangle;
+      if (near.distance >= settings.margin || near.distance <= -settings.max_depth) continue;
+      Contact contact{node, other, near.triangle, {}, contact_normal(near, p), near.distance};
+      std::copy(near.barycentric, near.barycentric + 3, contact.barycentric);
+      if (sensible(self, node, contact, settings.margin)) contacts.push_back(contact);
+    }
+  }
+}
+
+}  // namespace thew

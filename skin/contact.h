@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "skin/surface.h"
+
+namespace thew {
+
+/// A surface as contact sees it. Rigid bones have no free node.
+struct Collider {
+  const Surface* surface = nullptr;
+  const Bvh* bvh = nullptr;
+  const Rows* x = nullptr;
+  const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
+};
+
+/// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a
+/// triangle of it: normal . (x_node - sum b_k y_k) >= gap.
+struct Contact {
+  int node = -1;
+  int other = -1;
+  int triangle = -1;
+  double barycentric[3] = {0, 0, 0};
+  Vec3 normal = Vec3::UnitZ();  ///< out of the other surface
+  double distance = 0.0;        ///< signed, when found
+};
+
+struct ContactSettings {
+  double margin = 0.003;    ///< m, how far ahead contacts are looked for
+  double max_depth = 0.02;  ///< m, deeper ones are looked for as well
+  double gap = 2e-4;        ///< m, kept between surfaces
+};
+
+/// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
+Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
+
+/// All contacts of the free nodes of `mover` with the other colliders, by node, then by collider.
+/// `ignore[other]` true: that pair is left out (declared attachment patches). `hints` carries the
+/// last triangle of each node and collider from call to call (resized on first use).
+void find_contacts(const std::vector<Collider>& colliders, int mover,
+                   const std::vector<char>& ignore, const ContactSettings& settings,
+                   std::vector<int>& hints, std::vector<Contact>& contacts);
+
+}  // namespace thew

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "rig/types.h"
+
+namespace thew {
+
+/// What does not change of a closed surface while its nodes move.
+struct Surface {
+  std::vector<Triangle> triangles;
+  std::vector<std::array<int, 3>> neighbours;  ///< triangle across each edge (k, k+1)
+  std::vector<std::vector<int>> vertex_triangles;
+};
+Surface make_surface(std::vector<Triangle> triangles, int nodes);
+
+/// Outward unit normal of a triangle (zero where it has no area), and of a node, weighted by angle.
+Vec3 face_normal(const Surface& surface, const Rows& x, int triangle);
+Vec3 node_normal(const Surface& surface, const Rows& x, int node);
+
+/// Bounding volume tree over the triangles of a surface: built once at rest, then refitted.
+struct Bvh {
+  struct Node {
+    float lo[3], hi[3];  ///< rounded outwards
+    int first, count;  ///< count > 0: a leaf over order[first, first + count); else children first,
+                       ///< first + 1
+  };
+  std::vector<Node> nodes;
+  std::vector<int> order;
+};
+Bvh build_bvh(const Surface& surface, const Rows& x);
+void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh);
+
+/// The nearest point of a surface. `distance` is signed, negative inside, by the angle-weighted
+/// pseudonormal of the feature (Baerentzen and Aanaes 2005).
+struct ClosestPoint {
+  int triangle = -1;  ///< -1: nothing within the bound
+  double barycentric[3] = {0, 0, 0};
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();  ///< outward unit pseudonormal at the point
+  double distance = 0.0;        ///< m
+};
+/// Searches only within `bound` (m) of p. `hint`: a triangle to start from, or -1.
+ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p,
+                           double bound, int hint = -1);
+
+/// Pairs (i, j), i < j for one surface with itself, of properly crossing triangles; triangles that
+/// share a vertex are left out. For reports and checks, not for the solver.
+std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
+                                                   const Rows& xa, const Surface& b,
+                                                   const Bvh& bvh_b, const Rows& xb);
+
+}  // namespace thew

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# House rules that a machine can check: include_order.sh ROOT [private headers...]
+#  - include only to the left: rig < muscles < skin < sim < tools < tests
+#  - public headers include nothing but Thew, Eigen and the standard library, GL lives in tools only
+#  - rig, muscles and skin print nothing, read no clock, start no thread; up to sim no function of
+#    libm whose bytes differ by processor
+#  - a file is read in one sitting and names its licence
+set -euo pipefail
+cd "$1"
+shift
+find rig muscles skin sim tools tests \
+    \( -name '*.h' -o -name '*.cpp' -o -name 'CMakeLists.txt' -o -name '*.cmake' \
+       -o -name '*.sh' -o -name '*.py' \) |
+  LC_ALL=C sort | xargs -d '\n' awk -v private="$*" '
+  BEGIN {
+    count = split("rig muscles skin sim tools tests", order, " ")
+    for (i = 1; i <= count; ++i) rank[order[i]] = i
+    count = split(private, list, " ")
+    for (i = 1; i <= count; ++i) hidden[list[i]] = 1
+  }
+  function complain(what) { print FILENAME ":" FNR ": " what; bad = 1 }
+  FNR == 1 {
+    ++files
+    folder = substr(FILENAME, 1, index(FILENAME, "/") - 1)
+    public = FILENAME ~ /\.h$/ && rank[folder] < rank["tools"] && !(FILENAME in hidden)
+    licensed = 0
+  }
+  FNR <= 2 && /^(\/\/|#) SPDX-License-Identifier: Apache-2\.0$/ { licensed = 1 }
+  FNR == 2 && !licensed { complain("no SPDX line; begin with // SPDX-License-Identifier: Apache-2.0") }
+  FNR == 451 { complain("more than 450 lines; split it by idea") }
+  /^[ \t]*#[ \t]*include[ \t]*"/ {
+    split($0, part, "\"")
+    target = substr(part[2], 1, index(part[2], "/") - 1)
+    if (!(target in rank)) complain("\"" part[2] "\" has no folder; write \"folder/file.h\"")
+    else if (rank[target] > rank[folder]) complain(folder " includes " target ", which is to its right")
+    if (public && part[2] in hidden) complain("public header includes the private " part[2])
+  }
+  /^[ \t]*#[ \t]*include[ \t]*</ {
+    split($0, part, /[<>]/)
+    if (public && part[2] ~ /[.\/]/ && part[2] !~ /^Eigen\//)
+      complain("public header includes <" part[2] ">; only Eigen and the standard library may be seen")
+    if (part[2] ~ /^(GL|GLES[23]?|EGL|KHR)\// && folder != "tools")
+      complain("<" part[2] "> outside tools")
+  }
+  rank[folder] < rank["sim"] && /#[ \t]*include[ \t]*<(iostream|chrono|ctime|random|thread|future)>/ {
+    complain("a library that prints nothing, reads no clock and starts no thread")
+  }
+  rank[folder] < rank["tools"] && /std::(sin|cos|tan|asin|acos|atan2?|pow|exp|log)\(/ {
+    complain("its bytes differ by processor; use rig/math.h")
+  }
+  END {
+    if (files < 10) { print "only " files + 0 " files seen; is this the root?"; bad = 1 }
+    exit bad
+  }'

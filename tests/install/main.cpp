@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstdio>
+
+#include "muscles/volume.h"
+#include "rig/mesh.h"
+#include "rig/mesh_import.h"
+#include "rig/urdf_import.h"
+#include "sim/cache.h"
+#include "sim/scene.h"
+#include "skin/surface.h"
+
+// The library was built so; with another alignment Skeleton and its like would be laid out anew.
+static_assert(alignof(thew::Transform) == alignof(double));
+
+namespace {
+
+thew::TriMesh unit_cube() {
+  thew::TriMesh cube;
+  for (int i = 0; i < 8; ++i) cube.vertices.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+  cube.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return cube;
+}
+
+bool is_one(double value) { return std::abs(value - 1.0) < 1e-15; }
+
+bool check(const char* what, bool holds) {
+  if (!holds) std::printf("%s does not hold\n", what);
+  return holds;
+}
+
+// Whether `read` of a file that is not there throws the package's Error with the code of bad input.
+template <class Read>
+bool refuses(Read read) {
+  try {
+    read("no such file");
+  } catch (const thew::Error& error) {
+    return error.code() == thew::ExitCode::kInput;
+  }
+  return false;
+}
+
+}  // namespace
+
+int main() {
+  const thew::TriMesh cube = unit_cube();
+  thew::Rows rows;
+  for (const thew::Vec3& vertex : cube.vertices) rows.push_back(thew::to_row(vertex));
+  bool fine = check("rig: a cube's volume is 1", is_one(thew::enclosed_volume(cube)));
+  fine &= check("rig: a cube is sound", thew::find_defects(cube).empty());
+  fine &=
+      check("muscles: a cube's volume is 1", is_one(thew::enclosed_volume(rows, cube.triangles)));
+  // These pull assimp, urdfdom and HDF5 into the link.
+  fine &= check("rig: a missing mesh is refused",
+                refuses([](const char* file) { thew::import_mesh(file); }));
+  fine &= check("rig: a missing URDF is refused",
+                refuses([](const char* file) { thew::import_urdf(file, "."); }));
+  fine &= check("sim: a missing bake is refused",
+                refuses([](const char* file) { thew::BakeReader reader(file); }));
+  return fine ? 0 : 1;
+}

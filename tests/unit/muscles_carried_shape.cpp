@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "muscles/carried_shape.h"
+
+#include <gtest/gtest.h>
+
+#include "muscles/tube.h"
+#include "muscles/volume.h"
+#include "rig/math.h"
+
+namespace thew {
+namespace {
+
+Pose two_bodies(double x, double angle) {
+  Pose pose(2, Transform::Identity());
+  pose[1].translate(Vec3(x, 0, 0));
+  pose[1].rotate(rotation_about(Vec3::UnitX(), angle));
+  return pose;
+}
+
+MusclePath straight_path() {
+  MusclePath path;
+  path.points = {{0, Vec3::Zero()}, {1, Vec3(0.3, 0, 0)}};
+  return path;
+}
+
+TriMesh spindle() {
+  return make_tube(trace_path(straight_path(), two_bodies(0, 0)), 20, 31,
+                   {{0.0, 0.004}, {0.2, 0.004}, {0.5, 0.018}, {0.8, 0.004}, {1.0, 0.004}});
+}
+
+double volume_of(const Rows& x, const TriMesh& mesh) { return enclosed_volume(x, mesh.triangles); }
+
+TEST(CarriedShape, AtRestIsTheRestShape) {
+  const TriMesh mesh = spindle();
+  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                {0.06, 0.24}, preset_profile("left"));
+  Rows x;
+  carried_positions(shape, carry_pose(shape, two_bodies(0, 0)), 1.0, true, x);
+  for (size_t i = 0; i < x.size(); ++i) {
+    EXPECT_LT((to_vec(x[i]) - mesh.vertices[i]).norm(), 1e-12);
+  }
+}
+
+TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
+  const TriMesh mesh = spindle();
+  for (const char* profile : {"left", "even", "right"}) {
+    const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                  {0.06, 0.24}, preset_profile(profile));
+    const double rest = enclosed_volume(mesh);
+    for (double change : {-0.06, -0.02, 0.03, 0.08}) {
+      Rows x;
+      carried_positions(shape, carry_pose(shape, two_bodies(change, 0)), 1.0, true, x);
+      EXPECT_NEAR(volume_of(x, mesh) / rest, 1.0, 0.02) << profile << " " << change;
+    }
+  }
+}
+
+TEST(CarriedShape, TendonsKeepTheirLength) {
+  const TriMesh mesh = spindle();
+  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                {0.06, 0.24}, WeightProfile{});
+  const CarriedPose pose = carry_pose(shape, two_bodies(-0.05, 0));
+  EXPECT_NEAR(pose.path_length, 0.25, 1e-12);
+  Vec3 from, to, tangent;
+  curve_at(shape, pose, 0.06, from, tangent);
+  curve_at(shape, pose, 0.24, to, tangent);
+  EXPECT_NEAR(from.x(), 0.06, 1e-12);
+  EXPECT_NEAR(to.x(), 0.19, 1e-12);
+}
+
+TEST(CarriedShape, MovesRigidlyWithItsBodies) {
+  const TriMesh mesh = spindle();
+  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                {0.06, 0.24}, preset_profile("right"));
+  Transform move = Transform::Identity();
+  move.translate(Vec3(0.1, -0.4, 0.2));
+  move.rotate(rotation_about(Vec3(1, 2, 3).normalized(), 0.8));
+  Pose still = two_bodies(-0.03, 0.2), moved = still;
+  for (Transform& body : moved) body = move * body;
+  Rows a, b;
+  carried_positions(shape, carry_pose(shape, still), 0.96, true, a);
+  carried_positions(shape, carry_pose(shape, moved), 0.96, true, b);
+  for (size_t i = 0; i < a.size(); ++i) {
+    EXPECT_LT((move * to_vec(a[i]) - to_vec(b[i])).norm(), 1e-12);
+  }
+}
+
+TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
+  const TriMesh mesh = spindle();
+  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                {0.06, 0.24}, WeightProfile{});
+  const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
+  const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));
+  const size_t middle = plain.curve.frames.size() / 2;
+  const Vec3 n = plain.curve.frames[middle].col(1), t = twisted.curve.frames[middle].col(1);
+  EXPECT_NEAR(n.dot(t), sin_cos(0.5).cos, 1e-9);
+  EXPECT_NEAR(n.cross(t).x(), sin_cos(0.5).sin, 1e-9);
+}
+
+}  // namespace
+}  // namespace thew

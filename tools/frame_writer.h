@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "tools/image.h"
+
+namespace thew {
+
+/// Encodes PNGs on a thread of its own, since libpng takes as long as drawing.
+class FrameWriter {
+ public:
+  FrameWriter();
+  /// Writes what is still queued; an error that finish() did not fetch is lost.
+  ~FrameWriter();
+  FrameWriter(const FrameWriter&) = delete;
+  FrameWriter& operator=(const FrameWriter&) = delete;
+
+  /// Queues one image; waits while kQueueLength are queued. After an error images are dropped.
+  void add(const std::filesystem::path& file, Image image);
+  /// Waits for all images; rethrows the first error. No add() after it.
+  void finish();
+
+  static constexpr std::size_t kQueueLength = 8;
+
+ private:
+  void run();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::pair<std::filesystem::path, Image>> queue_;
+  bool finished_ = false;
+  std::exception_ptr error_;
+  std::thread thread_;  // last: it starts when all the rest is there
+};
+
+}  // namespace thew

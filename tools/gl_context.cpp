@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/gl_context.h"
+
+#include <GL/osmesa.h>
+
+#include <cstdlib>
+
+#include "rig/types.h"
+
+namespace thew {
+namespace {
+
+[[noreturn]] void fail(const std::string& cause) {
+  throw Error(ExitCode::kOutput, "renderer: " + cause);
+}
+
+const char* kInstall = "; install libosmesa6 and link neither libGL nor libGLU beside it";
+
+OSMesaContext create_context() {
+  // A cache of compiled shaders on disk would be shared between runs; threads beyond the machine's
+  // two gain nothing, and the pixels do not depend on their number.
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+  setenv("LP_NUM_THREADS", "2", 0);
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_DEPTH_BITS,
+                            0,
+                            OSMESA_PROFILE,
+                            OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION,
+                            3,
+                            OSMESA_CONTEXT_MINOR_VERSION,
+                            3,
+                            0};
+  return OSMesaCreateContextAttribs(attributes, nullptr);
+}
+
+}  // namespace
+
+GlContext::GlContext(int width, int height)
+    : width_(width), height_(height), context_(create_context()) {
+  if (!context_) fail(std::string("OSMesa gives no context of GL 3.3") + kInstall);
+  try {
+    pixels_.resize(4ul * width * height);
+    make_current();
+#define THEW_GL_LOAD(TYPE, NAME)                                                    \
+  gl_.NAME = reinterpret_cast<PFNGL##TYPE##PROC>(OSMesaGetProcAddress("gl" #NAME)); \
+  if (!gl_.NAME) fail(std::string("OSMesa has no gl" #NAME) + kInstall);
+    THEW_GL_FUNCTIONS(THEW_GL_LOAD)
+#undef THEW_GL_LOAD
+    const GLubyte* version = gl_.GetString(GL_VERSION);
+    const GLubyte* renderer = gl_.GetString(GL_RENDERER);
+    if (!version || !renderer) fail(std::string("OSMesa's GL does not answer") + kInstall);
+    driver_ = std::string(reinterpret_cast<const char*>(renderer)) + ", " +
+              reinterpret_cast<const char*>(version);
+  } catch (...) {
+    OSMesaDestroyContext(context_);
+    throw;
+  }
+}
+
+GlContext::~GlContext() { OSMesaDestroyContext(context_); }
+
+void GlContext::make_current() {
+  if (!OSMesaMakeCurrent(context_, pixels_.data(), GL_UNSIGNED_BYTE, width_, height_)) {
+    fail("OSMesa refuses an image of " + std::to_string(width_) + " x " + std::to_string(height_) +
+         "; choose a smaller size");
+  }
+}
+
+const std::vector<std::uint8_t>& GlContext::finish() {
+  gl_.Finish();
+  if (const GLenum error = gl_.GetError(); error != GL_NO_ERROR) {
+    fail("GL error " + std::to_string(error) + " (" + driver_ + ")" +
+         (error == GL_OUT_OF_MEMORY ? "; choose a smaller size" : "; report it as a bug"));
+  }
+  return pixels_;
+}
+
+GLuint GlContext::build_shader(GLenum type, const char* source) {
+  const GLuint shader = gl_.CreateShader(type);
+  gl_.ShaderSource(shader, 1, &source, nullptr);
+  gl_.CompileShader(shader);
+  GLint done = 0;
+  gl_.GetShaderiv(shader, GL_COMPILE_STATUS, &done);
+  if (done) return shader;
+  char log[1024] = "";
+  gl_.GetShaderInfoLog(shader, sizeof log, nullptr, log);
+  fail("a shader does not compile (" + driver_ + "): " + log + "; report it as a bug");
+}
+
+GLuint GlContext::build_program(const char* vertex_source, const char* fragment_source) {
+  const GLuint program = gl_.CreateProgram();
+  for (const GLuint shader : {build_shader(GL_VERTEX_SHADER, vertex_source),
+                              build_shader(GL_FRAGMENT_SHADER, fragment_source)}) {
+    gl_.AttachShader(program, shader);
+    gl_.DeleteShader(shader);  // lives on in the program
+  }
+  gl_.LinkProgram(program);
+  GLint done = 0;
+  gl_.GetProgramiv(program, GL_LINK_STATUS, &done);
+  if (done) return program;
+  char log[1024] = "";
+  gl_.GetProgramInfoLog(program, sizeof log, nullptr, log);
+  fail("a shader does not link (" + driver_ + "): " + log + "; report it as a bug");
+}
+
+}  // namespace thew

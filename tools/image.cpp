@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/image.h"
+
+#include <png.h>
+
+#include <cassert>
+#include <cerrno>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "rig/types.h"
+
+namespace thew {
+namespace {
+
+constexpr png_uint_32 kLargestSide = 16384;
+
+void remember_error(png_structp png, png_const_charp message) {
+  std::snprintf(static_cast<char*>(png_get_error_ptr(png)), 128, "%s", message);
+  png_longjmp(png, 1);
+}
+
+void ignore_warning(png_structp, png_const_charp) {}
+
+// libpng reports by longjmp: nothing in this frame has a destructor. False leaves the cause in
+// `why`.
+bool encode(std::FILE* out, const Image& image, int level, char (&why)[128]) {
+  png_structp png =
+      png_create_write_struct(PNG_LIBPNG_VER_STRING, why, remember_error, ignore_warning);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  if (!info || setjmp(png_jmpbuf(png))) {
+    png_destroy_write_struct(&png, &info);
+    return false;
+  }
+  png_init_io(png, out);
+  png_set_compression_level(png, level);
+  // The two filters that pay on smooth shading; trying all five costs more than the drawing.
+  png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
+  png_set_IHDR(png, info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  for (int y = 0; y < image.height; ++y) {
+    png_write_row(png, image.rgb.data() + 3ul * image.width * y);
+  }
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  return true;
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& file, const Image& image, int level) {
+  assert(image.rgb.size() == 3ul * image.width * image.height);
+  const std::string beside = file.string() + ".tmp";
+  const auto fail = [&](const std::string& cause) {
+    std::remove(beside.c_str());
+    throw Error(ExitCode::kOutput, file.string() + ": cannot write the image: " + cause +
+                                       "; check the folder and the space on its disk");
+  };
+  errno = 0;
+  std::FILE* out = std::fopen(beside.c_str(), "wb");
+  if (!out) fail(std::strerror(errno));
+  char why[128] = "libpng could not start";
+  const bool encoded = encode(out, image, level, why);
+  const bool closed = std::fclose(out) == 0;
+  if (!encoded) fail(why);
+  if (!closed) fail(std::strerror(errno));
+  std::error_code error;
+  std::filesystem::rename(beside, file, error);
+  if (error) fail(error.message());
+}
+
+Image read_png(const std::filesystem::path& file) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  const auto fail = [&](const std::string& cause) {
+    png_image_free(&png);
+    throw Error(ExitCode::kInput,
+                file.string() + ": cannot read the image: " + cause + "; give a PNG file");
+  };
+  std::error_code error;  // a folder or a pipe would block or confuse libpng
+  if (!std::filesystem::is_regular_file(file, error)) fail("no such file");
+  if (!png_image_begin_read_from_file(&png, file.c_str())) fail(png.message);
+  if (png.width > kLargestSide || png.height > kLargestSide) fail("larger than 16384 pixels");
+  png.format = PNG_FORMAT_RGB;
+  Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+  image.rgb.resize(PNG_IMAGE_SIZE(png));
+  if (!png_image_finish_read(&png, nullptr, image.rgb.data(), 0, nullptr)) fail(png.message);
+  return image;
+}
+
+}  // namespace thew

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace thew {
+
+/// 8-bit RGB, rows from the top.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+/// Written beside and renamed; Error(kOutput) on failure. `level`: zlib's, 1 is fast.
+void write_png(const std::filesystem::path& file, const Image& image, int level = 1);
+/// Any PNG up to 16384 x 16384, alpha over black; Error(kInput) on failure.
+Image read_png(const std::filesystem::path& file);
+
+}  // namespace thew

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/cache.h"
+#include "sim/scene.h"
+#include "tools/image.h"
+
+namespace thew {
+
+/// Draws meshes of a bake off-screen through OSMesa (GL 3.3). It knows caches, never the solver.
+/// One thread at a time; the same input gives the same bytes on one machine and driver.
+class Renderer {
+ public:
+  /// `meshes` live as long as the renderer. Sizes 16..8192, otherwise Error(kUsage); Error(kOutput)
+  /// where GL is not to be had.
+  Renderer(int width, int height, const std::vector<BakeMesh>& meshes);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  /// The driver's name and version, as goldens record it.
+  const std::string& driver() const;
+  /// One view of one frame; `positions` by mesh. Error(kUsage) for a view that shows nothing known
+  /// or looks nowhere.
+  Image draw(const SceneView& view, const std::vector<std::vector<Vec3>>& positions);
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace thew

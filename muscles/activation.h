@@ -4,7 +4,8 @@
 namespace thew {
 
 /// Hill-type curves of a fibre, normalised (Thelen 2003, eqs 1-7): length in optimal fibre lengths,
-/// velocity in optimal fibre lengths per second (negative: shortening), force in maximal isometric force.
+/// velocity in optimal fibre lengths per second (negative: shortening), force in maximal isometric
+/// force.
 double active_force_length(double length);
 double passive_force_length(double length);
 double force_velocity(double velocity, double max_velocity = 10.0);

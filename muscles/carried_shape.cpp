@@ -11,7 +11,7 @@ namespace thew {
 namespace {
 
 constexpr int kSamples = 129;
-constexpr double kRounding = 0.010;  // m, length over which corners are rounded
+constexpr double kRounding = 0.007;  // m, length over which corners are rounded
 constexpr double kJunction = 0.012;  // m, over which tendon turns into belly
 
 std::vector<double> arc_lengths(const std::vector<Vec3>& points) {
@@ -100,26 +100,28 @@ struct CurvePoint {
   Mat3 frame;  // interpolated, so only nearly orthonormal: the same at rest and later
 };
 
-CurvePoint interpolate(const CarryCurve& curve, double along) {
-  const double at = std::clamp(along / curve.length, 0.0, 1.0) * (kSamples - 1);
+// `part`: of the curve's length, 0..1.
+CurvePoint interpolate(const CarryCurve& curve, double part) {
+  const double at = std::clamp(part, 0.0, 1.0) * (kSamples - 1);
   const int i = std::min(static_cast<int>(at), kSamples - 2);
   const double t = at - i;
   return {curve.points[i] + t * (curve.points[i + 1] - curve.points[i]),
           curve.frames[i] + t * (curve.frames[i + 1] - curve.frames[i])};
 }
 
-double nearest_along(const CarryCurve& curve, const Vec3& x) {
-  double best = std::numeric_limits<double>::infinity(), along = 0.0;
+// Part of the curve's length at which it is nearest to x.
+double nearest_part(const CarryCurve& curve, const Vec3& x) {
+  double best = std::numeric_limits<double>::infinity(), part = 0.0;
   for (int i = 0; i + 1 < kSamples; ++i) {
     const Vec3 d = curve.points[i + 1] - curve.points[i];
     const double t = std::clamp(d.dot(x - curve.points[i]) / d.squaredNorm(), 0.0, 1.0);
     const double distance = (curve.points[i] + t * d - x).squaredNorm();
     if (distance < best) {
       best = distance;
-      along = curve.length * (i + t) / (kSamples - 1);
+      part = (i + t) / (kSamples - 1);
     }
   }
-  return along;
+  return part;
 }
 
 // Integral of smoothstep over t in 0..1, up to t.
@@ -157,9 +159,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   first << t, n, t.cross(n);
   set_frames(first, nullptr, curve);
   shape.rest_path_length = traced.length;
-  shape.rest_curve_length = curve.length;
-  const double to_curve = curve.length / traced.length;
-  shape.belly = {belly[0] * to_curve, belly[1] * to_curve};
+  shape.belly = belly;
   const Transform& origin = rest_pose[path.points.front().body];
   const Transform& insertion = rest_pose[path.points.back().body];
   shape.rest_end_frames = {origin.rotation().transpose() * curve.frames.front(),
@@ -174,8 +174,9 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.stretch_rate.resize(nodes);
   shape.bulge.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
-    const double s = nearest_along(curve, mesh.vertices[i]);
-    const CurvePoint at = interpolate(curve, s);
+    const double part = nearest_part(curve, mesh.vertices[i]);
+    const CurvePoint at = interpolate(curve, part);
+    const double s = part * traced.length;
     shape.along[i] = s;
     shape.offset[i] = at.frame.inverse() * (mesh.vertices[i] - at.point);
     shape.stretch_share[i] = profile.share(s);
@@ -189,8 +190,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
-      const double s = shape.along[k];
-      const CurvePoint at = interpolate(curve, s);
+      const CurvePoint at = interpolate(curve, shape.along[k] / traced.length);
       const double wedge = outward.dot(at.frame * Vec3(0, shape.offset[k].y(), shape.offset[k].z()));
       plain += wedge * shape.stretch_rate[k];
       weighted += wedge * shape.stretch_rate[k] * shape.bulge[k];
@@ -206,7 +206,7 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   const TracedPath traced = trace_path(shape.path, pose);
   out.path_length = traced.length;
   out.curve = rounded_curve(traced);
-  out.change = out.curve.length - shape.rest_curve_length;
+  out.change = traced.length - shape.rest_path_length;
   const auto end_frame = [&](int end, int sample) {
     const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
     const Mat3 carried = pose[point.body].rotation() * shape.rest_end_frames[end];
@@ -228,7 +228,7 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, doubl
   positions.resize(nodes);
   for (int i = 0; i < nodes; ++i) {
     const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
-    const CurvePoint at = interpolate(pose.curve, s);
+    const CurvePoint at = interpolate(pose.curve, s / pose.path_length);
     double g = 1.0;
     if (shape.stretch_rate[i] > 0.0) {
       const double swelling = 1.0 / stretch_at(shape, pose, i) - 1.0;
@@ -249,7 +249,7 @@ double belly_coordinate(const CarriedShape& shape, int node) {
 
 std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node) {
   const double u = belly_coordinate(shape, node);
-  return {shape.along[node] / shape.rest_curve_length,
+  return {shape.along[node] / shape.rest_path_length,
           arc_tan2(shape.offset[node].z(), shape.offset[node].y()),
           smoothstep(0.0, 0.12, u) * smoothstep(0.0, 0.12, 1.0 - u)};
 }
@@ -258,7 +258,8 @@ void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, 
               Vec3& tangent) {
   const double length = shape.belly[1] - shape.belly[0];
   const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
-  const CurvePoint at = interpolate(pose.curve, along + profile.share(along) * pose.change);
+  const CurvePoint at = interpolate(
+      pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);
   point = at.point;
   tangent = at.frame.col(0).normalized();
 }

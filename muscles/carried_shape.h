@@ -10,7 +10,8 @@
 
 namespace thew {
 
-/// The traced path with its corners rounded, sampled at equal distances, with a frame per sample
+/// The traced path with its corners rounded (so a little shorter; places on it are parts of its
+/// length, which stand for the same parts of the path's), sampled at equal distances, with a frame per sample
 /// that turns as little as possible and shares the twist between origin and insertion.
 struct CarryCurve {
   std::vector<Vec3> points;
@@ -22,13 +23,12 @@ struct CarryCurve {
 /// `belly[0]` to `belly[1]`, takes all the change of length, and swells by what it shortens.
 struct CarriedShape {
   MusclePath path;
-  std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest curve
+  std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest path
   double rest_path_length = 0.0;             ///< m, of the exact path
-  double rest_curve_length = 0.0;            ///< m, of the rounded one
   std::array<Mat3, 2> rest_end_frames;       ///< curve's ends in the frames of their bodies
 
   // By node.
-  std::vector<double> along;          ///< m along the rest curve
+  std::vector<double> along;          ///< m along the rest path
   std::vector<Vec3> offset;           ///< from the curve, in its frame
   std::vector<double> stretch_share;  ///< share of the belly's change of length before the node, 0..1
   std::vector<double> stretch_rate;   ///< its derivative, 1/m: 0 in the tendons
@@ -39,7 +39,7 @@ struct CarriedShape {
 struct CarriedPose {
   CarryCurve curve;
   double path_length = 0.0;   ///< m, musculotendon, exact
-  double change = 0.0;        ///< m, by which the curve is longer than at rest
+  double change = 0.0;        ///< m, by which the path is longer than at rest
 };
 
 /// `belly` in m along the rest path. `weights` shape the bulge along the belly; its mean effect is
@@ -63,7 +63,7 @@ double belly_coordinate(const CarriedShape& shape, int node);
 /// u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendons: for drawing fibres.
 std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node);
 
-/// Point and tangent of the curve at `along` m of the rest curve.
+/// Point and tangent of the curve at `along` m of the rest path.
 void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
               Vec3& tangent);
 

@@ -92,38 +92,40 @@ double trace_wrap(const Section& section, const Vec3& from, const Vec3& to,
   return flat * std::sqrt(1.0 + slope * slope);
 }
 
-const WrapCylinder* wrap_on(const MusclePath& path, int segment) {
-  const WrapCylinder* found = nullptr;
+// The wrap of each segment, null where there is none.
+std::vector<const WrapCylinder*> wraps_by_segment(const MusclePath& path) {
+  const auto refuse = [](const std::string& what) {
+    throw Error(ExitCode::kUsage, "muscle path: " + what);
+  };
+  if (path.points.size() < 2) refuse("it lacks an origin or an insertion; add path points");
+  std::vector<const WrapCylinder*> wraps(path.points.size() - 1, nullptr);
   for (const WrapCylinder& wrap : path.wraps) {
-    if (wrap.segment != segment) continue;
-    if (found) {
-      throw Error(ExitCode::kUsage, "muscle path: segment " + std::to_string(segment) +
-                                        " has two wraps; put a path point between them");
+    const std::string segment = "segment " + std::to_string(wrap.segment);
+    if (wrap.segment < 0 || wrap.segment >= static_cast<int>(wraps.size())) {
+      refuse(segment + " has a wrap but does not exist; count segments from 0 at the origin");
     }
-    found = &wrap;
+    if (wraps[wrap.segment]) refuse(segment + " has two wraps; put a path point between them");
+    wraps[wrap.segment] = &wrap;
   }
-  return found;
+  return wraps;
 }
 
 }  // namespace
 
 TracedPath trace_path(const MusclePath& path, const Pose& pose) {
+  const std::vector<const WrapCylinder*> wraps = wraps_by_segment(path);
+  const auto in_world = [&](size_t i) {
+    return Vec3(pose[path.points[i].body] * path.points[i].position);
+  };
   TracedPath traced;
-  if (path.points.size() < 2) {
-    throw Error(ExitCode::kUsage, "muscle path: needs an origin and an insertion; add path points");
-  }
   traced.points.reserve(path.points.size() + kArcPoints * path.wraps.size());
-  for (size_t i = 0; i < path.points.size(); ++i) {
-    const PathPoint& point = path.points[i];
-    const Vec3 next = pose[point.body] * point.position;
-    if (i > 0) {
-      const Vec3 last = traced.points.back();
-      const WrapCylinder* wrap = wrap_on(path, static_cast<int>(i) - 1);
-      traced.length +=
-          wrap ? trace_wrap(section_of(*wrap, pose[wrap->body]), last, next, traced.points)
-               : (next - last).norm();
-    }
-    traced.points.push_back(next);
+  traced.points.push_back(in_world(0));
+  for (size_t i = 0; i < wraps.size(); ++i) {
+    const Vec3 from = traced.points.back(), to = in_world(i + 1);
+    traced.length +=
+        wraps[i] ? trace_wrap(section_of(*wraps[i], pose[wraps[i]->body]), from, to, traced.points)
+                 : (to - from).norm();
+    traced.points.push_back(to);
   }
   return traced;
 }

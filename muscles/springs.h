@@ -10,11 +10,14 @@ namespace thew {
 
 /// Material of a muscle's surface, per width, so that refining the mesh leaves it as it was.
 struct SpringMaterial {
-  double young = 1000.0;       ///< membrane stiffness across the fibres, N/m
-  double anisotropy = 10.0;    ///< stiffness along the fibres over across
-  double shear = 0.2;          ///< share of `young` in the springs between opposite vertices
-  double bending = 1e-4;       ///< N m, in the same springs
-  double density = 1060.0;     ///< kg/m^3
+  double young = 1000.0;     ///< membrane stiffness across the fibres, N/m
+  double anisotropy = 10.0;  ///< stiffness along the fibres over across
+  double shear = 0.2;        ///< share of `young` in the springs between opposite vertices
+  double bending = 1e-4;     ///< N m, in the same springs
+  /// Stiffness against leaving the carried shape's edge vectors, over that against leaving their
+  /// lengths: stands for the inside of the muscle, which a surface lacks.
+  double shape = 2.0;
+  double density = 1060.0;   ///< kg/m^3
 };
 
 /// Structural springs (edges) first, then shear and bending springs (vertices opposite each edge).
@@ -27,8 +30,9 @@ struct Springs {
 };
 
 /// k = Y(a) A / L^2, A a third of the two triangles' area, a the angle between edge and fibre,
-/// Y = young (1 + (anisotropy - 1) cos^4 a); opposite vertices: shear * Y A / L^2 + bending / L^2
-/// scaled so that a plate's bending energy does not depend on the mesh. `fibres`: unit direction
+/// Y = young (1 + (anisotropy - 1) cos^4 a); opposite vertices: k = (shear Y + bending / L^2) A /
+/// L^2, growing as 1/h^2 under refinement. A distance cannot feel the bending of a flat plate to
+/// first order: its energy still falls as h^2 (as h^4 for shear alone). `fibres`: unit direction
 /// per vertex, or empty for an isotropic material.
 Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
                      const SpringMaterial& material);

@@ -18,8 +18,9 @@ struct WeightProfile {
 WeightProfile preset_profile(const std::string& name);
 double profile_weight(const WeightProfile& profile, double u);
 
-/// Weights scaled so that their sum is n, the paper's convention. Throws std::invalid_argument for
-/// negative or non-finite weights, or if all are zero where `driven` is zero.
+/// Weights set to 0 where `driven`, and scaled so that their sum is n, the paper's convention.
+/// Throws std::invalid_argument for negative or non-finite weights, or if all are zero where
+/// `driven` is zero.
 std::vector<double> normalised_weights(std::vector<double> weights,
                                        const std::vector<char>& driven);
 
@@ -27,7 +28,8 @@ std::vector<double> normalised_weights(std::vector<double> weights,
 /// normalised again, at which no free node's share of the volume correction exceeds `ratio` times
 /// its share under even weights; `gradient_squared_over_mass[i]` = |dV/dx_i|^2 / m_i. Returns the
 /// floor (0 if the weights are tame already).
-double tame_weights(std::vector<double>& weights, const std::vector<double>& gradient_squared_over_mass,
+double tame_weights(std::vector<double>& weights,
+                    const std::vector<double>& gradient_squared_over_mass,
                     const std::vector<char>& driven, double ratio = 1.5);
 
 /// Takes net force and torque out of a displacement field so that a body that no bone holds keeps

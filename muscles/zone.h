@@ -23,6 +23,9 @@ std::vector<double> surface_distance(const TriMesh& mesh, const std::vector<int>
 /// Radius after a load (N) has acted for one more step: grows by per_impulse * load * dt, capped.
 double grown_radius(const ZoneSettings& settings, double radius, double load, double dt);
 
+/// Eq. 15 itself: 1 at distance 0, 0 from the radius on.
+double zone_weight(double distance, double radius);
+
 /// Weights of the zone, normalised to sum n. `load_direction` (unit or zero) shortens distances
 /// along it by 1 - along_load.
 std::vector<double> zone_weights(const TriMesh& mesh, const std::vector<int>& loaded_nodes,

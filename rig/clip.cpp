@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kAngleSlack = 0.5 * kDegree;  // rad
 constexpr double kLengthSlack = 0.5e-3;        // m
-constexpr double kRounding = 1e-12;            // of kAngleSlack: half a degree itself passes
+constexpr double kRounding = 1e-12;            // of the slack: half a degree itself passes
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
   throw Error(ExitCode::kInput, place + ": " + what);
@@ -73,17 +73,19 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
   const std::string at = "joint \"" + clip.joints[column] + "\"";
   const std::string range =
       "[" + value_text(lower, is_angle) + ", " + value_text(upper, is_angle) + "]";
+  const auto fail = [&](size_t k, const std::string& what) {
+    refuse(place, at + " is " + value_text(clip.values[k][column], is_angle) + " at " +
+                      number_text(clip.times[k]) + " s, " + what);
+  };
   int clamped = 0;
   double largest = 0.0;
   for (size_t k = 0; k < clip.times.size(); ++k) {
     double& value = clip.values[k][column];
-    const std::string when = " at " + number_text(clip.times[k]) + " s";
-    if (!std::isfinite(value)) refuse(place, at + " is not finite" + when + "; correct the key");
+    if (!std::isfinite(value)) fail(k, "not finite; correct the key");
     const double inside = std::clamp(value, lower, upper);
     const double beyond = std::fabs(value - inside);
     if (beyond > slack * (1.0 + kRounding)) {
-      refuse(place, at + " is " + value_text(value, is_angle) + when + ", outside its range " +
-                        range + "; correct the key, its unit or the rig's limits");
+      fail(k, "outside its range " + range + "; correct the key, its unit or the rig's limits");
     }
     clamped += beyond > 0.0;
     largest = std::max(largest, beyond);

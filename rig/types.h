@@ -33,7 +33,7 @@ struct AlignedAllocator {
 };
 using Rows = std::vector<Row, AlignedAllocator<Row>>;
 
-inline Row to_row(const Vec3& p) { return Row{p.x(), p.y(), p.z(), 0.0}; }
+[[gnu::always_inline]] inline Row to_row(const Vec3& p) { return Row{p.x(), p.y(), p.z(), 0.0}; }
 inline Vec3 to_vec(const Row& r) { return {r[0], r[1], r[2]}; }
 
 /// Exit codes of the command, and what each kind of Error ends it with.

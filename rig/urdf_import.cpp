@@ -47,7 +47,7 @@ class ErrorLog : public console_bridge::OutputHandler {
 
 urdf::ModelInterfaceSharedPtr parse(const fs::path& file, const std::string& text) {
   ErrorLog log;
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
   if (model && log.count == 0) return model;
   const std::string more =
       log.count > 1 ? " (and " + std::to_string(log.count - 1) + " more errors)" : "";

@@ -64,7 +64,7 @@ void read_links(UrdfTree& tree, const TiXmlElement& robot) {
     }
     tree.links.push_back(std::move(link));
     if (tree.links.size() > kLinkLimit) {
-      refuse(tree, link.row, "more than " + std::to_string(kLinkLimit) + " links; this is no rig");
+      refuse(tree, e->Row(), "more than " + std::to_string(kLinkLimit) + " links; this is no rig");
     }
   }
   if (tree.links.empty()) refuse(tree, robot.Row(), "has no links; a rig needs at least one");

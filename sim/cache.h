@@ -28,6 +28,7 @@ struct BakeInfo {
   std::vector<int> frames;        ///< those to be written, in order
   std::vector<BakeMesh> meshes;
   std::vector<std::string> metric_names;  ///< scalars per frame, "volume_error/biceps_long", …
+  std::string hash;               ///< of a packed bake, as pack() returned it
 };
 
 struct BakeFrame {
@@ -61,7 +62,8 @@ class BakeWriter {
   std::unique_ptr<Data> data_;
 };
 
-/// A packed bake. Refuses what is not of its format before it allocates: Error(kInput).
+/// A packed bake; meshes and metrics in the order of their names. Refuses what is not of its format
+/// before it allocates: Error(kInput).
 class BakeReader {
  public:
   explicit BakeReader(const std::filesystem::path& file);

@@ -2,6 +2,7 @@
 #include "sim/drive.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "muscles/weights.h"
 #include "rig/math.h"
@@ -61,29 +62,57 @@ void refit_muscles(const Model& model, Parallel& parallel, State& state) {
   });
 }
 
+namespace {
+
+// m, the most that a node moved since the last search.
+double note_motion(const Rows& x, Rows& searched) {
+  if (searched.size() != x.size()) {
+    searched = x;
+    return 1e9;  // no search yet
+  }
+  double most = 0.0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Row d = x[i] - searched[i];
+    most = std::max(most, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    searched[i] = x[i];
+  }
+  return std::sqrt(most);
+}
+
+// Contacts that go on keep their multipliers; both lists are sorted by node and collider.
+void keep_pushes(MuscleState& now) {
+  const auto key = [](const Contact& c) { return std::pair(c.node, c.other); };
+  now.push.assign(now.contacts.size(), 0.0);
+  size_t old = 0;
+  for (size_t c = 0; c < now.contacts.size(); ++c) {
+    while (old < now.contacts_before.size() &&
+           key(now.contacts_before[old]) < key(now.contacts[c])) {
+      ++old;
+    }
+    if (old < now.contacts_before.size() && key(now.contacts_before[old]) == key(now.contacts[c])) {
+      now.push[c] = now.push_before[old];
+    }
+  }
+}
+
+}  // namespace
+
 void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   if (!model.scene.contact.enabled) return;
   refit_muscles(model, parallel, state);
-  const std::vector<Collider> colliders = colliders_of(model, state);
+  std::vector<Collider> colliders = colliders_of(model, state);
+  for (size_t c = 0; c < colliders.size(); ++c) {
+    Rows& searched = c < state.muscles.size() ? state.muscles[c].searched
+                                              : state.bones[c - state.muscles.size()].searched;
+    colliders[c].moved = note_motion(*colliders[c].x, searched);
+  }
   parallel.each(state.count(), [&](int m) {
     MuscleState& now = state.muscles[m];
     now.contacts_before.swap(now.contacts);
     now.push_before.swap(now.push);
-    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.hints,
+    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.memory,
                   now.contacts);
-    now.push.assign(now.contacts.size(), 0.0);
-    size_t old = 0;  // both lists are sorted by node and collider
-    const auto key = [](const Contact& c) { return std::pair(c.node, c.other); };
-    for (size_t c = 0; c < now.contacts.size(); ++c) {
-      while (old < now.contacts_before.size() &&
-             key(now.contacts_before[old]) < key(now.contacts[c])) {
-        ++old;
-      }
-      if (old < now.contacts_before.size() &&
-          key(now.contacts_before[old]) == key(now.contacts[c])) {
-        now.push[c] = now.push_before[old];
-      }
-    }
+    keep_pushes(now);
   });
 }
 

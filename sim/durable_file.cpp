@@ -147,9 +147,10 @@ FolderLock::FolderLock(const fs::path& folder)
   const int error = errno;
   ::close(descriptor_);
   if (error != EWOULDBLOCK) fail_to_write(folder, "lock", error);
-  throw Error(ExitCode::kRetry, folder.string() +
-                                    ": another bake is writing here; wait for it and run again with "
-                                    "--resume, or give another --out");
+  throw Error(ExitCode::kRetry,
+              folder.string() +
+                  ": another bake is writing here; wait for it and run again with "
+                  "--resume, or give another --out");
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }

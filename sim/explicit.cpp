@@ -14,15 +14,17 @@ constexpr double kMargin = 0.8;    // of the stable step
 double dot3(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 void add_damped_spring_forces(const Muscle& muscle, const std::vector<double>& rest_length,
-                              const Rows& x, const Rows& v, Rows& f) {
+                              const Rows& target, const Rows& x, const Rows& v, Rows& f) {
   const Springs& springs = muscle.springs;
+  const double shape = muscle.settings.material.shape;
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
     const Row d = x[a] - x[b];
     const double length = std::sqrt(dot3(d, d));
     const double rate = dot3(d, v[a] - v[b]) / length;
     const Row force =
-        springs.stiffness[k] * (length - rest_length[k] + kDashpot * rate) / length * d;
+        springs.stiffness[k] * ((length - rest_length[k] + kDashpot * rate) / length * d +
+                                shape * (d - (target[a] - target[b])));
     f[a] -= force;
     f[b] += force;
   }
@@ -68,7 +70,8 @@ void stop_at_contacts(const Model& model, const State& state, MuscleState& now) 
 
 int explicit_substeps(const Muscle& muscle, double h) {
   const double omega =
-      std::sqrt(highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven) +
+      std::sqrt((1.0 + muscle.settings.material.shape) *
+                    highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven) +
                 muscle.settings.guide);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
@@ -85,6 +88,7 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
   const size_t nodes = now.x.size();
   now.x = now.start;
   std::vector<double> rest_length(now.rest_length.size());
+  Rows target(nodes);
   for (int step = 1; step <= substeps; ++step) {
     const double left = frame - step * h;  // bones and rest lengths are interpolated inside the frame
     for (size_t k = 0; k < rest_length.size(); ++k) {
@@ -93,16 +97,16 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
     }
     now.forces.assign(nodes, Row{});
     for (size_t i = 0; i < nodes; ++i) {
-      const Row target = now.target[i] - left * now.target_velocity[i];
+      target[i] = now.target[i] - left * now.target_velocity[i];
       if (muscle.driven[i]) {
-        now.x[i] = target;
+        now.x[i] = target[i];
         now.v[i] = now.target_velocity[i];
         continue;
       }
-      now.forces[i] = muscle.mass[i] * (gravity + guide * (target - now.x[i]) +
+      now.forces[i] = muscle.mass[i] * (gravity + guide * (target[i] - now.x[i]) +
                                         damping * (now.target_velocity[i] - now.v[i]));
     }
-    add_damped_spring_forces(muscle, rest_length, now.x, now.v, now.forces);
+    add_damped_spring_forces(muscle, rest_length, target, now.x, now.v, now.forces);
     for (size_t i = 0; i < nodes; ++i) {
       if (!muscle.driven[i]) now.v[i] += h / muscle.mass[i] * now.forces[i];
     }

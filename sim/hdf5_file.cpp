@@ -2,8 +2,6 @@
 #include "sim/hdf5_file.h"
 
 #include <algorithm>
-#include <functional>
-#include <numeric>
 
 namespace thew {
 namespace {
@@ -58,9 +56,8 @@ Hdf5Id text_type(std::size_t length) {
 }
 
 bool multiply(const Hdf5Dims& dims, hsize_t& product) {
-  return std::none_of(dims.begin(), dims.end(), [&](hsize_t n) {
-    return __builtin_mul_overflow(product, n, &product);
-  });
+  return std::none_of(dims.begin(), dims.end(),
+                      [&](hsize_t n) { return __builtin_mul_overflow(product, n, &product); });
 }
 
 hsize_t chunk_bytes(const Hdf5Dataset& dataset) {
@@ -76,7 +73,8 @@ Hdf5File::Hdf5File(const std::filesystem::path& file, Mode mode) : path_(file), 
   start_library();
   const Hdf5Id access = property_list(H5P_FILE_ACCESS);
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
-  // Files appear by renaming and bakes hold a lock of their own; network file systems lack this one.
+  // Files appear by renaming and bakes hold a lock of their own; network file systems lack this
+  // one.
   H5Pset_file_locking(access, false, true);
   if (mode == Mode::kCreate) {
     H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
@@ -102,8 +100,8 @@ void Hdf5File::fail(const std::string& what) const {
     throw Error(ExitCode::kOutput,
                 path_.string() + ": " + what + "; free some space and run again with --resume");
   }
-  throw Error(ExitCode::kInput, path_.string() + ": " + what +
-                                    "; give a bake.h5 of this version, or bake again");
+  throw Error(ExitCode::kInput,
+              path_.string() + ": " + what + "; give a bake.h5 of this version, or bake again");
 }
 
 void Hdf5File::check(long long result, const std::string& what) const {
@@ -143,15 +141,20 @@ Hdf5Dataset Hdf5File::create_dataset(hid_t parent, const std::string& name, hid_
 
 namespace {
 
-// The part of a dataset that is one chunk: {in the file, in memory}.
-std::pair<Hdf5Id, Hdf5Id> chunk_spaces(const Hdf5Dataset& dataset, hsize_t first) {
+/// The part of a dataset that is one chunk.
+struct ChunkSpaces {
+  Hdf5Id in_file, in_memory;
+};
+
+ChunkSpaces chunk_spaces(const Hdf5Dataset& dataset, hsize_t first) {
   Hdf5Dims offset(dataset.dims.size(), 0), count = dataset.dims;
   offset[0] = first;
   count[0] = dataset.rows;
-  std::pair<Hdf5Id, Hdf5Id> spaces{
-      {H5Dget_space(dataset.id), H5Sclose},
-      {H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose}};
-  H5Sselect_hyperslab(spaces.first, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
+  const int rank = static_cast<int>(count.size());
+  ChunkSpaces spaces{{H5Dget_space(dataset.id), H5Sclose},
+                     {H5Screate_simple(rank, count.data(), nullptr), H5Sclose}};
+  H5Sselect_hyperslab(spaces.in_file, H5S_SELECT_SET, offset.data(), nullptr, count.data(),
+                      nullptr);
   return spaces;
 }
 
@@ -175,11 +178,12 @@ void Hdf5File::write_attribute(hid_t object, const std::string& name, const std:
   write_attribute(object, name, type, type, value.empty() ? "" : value.data());
 }
 
-void Hdf5File::write_attribute(hid_t object, const std::string& name, hid_t type,
-                               hid_t memory_type, const void* value) {
+void Hdf5File::write_attribute(hid_t object, const std::string& name, hid_t type, hid_t memory_type,
+                               const void* value) {
   const Hdf5Id space = checked(H5Screate(H5S_SCALAR), H5Sclose, "lay out attribute " + name);
-  Hdf5Id attribute = checked(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
-                             H5Aclose, "create attribute " + name);
+  Hdf5Id attribute =
+      checked(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+              "create attribute " + name);
   check(H5Awrite(attribute, memory_type, value), "write attribute " + name);
   check(attribute.close(), "close attribute " + name);
 }
@@ -202,6 +206,10 @@ std::vector<std::string> Hdf5File::names(hid_t group) const {
 
 bool Hdf5File::has(hid_t group, const std::string& name) const {
   return H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+bool Hdf5File::has_attribute(hid_t object, const std::string& name) const {
+  return H5Aexists(object, name.c_str()) > 0;
 }
 
 void Hdf5File::check_hard_link(hid_t parent, const std::string& name) const {
@@ -235,6 +243,11 @@ Hdf5Dataset Hdf5File::open_dataset(hid_t parent, const std::string& name,
   }
   if (dataset.type < 0) fail(name + " is of another type of number");
 
+  const Hdf5Id creation =
+      checked(H5Dget_create_plist(dataset.id), H5Pclose, "read the layout of " + name);
+  // Chunked is neither external nor virtual; a virtual one opens other files to tell its size.
+  if (H5Pget_layout(creation) != H5D_CHUNKED) fail(name + " is not laid out in chunks");
+
   const Hdf5Id space = checked(H5Dget_space(dataset.id), H5Sclose, "read the size of " + name);
   if (H5Sget_simple_extent_ndims(space) != static_cast<int>(rank)) {
     fail(name + " does not have " + std::to_string(rank) + " dimensions");
@@ -242,14 +255,9 @@ Hdf5Dataset Hdf5File::open_dataset(hid_t parent, const std::string& name,
   dataset.dims.resize(rank);
   check(H5Sget_simple_extent_dims(space, dataset.dims.data(), nullptr), "read the size of " + name);
   dataset.rows = rows == 0 ? dataset.dims[0] : rows;
-
-  const Hdf5Id creation =
-      checked(H5Dget_create_plist(dataset.id), H5Pclose, "read the layout of " + name);
   Hdf5Dims chunk(rank), wanted = dataset.dims;
   wanted[0] = dataset.rows;
-  // Chunked: neither external nor virtual. Virtual ones would be opened from other files.
-  if (H5Pget_layout(creation) != H5D_CHUNKED ||
-      H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) != static_cast<int>(rank) ||
+  if (H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) != static_cast<int>(rank) ||
       chunk != wanted) {
     fail(name + " is not laid out in chunks of one frame");
   }
@@ -259,8 +267,8 @@ Hdf5Dataset Hdf5File::open_dataset(hid_t parent, const std::string& name,
   for (unsigned i = 0; known && i < filters.size(); ++i) {
     unsigned flags = 0;
     std::size_t values = 0;
-    known = H5Pget_filter2(creation, i, &flags, &values, nullptr, 0, nullptr, nullptr) ==
-            filters[i];
+    known =
+        H5Pget_filter2(creation, i, &flags, &values, nullptr, 0, nullptr, nullptr) == filters[i];
   }
   if (!known) fail(name + " has other filters than shuffle, deflate and Fletcher32");
 

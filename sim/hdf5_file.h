@@ -47,10 +47,10 @@ struct Hdf5Dataset {
   hsize_t rows = 0;  ///< of a chunk
 };
 
-/// A file of HDF5 in the one dialect that Thew writes and accepts: newest format, no object times (equal
-/// content, equal bytes), hard links only, every dataset chunked in equal blocks of rows with shuffle,
-/// deflate 1 and Fletcher32. Each call checks what it does and throws Error with file, cause and next
-/// move: kOutput where the file was created here, kInput where it was opened.
+/// A file of HDF5 in the one dialect that Thew writes and accepts: newest format, no object times
+/// (equal content, equal bytes), hard links only, every dataset chunked in equal blocks of rows
+/// with shuffle, deflate 1 and Fletcher32. Each call checks what it does and throws Error with
+/// file, cause and next move: kOutput where the file was created here, kInput where it was opened.
 class Hdf5File {
  public:
   enum class Mode { kCreate, kRead };
@@ -78,15 +78,18 @@ class Hdf5File {
   /// Names of what hangs on a group, sorted; each is a hard link with a plain name.
   std::vector<std::string> names(hid_t group) const;
   bool has(hid_t group, const std::string& name) const;
+  bool has_attribute(hid_t object, const std::string& name) const;
   Hdf5Id open_group(hid_t parent, const std::string& name) const;
-  /// Refuses another type (unless one of `types`), rank, layout, filter or block, and sizes that the
-  /// file is too short for. `rows` as it was created with; 0: all in one chunk.
+  /// Refuses another type (unless one of `types`), rank, layout, filter or block, and sizes that
+  /// the file is too short for. `rows` as it was created with; 0: all in one chunk.
   Hdf5Dataset open_dataset(hid_t parent, const std::string& name, const std::vector<hid_t>& types,
                            std::size_t rank, hsize_t rows = 0) const;
   bool is_group(hid_t parent, const std::string& name) const;
-  /// One chunk, which begins at row `first`; it has to lie inside the file.
-  void read_chunk(const Hdf5Dataset& dataset, hid_t memory_type, hsize_t first,
-                  void* values) const;
+  /// Refuses the chunk that begins at row `first` unless it lies inside the file and can hold as
+  /// many numbers as it claims; to be asked before memory is set aside for it.
+  void check_chunk(const Hdf5Dataset& dataset, hsize_t first) const;
+  /// The chunk that begins at row `first`, checked.
+  void read_chunk(const Hdf5Dataset& dataset, hid_t memory_type, hsize_t first, void* values) const;
   std::string read_text_attribute(hid_t object, const std::string& name) const;
   void read_attribute(hid_t object, const std::string& name, hid_t type, hid_t memory_type,
                       void* value) const;
@@ -95,7 +98,6 @@ class Hdf5File {
   Hdf5Id checked(hid_t id, herr_t (*close)(hid_t), const std::string& what) const;
   void check(long long result, const std::string& what) const;
   void check_hard_link(hid_t parent, const std::string& name) const;
-  void check_chunk(const Hdf5Dataset& dataset, hsize_t first) const;
 
   std::filesystem::path path_;
   Mode mode_;

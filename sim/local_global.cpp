@@ -9,7 +9,7 @@ namespace {
 
 // Stiffness of a contact over that of the springs at its node: of the order of the stiffness by which
 // a patch of nodes gives way together.
-constexpr double kContactShare = 0.1;
+constexpr double kContactShare = 0.2;
 
 // Directions of the springs at x times their rest lengths: the local step.
 void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
@@ -65,11 +65,16 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
                                     damping * now.target_velocity[i] + guide * now.target[i] +
                                     gravity);
   }
-  for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {  // driven ends go to the right side
+  const double shape = muscle.settings.material.shape;
+  for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {
     const auto& [a, b] = muscle.springs.nodes[k];
-    if (muscle.driven[a] == muscle.driven[b]) continue;
-    if (muscle.driven[a]) now.base[b] += muscle.springs.stiffness[k] * now.x[a];
-    if (muscle.driven[b]) now.base[a] += muscle.springs.stiffness[k] * now.x[b];
+    const double stiffness = muscle.springs.stiffness[k];
+    const Row pull = shape * stiffness * (now.target[a] - now.target[b]);
+    now.base[a] += pull;
+    now.base[b] -= pull;
+    // What is driven goes to the right side.
+    if (muscle.driven[a]) now.base[b] += (1.0 + shape) * stiffness * now.x[a];
+    if (muscle.driven[b]) now.base[a] += (1.0 + shape) * stiffness * now.x[b];
   }
   const Skyline& matrix = muscle.stiffness;
   now.diagonal.resize(matrix.size());

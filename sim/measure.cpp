@@ -45,11 +45,11 @@ double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
   for (const PathPoint* end : {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
     const Vec3 anchor = state.pose[end->body] * end->position;
     const bool origin = end == &muscle.shape.path.points.front();
-    // The node that is attached: nearest to this end of the curve, on it.
+    // The node that is attached: nearest to this end of the path.
     double best = 1e30, distance = 0.0;
     for (size_t i = 0; i < x.size(); ++i) {
       const double s = muscle.shape.along[i];
-      const double from_end = (origin ? s : muscle.shape.rest_curve_length - s) +
+      const double from_end = (origin ? s : muscle.shape.rest_path_length - s) +
                               muscle.shape.offset[i].norm();
       if (from_end < best) {
         best = from_end;
@@ -63,15 +63,18 @@ double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
 
 }  // namespace
 
-double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
+double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows& x, double u) {
   const auto& belly = muscle.shape.belly;
-  const double length = belly[1] - belly[0];
+  const double length = belly[1] - belly[0], along = belly[0] + u * length;
+  Vec3 point, tangent;
+  curve_at(muscle.shape, pose, along, point, tangent);
+  return section_area(muscle, x, along, std::max(0.35 * length, 0.05), point, tangent);
+}
+
+double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
   double sum = 0.0;
   for (int k = 0; k < kSections; ++k) {
-    const double along = belly[0] + (k + 0.5) / kSections * length;
-    Vec3 point, tangent;
-    curve_at(muscle.shape, pose, along, point, tangent);
-    sum += section_area(muscle, x, along, std::max(0.35 * length, 0.05), point, tangent);
+    sum += section_area_at(muscle, pose, x, (k + 0.5) / kSections);
   }
   return sum / kSections;
 }

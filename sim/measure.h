@@ -25,6 +25,9 @@ struct FrameMeasures {
   int unreached = 0, weight_fallbacks = 0;
 };
 
+/// Area (m^2) of the section across the belly at u in 0..1.
+double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows& x, double u);
+
 /// Mean area (m^2) of sections across the belly at a pose.
 double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x);
 

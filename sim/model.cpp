@@ -71,13 +71,14 @@ std::vector<double> node_weights(const Muscle& muscle, const std::string& place)
   }
 }
 
-Skyline spring_matrix(const Springs& springs, const std::vector<char>& driven) {
+Skyline spring_matrix(const Springs& springs, double shape, const std::vector<char>& driven) {
   Skyline matrix = make_skyline(static_cast<int>(driven.size()), springs.nodes, driven);
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
-    add_entry(matrix, a, a, springs.stiffness[k]);
-    add_entry(matrix, b, b, springs.stiffness[k]);
-    add_entry(matrix, a, b, -springs.stiffness[k]);
+    const double stiffness = (1.0 + shape) * springs.stiffness[k];
+    add_entry(matrix, a, a, stiffness);
+    add_entry(matrix, b, b, stiffness);
+    add_entry(matrix, a, b, -stiffness);
   }
   return matrix;
 }
@@ -119,7 +120,7 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
-  muscle.stiffness = spring_matrix(muscle.springs, muscle.driven);
+  muscle.stiffness = spring_matrix(muscle.springs, scene.material.shape, muscle.driven);
   return muscle;
 }
 
@@ -253,7 +254,7 @@ std::string solver_hash(const Model& model) {
       hash.add(wrap.axis.data(), 3 * sizeof(double));
     }
     list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
-          muscle.settings.damping, muscle.settings.f_max, muscle.settings.fibre_length,
+          muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max, muscle.settings.fibre_length,
           1.0 * muscle.swells});
     for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
     list(muscle.shape.bulge);

@@ -20,8 +20,8 @@ namespace thew {
 /// Where in the scene file something stands: "arm.toml:12".
 using Place = std::string;
 
-/// A belly without a mesh: a tube along the path (rings as in assets: `around` nodes a ring, `rings`
-/// rings and two poles), radius given against the path coordinate 0..1.
+/// A belly without a mesh: a tube along the path (rings as in assets: `around` nodes a ring,
+/// `rings` rings and two poles), radius given against the path coordinate 0..1.
 struct TubeProfile {
   int around = 20, rings = 17;
   std::vector<std::array<double, 2>> radius;  ///< (u, m)
@@ -30,72 +30,77 @@ struct TubeProfile {
 struct ScenePathPoint {
   std::string body;
   Vec3 position = Vec3::Zero();
+  Place place = {};
 };
 struct SceneWrap {
   int segment = 0;
   std::string body;
   Vec3 centre = Vec3::Zero(), axis = Vec3::UnitZ();
   double radius = 0.0, turn = 1.0;
+  Place place = {};
 };
 
 struct SceneMuscle {
   enum class Shape { kTarget, kWeights };
   std::string name;
   Place place;
-  std::filesystem::path mesh;        ///< empty: `profile` is used
+  std::filesystem::path mesh;  ///< empty: `profile` is used
   TubeProfile profile;
   std::vector<ScenePathPoint> path;
   std::vector<SceneWrap> wraps;
-  std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest path, first and last ring of the belly
+  /// m along the rest path, first and last ring of the belly; both 0: not given
+  std::array<double, 2> belly = {0.0, 0.0};
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
   std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
-  double guide = 250.0;              ///< N/m per ring's worth of nodes, towards the carried shape
-  double damping = 20.0;             ///< 1/s, towards the velocity of the carried shape
-  double f_max = 0.0;                ///< N; 0: passive
-  double fibre_length = 0.1;         ///< m, optimal
+  double guide = 250.0;       ///< N/m per ring's worth of nodes, towards the carried shape
+  double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape
+  double f_max = 0.0;         ///< N; 0: passive
+  double fibre_length = 0.1;  ///< m, optimal
   std::vector<std::array<double, 2>> activation;  ///< (frame, 0..1); empty: 0
   SpringMaterial material;
   Vec3 colour = Vec3(0.62, 0.16, 0.13);
 };
 
 struct SceneView {
-  std::string name;                   ///< "skin", "muscles", "weights": also what is drawn
-  std::string show = "skin";          ///< skin | muscles | weights
+  std::string name;           ///< "skin", "muscles", "weights": also what is drawn
+  std::string show = "skin";  ///< skin | muscles | weights
   Vec3 eye = Vec3(1, 0, 0), target = Vec3::Zero(), up = Vec3::UnitY();
-  double field_of_view = 30.0;        ///< degrees, vertical
+  double field_of_view = 30.0;  ///< degrees, vertical
 };
 
 struct Bound {
-  std::string quantity;               ///< volume_error, substep_volume_error, penetration, poke_through, attachment_gap
+  /// volume_error, substep_volume_error, penetration, poke_through, attachment_gap
+  std::string quantity;
   double limit = 0.0;
   Place place;
 };
 
 struct Scene {
-  std::filesystem::path file;         ///< as given
-  std::filesystem::path folder;       ///< nothing is read outside it
+  std::filesystem::path file;    ///< as given
+  std::filesystem::path folder;  ///< canonical; nothing is read outside it
   std::string name = "scene";
   double fps = 24.0;
   int first_frame = 1, last_frame = 1;
-  double settle = 2.0;                ///< s at most, before the first frame
+  double settle = 2.0;  ///< s at most, before the first frame
   Vec3 gravity = Vec3(0, -9.81, 0);
 
-  std::filesystem::path rig;
-  Clip clip;                          ///< sampled with time 0 at the first frame
+  std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
+  Place rig_place;
+  Clip clip;  ///< sampled with time 0 at the first frame; has one key at least
   Place clip_place;
 
   std::vector<SceneMuscle> muscles;
   struct {
-    std::filesystem::path mesh;       ///< empty: no skin
+    std::filesystem::path mesh;  ///< empty: no skin
     SkinSettings settings;
     Place place;
   } skin;
   struct {
     std::string integrator = "local_global";  ///< explicit | local_global
     std::string volume = "exact";             ///< none | printed | linear | exact
-    int substeps = 1;                         ///< a frame; explicit: at least, raised to the stable count
+    int substeps = 1;  ///< a frame; explicit: at least, raised to the stable count
     int iterations = 4;
     Place place;
   } solver;
@@ -103,6 +108,7 @@ struct Scene {
     bool enabled = true;
     ContactSettings settings;
     std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
+    Place place;                                              ///< of `ignore`
   } contact;
   struct {
     int width = 960, height = 540;
@@ -115,9 +121,13 @@ struct Scene {
   std::vector<std::string> warnings;
 };
 
-/// Reads and checks a scene file; `overrides` are "solver.integrator=xpbd" (any key of the scene, as
-/// TOML values; a bare word is a string). Unknown keys are refused with "did you mean"; relative paths
-/// stay below the scene's folder. Throws Error(kUsage) with file and line.
-Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+/// Reads and checks a scene file; `overrides` are "solver.integrator=explicit" (any key of the
+/// scene, as TOML values; a bare word is a string; [[muscle]] and [[render.view]] by name:
+/// "muscle.biceps_long.weights=left"). Unknown keys are refused with "did you mean". Relative paths
+/// are relative to the scene's folder and stay below `allowed_root`, which is that folder unless
+/// given. Throws Error(kUsage) with file and line; Error(kInput) for what is wrong in a clip or
+/// weight file.
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
+                 const std::filesystem::path& allowed_root = {});
 
 }  // namespace thew

@@ -21,7 +21,8 @@ struct MuscleState {
   std::vector<double> push;          ///< by contact: force over the contact stiffness, m
   std::vector<Contact> contacts_before;
   std::vector<double> push_before;
-  std::vector<int> hints;            ///< last triangle of each node and collider; speeds the search only
+  ContactMemory memory;
+  Rows searched;                     ///< x when contacts were last looked for
   // Measures of the last frame.
   double volume_error = 0.0;            ///< relative, at the end of its last step
   double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
@@ -38,7 +39,7 @@ struct MuscleState {
 };
 
 struct BoneState {
-  Rows x;
+  Rows x, searched;
   Bvh bvh;
 };
 

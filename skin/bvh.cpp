@@ -4,6 +4,7 @@
 // bound, sign by angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "skin/surface.h"
@@ -12,23 +13,29 @@ namespace thew {
 namespace {
 
 constexpr int kBins = 16;
-constexpr int kLeaf = 4;    // triangles
-constexpr int kStack = 96;  // deeper than any tree over 2^31 triangles that splits by halves
+constexpr int kLeaf = 4;     // triangles
+constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
 
 struct Box {
-  Row lo = Row{} + std::numeric_limits<double>::infinity();
-  Row hi = Row{} - std::numeric_limits<double>::infinity();
+  double lo[3], hi[3];
+  Box() {
+    std::fill(lo, lo + 3, std::numeric_limits<double>::infinity());
+    std::fill(hi, hi + 3, -std::numeric_limits<double>::infinity());
+  }
+  void add(const double* low, const double* high) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], low[k]);
+      hi[k] = std::max(hi[k], high[k]);
+    }
+  }
   void add(const Row& p) {
-    lo = p < lo ? p : lo;
-    hi = p > hi ? p : hi;
+    const double point[3] = {p[0], p[1], p[2]};
+    add(point, point);
   }
-  void add(const Box& box) {
-    lo = box.lo < lo ? box.lo : lo;
-    hi = box.hi > hi ? box.hi : hi;
-  }
+  void add(const Box& box) { add(box.lo, box.hi); }
   double half_area() const {
-    const Row d = hi - lo;
-    return d[0] >= 0.0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0.0;
+    const double a = hi[0] - lo[0], b = hi[1] - lo[1], c = hi[2] - lo[2];
+    return a >= 0.0 ? a * b + b * c + c * a : 0.0;
   }
 };
 
@@ -38,13 +45,17 @@ Box triangle_box(const Surface& surface, const Rows& x, int triangle) {
   return box;
 }
 
-// Rounded outwards: two float steps cover the rounding of the conversion.
+// Two float steps cover the rounding of the conversion.
+float below(double v) {
+  const float f = static_cast<float>(v);
+  return f - std::fabs(f) * 1.2e-7f - std::numeric_limits<float>::min();
+}
+float above(double v) { return -below(-v); }
+
 void store(const Box& box, Bvh::Node& node) {
-  constexpr float kStep = 1.2e-7f, kTiny = std::numeric_limits<float>::min();
   for (int k = 0; k < 3; ++k) {
-    const float lo = static_cast<float>(box.lo[k]), hi = static_cast<float>(box.hi[k]);
-    node.lo[k] = lo - std::fabs(lo) * kStep - kTiny;
-    node.hi[k] = hi + std::fabs(hi) * kStep + kTiny;
+    node.lo[k] = below(box.lo[k]);
+    node.hi[k] = above(box.hi[k]);
   }
 }
 
@@ -52,9 +63,13 @@ void store(const Box& box, Bvh::Node& node) {
 int split(const std::vector<Box>& boxes, std::vector<int>& order, int first, int count) {
   Box centroids;
   for (int i = first; i < first + count; ++i) {
-    centroids.add(0.5 * (boxes[order[i]].lo + boxes[order[i]].hi));
+    const Box& box = boxes[order[i]];
+    const double centre[3] = {0.5 * (box.lo[0] + box.hi[0]), 0.5 * (box.lo[1] + box.hi[1]),
+                              0.5 * (box.lo[2] + box.hi[2])};
+    centroids.add(centre, centre);
   }
-  const Row extent = centroids.hi - centroids.lo;
+  const double extent[3] = {centroids.hi[0] - centroids.lo[0], centroids.hi[1] - centroids.lo[1],
+                            centroids.hi[2] - centroids.lo[2]};
   const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
                    : extent[1] >= extent[2]                         ? 1
                                                                     : 2;
@@ -94,19 +109,39 @@ int split(const std::vector<Box>& boxes, std::vector<int>& order, int first, int
     if (n > 0 && n < count && cost < best_cost) best = b, best_cost = cost, left_count = n;
   }
   // A lopsided split would deepen the tree without end on stretched data.
-  if (left_count < count / 16 || count - left_count < count / 16) return halve();
+  if (left_count < count / 8 || count - left_count < count / 8) return halve();
   std::stable_partition(order.begin() + first, order.begin() + first + count,
                         [&](int t) { return bin_of(t) <= best; });
   return first + left_count;
 }
 
-double box_distance2(const Bvh::Node& node, const Vec3& p) {
-  double sum = 0.0;
-  for (int k = 0; k < 3; ++k) {
-    const double d = std::max(std::max(node.lo[k] - p[k], p[k] - node.hi[k]), 0.0);
-    sum += d * d;
+using Float4 = float __attribute__((vector_size(16)));
+
+// A point rounded up and down, laid out as a box's lo and hi are read: lo, hi[0] and lo[2], hi.
+struct BoxQuery {
+  Float4 up, down;
+  explicit BoxQuery(const Vec3& p) {
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    up[3] = kFar;
+    down[0] = -kFar;
+    for (int k = 0; k < 3; ++k) {
+      up[k] = above(p[k]);
+      down[k + 1] = below(p[k]);
+    }
   }
-  return sum;
+};
+
+// A lower bound of the squared distance to the box: the last factor covers the rounding here.
+float box_distance2(const Bvh::Node& node, const BoxQuery& p) {
+  Float4 low, high;
+  std::memcpy(&low, node.lo, sizeof low);
+  std::memcpy(&high, node.lo + 2, sizeof high);
+  const Float4 zero{};
+  Float4 a = low - p.up, b = p.down - high;
+  a = a > zero ? a : zero;
+  b = b > zero ? b : zero;
+  a = a * a + b * b;
+  return ((a[0] + a[1]) + (a[2] + a[3])) * (1.0f - 2e-6f);
 }
 
 struct OnTriangle {
@@ -222,24 +257,24 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x
     std::copy(near.b, near.b + 3, best.barycentric);
   };
   if (hint >= 0 && hint < static_cast<int>(surface.triangles.size())) look(hint);
-  constexpr double kRounding = 1.0 + 1e-12;  // of the distances to triangles
   struct Entry {
     int node;
-    double distance2;
+    float distance2;
   } stack[kStack];
+  const BoxQuery query(p);
   int top = 0;
-  if (!bvh.order.empty()) stack[top++] = {0, box_distance2(bvh.nodes[0], p)};
+  if (!bvh.order.empty()) stack[top++] = {0, box_distance2(bvh.nodes[0], query)};
   while (top > 0) {
     const Entry entry = stack[--top];
-    if (entry.distance2 > best2 * kRounding) continue;
+    if (entry.distance2 > best2) continue;
     const Bvh::Node& node = bvh.nodes[entry.node];
     for (int i = node.first; i < node.first + node.count; ++i) look(bvh.order[i]);
     if (node.count > 0) continue;
-    Entry near{node.first, box_distance2(bvh.nodes[node.first], p)};
-    Entry far{node.first + 1, box_distance2(bvh.nodes[node.first + 1], p)};
+    Entry near{node.first, box_distance2(bvh.nodes[node.first], query)};
+    Entry far{node.first + 1, box_distance2(bvh.nodes[node.first + 1], query)};
     if (far.distance2 < near.distance2) std::swap(near, far);
-    if (far.distance2 <= best2 * kRounding) stack[top++] = far;
-    if (near.distance2 <= best2 * kRounding) stack[top++] = near;
+    if (far.distance2 <= best2) stack[top++] = far;
+    if (near.distance2 <= best2) stack[top++] = near;
   }
   if (best.triangle < 0) return best;
   const Triangle& t = surface.triangles[best.triangle];

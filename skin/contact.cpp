@@ -33,22 +33,27 @@ Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
 
 void find_contacts(const std::vector<Collider>& colliders, int mover,
                    const std::vector<char>& ignore, const ContactSettings& settings,
-                   std::vector<int>& hints, std::vector<Contact>& contacts) {
+                   ContactMemory& memory, std::vector<Contact>& contacts) {
   contacts.clear();
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const int nodes = static_cast<int>(self.x->size()), others = static_cast<int>(colliders.size());
   const double reach = std::max(settings.margin, settings.max_depth);
-  hints.resize(static_cast<size_t>(nodes) * others, -1);
+  memory.triangle.resize(static_cast<size_t>(nodes) * others, -1);
+  memory.clear.resize(memory.triangle.size(), 0.0);
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;
     const Vec3 p = to_vec((*self.x)[node]);
     for (int other = 0; other < others; ++other) {
+      if (other == mover || ignore[other]) continue;
       const Collider& target = colliders[other];
-      if (other == mover || ignore[other] || !in_reach(*target.bvh, p, settings.margin)) continue;
-      int& hint = hints[static_cast<size_t>(node) * others + other];
+      double& clear = memory.clear[static_cast<size_t>(node) * others + other];
+      clear -= self.moved + target.moved;  // what both moved can have come nearer at most
+      if (clear >= settings.margin || !in_reach(*target.bvh, p, settings.margin)) continue;
+      int& hint = memory.triangle[static_cast<size_t>(node) * others + other];
       const ClosestPoint near =
           closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
+      clear = near.triangle < 0 ? reach : std::max(near.distance, 0.0);
       if (near.triangle < 0) continue;
       hint = near.triangle;
       if (near.distance >= settings.margin || near.distance <= -settings.max_depth) continue;

@@ -13,6 +13,14 @@ struct Collider {
   const Bvh* bvh = nullptr;
   const Rows* x = nullptr;
   const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
+  double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
+};
+
+/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each node and
+/// collider, and a distance (m) within which there surely is nothing of it.
+struct ContactMemory {
+  std::vector<int> triangle;
+  std::vector<double> clear;
 };
 
 /// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a
@@ -28,7 +36,7 @@ struct Contact {
 
 struct ContactSettings {
   double margin = 0.003;    ///< m, how far ahead contacts are looked for
-  double max_depth = 0.02;  ///< m, deeper ones are looked for as well
+  double max_depth = 0.006; ///< m, deeper ones are looked for as well
   double gap = 2e-4;        ///< m, kept between surfaces
 };
 
@@ -36,10 +44,10 @@ struct ContactSettings {
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 
 /// All contacts of the free nodes of `mover` with the other colliders, by node, then by collider.
-/// `ignore[other]` true: that pair is left out (declared attachment patches). `hints` carries the
-/// last triangle of each node and collider from call to call (resized on first use).
+/// `ignore[other]` true: that pair is left out (declared attachment patches). `memory` goes
+/// from call to call (sized on first use).
 void find_contacts(const std::vector<Collider>& colliders, int mover,
                    const std::vector<char>& ignore, const ContactSettings& settings,
-                   std::vector<int>& hints, std::vector<Contact>& contacts);
+                   ContactMemory& memory, std::vector<Contact>& contacts);
 
 }  // namespace thew

@@ -3,16 +3,20 @@
 
 #include <vector>
 
+#include "muscles/skyline.h"
+#include "rig/mesh.h"
 #include "rig/skeleton.h"
 #include "skin/contact.h"
+#include "skin/flesh_field.h"
 
 namespace thew {
 
 struct SkinSettings {
   double thickness = 0.002;  ///< m, least distance of the skin's nodes from muscle and bone
   double smoothing = 0.5;    ///< 0..1, resistance to bending and stretch against the bound shape
-  int iterations = 12;       ///< projections in each step
+  int iterations = 8;        ///< projections in each step
   double fold_gap = 5e-4;    ///< m, kept between skin and skin
+  double bridging = 0.012;   ///< m, crevices of the flesh narrower than half of it are bridged
 };
 
 /// What never changes: topology, rest shape, binding to the bodies.
@@ -23,11 +27,31 @@ struct SkinModel {
   std::vector<std::array<double, 4>> shares;  ///< sum 1
   Pose bind_pose;
   SkinSettings settings;
+  std::vector<double> fat;    ///< m, level of the flesh field under each node at rest
+  std::vector<double> least;  ///< m, distance that each node keeps from the flesh
+  std::vector<std::array<int, 2>> edges;
+  std::vector<int> first_neighbour, neighbours;  ///< nodes across the edges of each node
+  std::vector<double> anchor;  ///< pull towards the bound shape, against 1 per edge
+  Skyline matrix;              ///< elasticity, anchors and pull of the flesh
+  SkylineFactor factor;
 };
+
+/// Weights of the elastic energy: of an edge, and of the flesh's pull on a node.
+inline constexpr double kFleshPull = 0.2;
+inline double edge_stiffness(const SkinSettings& settings) { return 2.0 * settings.smoothing; }
 
 struct SkinState {
   Rows x;
+  Rows offset;  ///< m, of x from the bound shape, turned back to the bind pose: all that a step
+                ///< reads
   Bvh bvh;
+  // Scratch, kept so that a step does not allocate.
+  Rows bound, elastic, normals;
+  Rows turned;  ///< edge from each neighbour at rest, turned
+  std::vector<Mat3> turns;
+  FleshPlanes planes;
+  std::vector<int> hints;
+  RowPairs solution;
 };
 
 struct SkinMetrics {

@@ -9,7 +9,7 @@
 namespace thew {
 namespace {
 
-constexpr double kKeyDirection[3] = {-0.55, 0.80, 0.62};  // right, world up, towards the eye
+constexpr double kKeyDirection[3] = {-0.80, 0.85, 0.62};  // right, world up, towards the eye
 
 }  // namespace
 

@@ -20,12 +20,12 @@ std::uint32_t name_hash(const std::string& name) {  // FNV-1a: by name, whatever
 
 // sRGB. Muscles range from wine to brick, so that neighbours can be told apart.
 std::array<std::uint8_t, 3> tint(const BakeMesh& mesh) {
-  if (is_skin(mesh)) return {214, 160, 132};
+  if (is_skin(mesh)) return {220, 172, 150};
   if (mesh.kind == BakeMesh::Kind::kBone) return {228, 214, 184};
   const std::uint32_t hash = name_hash(mesh.name);
-  const int light = hash & 31, warm = hash >> 8 & 31;
-  return {static_cast<std::uint8_t>(142 + light), static_cast<std::uint8_t>(36 + light / 2 + warm),
-          static_cast<std::uint8_t>(36 + light / 2 + (31 - warm) / 3)};
+  const int light = hash & 31, warm = hash >> 8 & 15;
+  return {static_cast<std::uint8_t>(138 + light), static_cast<std::uint8_t>(34 + light / 2 + warm),
+          static_cast<std::uint8_t>(46 + light / 2 - warm)};
 }
 
 // (u, cos angle, sin angle, belly) of each vertex, or its rest position.
@@ -109,7 +109,12 @@ DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
   geometry.meshes.resize(meshes.size());
   for (int kind = 0; kind < 3; ++kind) {
     for (std::size_t m = 0; m < meshes.size(); ++m) {
-      if (int(meshes[m].kind) == kind) geometry.meshes[m] = append_mesh(meshes[m], geometry);
+      if (int(meshes[m].kind) != kind) continue;
+      geometry.meshes[m] = append_mesh(meshes[m], geometry);
+      // Each edge between two triangles, though perhaps not the right two: good enough for drawing.
+      geometry.closed[kind] &=
+          2 * geometry.meshes[m].edges.size() == 3 * meshes[m].rest.triangles.size() &&
+          enclosed_volume(meshes[m].rest) > 0.0;
     }
     geometry.first_index[kind + 1] = geometry.indices.size();
   }

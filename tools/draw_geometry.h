@@ -33,7 +33,8 @@ struct DrawGeometry {
   std::vector<DrawMesh> meshes;
   std::vector<DrawConstant> constants;
   std::vector<std::uint32_t> indices;
-  std::array<std::size_t, 4> first_index{};  ///< by BakeMesh::Kind, and the end
+  std::array<std::size_t, 4> first_index{};      ///< by BakeMesh::Kind, and the end
+  std::array<bool, 3> closed{true, true, true};  ///< by kind: closed and outward, no back is seen
   std::vector<DrawVertex> vertices;
   float largest_weight = 2.0f;  ///< end of the colour scale: twice even, or the largest
 };

@@ -7,6 +7,11 @@
 
 #include "rig/types.h"
 
+#ifdef __SANITIZE_ADDRESS__
+// OSMesa 22.3 itself leaves 184 bytes behind with each context, destroyed or not.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so"; }
+#endif
+
 namespace thew {
 namespace {
 
@@ -17,8 +22,12 @@ namespace {
 const char* kInstall = "; install libosmesa6 and link neither libGL nor libGLU beside it";
 
 OSMesaContext create_context() {
-  // A cache of compiled shaders on disk would be shared between runs; threads beyond the machine's
-  // two gain nothing, and the pixels do not depend on their number.
+  const char* driver = std::getenv("GALLIUM_DRIVER");
+  if (driver && *driver && std::string(driver) != "llvmpipe" && std::string(driver) != "softpipe") {
+    // OSMesa crashes on a name that it does not know.
+    fail(std::string("GALLIUM_DRIVER is \"") + driver + "\"; choose llvmpipe or softpipe");
+  }
+  // No cache on disk that runs would share. The pixels do not depend on the number of threads.
   setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
   setenv("LP_NUM_THREADS", "2", 0);
   const int attributes[] = {OSMESA_FORMAT,

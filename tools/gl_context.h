@@ -23,7 +23,6 @@ namespace thew {
   X(CLEAR, Clear)                                     \
   X(DEPTHFUNC, DepthFunc)                             \
   X(DEPTHMASK, DepthMask)                             \
-  X(CULLFACE, CullFace)                               \
   X(BLITFRAMEBUFFER, BlitFramebuffer)                 \
   X(POLYGONOFFSET, PolygonOffset)                     \
   X(GENTEXTURES, GenTextures)                         \

@@ -44,6 +44,7 @@ struct Renderer::Data {
   void begin(GLuint program, GLuint target, int w, int h);
   void bind(const char* name, int unit, GLuint texture);
   void begin_screen(GLuint program, GLuint target, const Camera& camera);
+  void draw_covered(int scale);
   Bounds load(const std::vector<std::vector<Vec3>>& positions, bool skin);
   void draw_kind(int kind);
   void begin_surface(Look look, const Camera& camera);
@@ -65,7 +66,7 @@ struct Renderer::Data {
   GLuint program = 0;
   GLuint shadow_program, surface_programs[kLooks], occlusion_program, light_program,
       picture_program;
-  GLuint shadow_map, colour_map, surface_map, depth_map, occlusion_map, lit_map, lit_depth;
+  GLuint shadow_map, colour_map, surface_map, depth_map, occlusion_map, lit_map;
   GLuint shadow_target, surface_target, occlusion_target, lit_target;
   GLuint surface_array, quad_array, vertex_buffer, quad_buffer;
 };
@@ -99,11 +100,10 @@ Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
   surface_map = make_texture(GL_RGB10_A2, GL_RGBA, GL_UNSIGNED_INT_10_10_10_2, 2 * w, 2 * h);
   occlusion_map = make_texture(GL_RG32F, GL_RG, GL_FLOAT, w, h);
   lit_map = make_texture(GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 2 * w, 2 * h);
-  lit_depth = depth_texture(2 * w, 2 * h);
   shadow_target = make_target({}, shadow_map);
   surface_target = make_target({colour_map, surface_map}, depth_map);
-  occlusion_target = make_target({occlusion_map}, 0);
-  lit_target = make_target({lit_map}, lit_depth);
+  occlusion_target = make_target({occlusion_map}, depth_texture(w, h));
+  lit_target = make_target({lit_map}, depth_texture(2 * w, 2 * h));
   make_arrays();
   context.finish();  // reports what could not be allocated
 }
@@ -213,6 +213,22 @@ void Renderer::Data::begin_screen(GLuint next, GLuint target, const Camera& came
   set("large_size", 2.0 * width, 2.0 * height);
 }
 
+// Draws at the far plane where something is nearer, so that the driver skips the background block
+// by block; it would run both sides of an `if`. Tests against a copy of the depths, as the shader
+// reads the original.
+void Renderer::Data::draw_covered(int scale) {
+  gl.Clear(GL_COLOR_BUFFER_BIT);
+  gl.BindFramebuffer(GL_READ_FRAMEBUFFER, surface_target);
+  gl.BlitFramebuffer(0, 0, 2 * width, 2 * height, 0, 0, scale * width, scale * height,
+                     GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  gl.Enable(GL_DEPTH_TEST);
+  gl.DepthFunc(GL_GREATER);
+  gl.DepthMask(GL_FALSE);
+  gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  gl.DepthMask(GL_TRUE);
+  gl.DepthFunc(GL_LESS);
+}
+
 Bounds Renderer::Data::load(const std::vector<std::vector<Vec3>>& positions, bool skin) {
   place_vertices(meshes, positions, skin, geometry);
   gl.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer);
@@ -229,8 +245,10 @@ Bounds Renderer::Data::load(const std::vector<std::vector<Vec3>>& positions, boo
 void Renderer::Data::draw_kind(int kind) {
   const std::size_t first = geometry.first_index[kind], end = geometry.first_index[kind + 1];
   gl.BindVertexArray(surface_array);
+  if (geometry.closed[kind]) gl.Enable(GL_CULL_FACE);
   gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
                   reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
+  gl.Disable(GL_CULL_FACE);
 }
 
 void Renderer::Data::draw_shadow(const Light& light, bool skin) {
@@ -281,13 +299,13 @@ void Renderer::Data::draw_occlusion(const Camera& camera) {
   }
   gl.Uniform2fv(gl.GetUniformLocation(program, "taps"), kOcclusionTaps, taps);
   gl.Uniform2fv(gl.GetUniformLocation(program, "turns"), 16, turns);
-  gl.DrawArrays(GL_TRIANGLES, 0, 3);
+  draw_covered(1);
 }
 
-// After the occlusion, which is not to see them. 2.4 samples, 1.2 pixels wide.
+// After the occlusion, which is not to see them. 1.5 samples wide.
 void Renderer::Data::draw_weights(const Camera& camera, const Vec3& eye) {
   const std::vector<DrawVertex> quads =
-      weight_quads(meshes, geometry, eye, 0.02 * rest.radius(), 2.4 * camera.tan_y / height);
+      weight_quads(meshes, geometry, eye, 0.03 * rest.radius(), 1.5 * camera.tan_y / height);
   begin_surface(kFlat, camera);
   gl.BindVertexArray(quad_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, quad_buffer);
@@ -305,21 +323,11 @@ void Renderer::Data::bind_shadow(const Camera& camera, const Light& light) {
 
 void Renderer::Data::draw_light(const Camera& camera, const Light& light) {
   begin_screen(light_program, lit_target, camera);
-  gl.Clear(GL_COLOR_BUFFER_BIT);
-  // A copy of the depths to be tested against, while the shader reads the original.
-  gl.BindFramebuffer(GL_READ_FRAMEBUFFER, surface_target);
-  const int w = 2 * width, h = 2 * height;
-  gl.BlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
-  gl.Enable(GL_DEPTH_TEST);
-  gl.DepthFunc(GL_GREATER);
-  gl.DepthMask(GL_FALSE);
   bind_shadow(camera, light);
   bind("occlusion_map", 4, occlusion_map);
   set("key", Vec3(camera.view_from_world.linear() * light.direction));
   set("texel", light.texel);
-  gl.DrawArrays(GL_TRIANGLES, 0, 3);
-  gl.DepthMask(GL_TRUE);
-  gl.DepthFunc(GL_LESS);
+  draw_covered(2);
 }
 
 void Renderer::Data::draw_picture(const Camera& camera, const Light& light) {

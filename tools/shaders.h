@@ -104,12 +104,12 @@ void muscle(inout vec3 n) {
   float u = where.x + 7.0 * base.g;  // another pattern for each muscle
   float fibres = 0.0, coarse = 0.0;
   int cells[4] = int[4](13, 31, 67, 139);
-  float depth[4] = float[4](0.5, 0.6, 0.5, 0.4);
+  float depth[4] = float[4](0.32, 0.55, 0.55, 0.45);
   for (int i = 0; i < 4; ++i) {
     // Strands finer than two pixels fade to their mean.
     float seen = 1.0 - smoothstep(0.25, 0.6, pixel * float(cells[i]));
     if (seen <= 0.0) break;
-    float strand = depth[i] * seen * (streak(turn, u, cells[i], 5.0 + 3.0 * float(i)) - 0.5);
+    float strand = depth[i] * seen * (streak(turn, u, cells[i], 2.5 + 3.0 * float(i)) - 0.5);
     fibres += strand;
     if (i < 3) coarse += strand / (1.0 + float(i));
   }
@@ -170,22 +170,20 @@ uniform vec2 taps[kTaps];  // in the unit disc
 uniform vec2 turns[16];    // unit vectors: the disc is turned from pixel to pixel of a 4 x 4 block
 out vec2 open_and_distance;
 void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy), q = 2 * pixel;
+  ivec2 pixel = ivec2(gl_FragCoord.xy), q = 2 * pixel + 1;  // the texel that a blit takes
   float z = distance_at(q);
-  open_and_distance = vec2(1, z);
-  if (texelFetch(depth_map, q, 0).r == 1.0) return;
   vec3 p = ray(q) * z, n = 2.0 * texelFetch(surface_map, q, 0).xyz - 1.0;
   vec2 turn = turns[(pixel.y & 3) * 4 + (pixel.x & 3)];
   vec2 reach = 0.5 * radius / (z * tangents) * large_size;
   float closed = 0.0;
   for (int i = 0; i < kTaps; ++i) {
-    vec2 tap = vec2(taps[i].x * turn.x - taps[i].y * turn.y, taps[i].x * turn.y + taps[i].y * turn.x);
+    vec2 tap = mat2(turn, vec2(-turn.y, turn.x)) * taps[i];
     ivec2 at = clamp(q + ivec2(round(tap * reach)), ivec2(0), ivec2(large_size) - 1);
     vec3 v = ray(at) * distance_at(at) - p;
     float vv = max(dot(v, v), 1e-12);
     closed += max(dot(v, n) * inversesqrt(vv) - 0.08, 0.0) * max(1.0 - vv / (radius * radius), 0.0);
   }
-  open_and_distance.x = max(1.0 - 2.1 * closed / float(kTaps), 0.0);
+  open_and_distance = vec2(max(1.0 - 2.8 * closed / float(kTaps), 0.0), z);
 })";
 
 #define THEW_SHADOW_COMMON                                                    \
@@ -205,8 +203,7 @@ void main() {
   "                 texture(shadow_map, s + vec3(-0.4 * e.x, e.y, 0)));\n"    \
   "}\n"
 
-// Light on what is seen. Drawn at the far plane where something is nearer, so that the driver skips
-// the background block by block: it runs both sides of every `if`.
+// Light on what is seen.
 inline constexpr char kLightFragment[] = THEW_SCREEN_COMMON THEW_SHADOW_COMMON R"(
 uniform sampler2D occlusion_map;
 uniform vec3 key;     // towards the key light
@@ -223,16 +220,18 @@ vec3 shade(ivec2 q, float z, float open) {
   float shadow = facing <= 0.0 ? 0.0 : lit(p + n * texel * 1.5, 1.0);
   vec3 direct = vec3(max(facing, 0.0) * shadow);
   if (look == 2) {  // light that wanders under the skin comes out red beyond the terminator
-    vec3 wrap = vec3(0.35, 0.12, 0.06);
-    direct = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0) * mix(vec3(0.28, 0.06, 0.03), vec3(1), shadow);
+    vec3 wrap = vec3(0.40, 0.16, 0.10);
+    float sheltered = mix(1.0, shadow, smoothstep(0.0, 0.35, facing));
+    direct = clamp((facing + wrap) / (1.0 + wrap), 0.0, 1.0) *
+             mix(vec3(0.22, 0.04, 0.02), vec3(1), sheltered);
   }
-  vec3 sky = mix(vec3(0.30, 0.27, 0.25), vec3(0.56, 0.60, 0.66), 0.5 * dot(n, up) + 0.5);
+  vec3 sky = mix(vec3(0.25, 0.23, 0.22), vec3(0.50, 0.53, 0.58), 0.5 * dot(n, up) + 0.5);
   float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0) * (0.5 + 0.5 * dot(n, up));
-  vec3 light = 1.02 * vec3(1.0, 0.965, 0.91) * direct + sky * open * mix(albedo, vec3(1), open);
+  vec3 light = 1.05 * vec3(1.0, 0.975, 0.94) * direct + sky * open * mix(albedo, vec3(1), open);
   float glint = max(dot(n, normalize(key + v)), 0.0);
   glint *= glint; glint *= glint; glint *= glint; glint *= glint;  // to the 16th
   float shine = texel_colour.a * (0.35 * glint + 0.5 * glint * glint * glint) * shadow * open;
-  return albedo * light + 0.32 * shine + 0.10 * rim * open * open;
+  return albedo * light + 0.42 * shine + 0.10 * rim * open * open;
 }
 
 // The 4 x 4 block in which each turn of the disc occurs once, without other surfaces.
@@ -262,7 +261,7 @@ out vec4 pixel_colour;
 
 vec3 background(vec2 q) {
   vec2 s = q / large_size;
-  float v = 0.90 - 0.10 * (1.0 - s.y) - 0.05 * dot(s - 0.5, s - 0.5);
+  float v = 0.93 - 0.07 * (1.0 - s.y) - 0.06 * dot(s - 0.5, s - 0.5);
   return v * v * vec3(1.0, 0.995, 0.985);
 }
 
@@ -275,7 +274,7 @@ vec3 behind(ivec2 q) {
   d -= dot(d, up) * up;
   float fade = 1.0 - smoothstep(0.5, 3.0, length(d) / ground_radius);
   if (fade <= 0.0) return grey;
-  return grey * mix(1.0, mix(0.62, 1.05, lit(p, 4.0)), fade);
+  return grey * mix(1.0, mix(0.60, 1.02, lit(p, 6.0)), fade);
 }
 
 void main() {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "muscles/path.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "muscles/path.h"
 #include "rig/math.h"
 
 namespace thew {
@@ -14,8 +13,7 @@ constexpr double kRadius = 0.02;
 
 // Segment a-b round a cylinder of kRadius about the z axis through the origin.
 TracedPath wrap_segment(const Vec3& a, const Vec3& b, double turn = 1.0) {
-  const MusclePath path{{{0, a}, {0, b}},
-                        {{0, 0, Vec3::Zero(), Vec3::UnitZ(), kRadius, turn}}};
+  const MusclePath path{{{0, a}, {0, b}}, {{0, 0, Vec3::Zero(), Vec3::UnitZ(), kRadius, turn}}};
   return trace_path(path, {Transform::Identity()});
 }
 
@@ -56,10 +54,15 @@ TEST(Path, StraightPathIsTheSumOfItsSegments) {
   EXPECT_EQ(traced.points[1], Vec3(3, 4, 0));
 }
 
-TEST(Path, RefusesTwoWrapsOnOneSegmentAndALonePoint) {
+TEST(Path, RefusesTwoWrapsOnOneSegmentAWrapOnNoneAndALonePoint) {
   MusclePath path{{{0, Vec3::UnitX()}, {0, Vec3::UnitY()}}, {}};
   path.wraps.assign(2, {0, 0, Vec3::Zero(), Vec3::UnitZ(), kRadius, 1.0});
   EXPECT_THROW(trace_path(path, {Transform::Identity()}), Error);
+  path.wraps.pop_back();
+  EXPECT_NO_THROW(trace_path(path, {Transform::Identity()}));
+  path.wraps[0].segment = 1;
+  EXPECT_THROW(trace_path(path, {Transform::Identity()}), Error);
+  path.wraps.clear();
   path.points.pop_back();
   EXPECT_THROW(trace_path(path, {Transform::Identity()}), Error);
 }
@@ -144,10 +147,9 @@ TEST(Path, PointWithinTheRadiusCountsAsOnTheSurface) {
 }
 
 TEST(Path, MomentArmOfAPulleyIsItsRadius) {
-  // A cable over a pulley about the joint, fixed to the turning body: -dL/dtheta = +-radius.
-  MusclePath path{{{0, {0.01, 0.3, 0}}, {1, {0.01, -0.3, 0.02}}},
-                  {{0, 0, Vec3::Zero(), Vec3::UnitZ(), kRadius, 1.0}}};
-  path.points[0].position.x() = path.points[1].position.x() = -0.01;
+  // A cable over a pulley at the joint to a point that turns about it: |dL/dtheta| = radius.
+  const MusclePath path{{{0, {-0.01, 0.3, 0}}, {1, {-0.01, -0.3, 0.02}}},
+                        {{0, 0, Vec3::Zero(), Vec3::UnitZ(), kRadius, 1.0}}};
   const auto length = [&](double theta) {
     Pose pose(2, Transform::Identity());
     pose[1].linear() = rotation_about(Vec3::UnitZ(), theta);
@@ -157,8 +159,8 @@ TEST(Path, MomentArmOfAPulleyIsItsRadius) {
   for (double theta : {0.5, 1.0, 2.0}) {
     // dz = 0.02 tilts the cable: the arm shrinks by the cosine of its slope.
     const double flat = std::sqrt(length(theta) * length(theta) - 0.02 * 0.02);
-    EXPECT_NEAR((length(theta + e) - length(theta - e)) / (2 * e),
-                kRadius * flat / length(theta), 1e-9);
+    EXPECT_NEAR((length(theta + e) - length(theta - e)) / (2 * e), kRadius * flat / length(theta),
+                1e-9);
   }
 }
 
@@ -227,8 +229,9 @@ void expect_lengths(const MusclePath& path, const std::vector<double>& millimetr
 }
 
 TEST(Arm26, TricepsLengths) {
-  expect_lengths(triceps({Vec3(-0.05365, -0.01373, 0.14723) - kBase, {-0.02714, -0.11441, -0.00664}}),
-                 {277.6, 289.8, 301.8, 312.3, 322.7, 326.1});
+  expect_lengths(
+      triceps({Vec3(-0.05365, -0.01373, 0.14723) - kBase, {-0.02714, -0.11441, -0.00664}}),
+      {277.6, 289.8, 301.8, 312.3, 322.7, 326.1});
   expect_lengths(triceps({{-0.00599, -0.12646, 0.00428}, {-0.02344, -0.14528, 0.00928}}),
                  {166.6, 178.8, 190.8, 201.3, 211.7, 215.1});
 }
@@ -251,9 +254,28 @@ TEST(Arm26, BicepsLengths) {
                  {341.7, 332.2, 314.5, 290.8, 265.4, 257.8});
 }
 
+// r = -dL/dtheta (cm), of the same model.
+TEST(Arm26, MomentArms) {
+  const MusclePath long_head =
+      triceps({Vec3(-0.05365, -0.01373, 0.14723) - kBase, {-0.02714, -0.11441, -0.00664}});
+  const double angles[] = {0, 30, 60, 90, 120, 130};
+  const double back[] = {-2.01, -2.41, -2.12, -1.99, -1.97, -1.94};
+  const double front[] = {1.51, 1.30, 1.67, 2.27, 2.35, 2.23};
+  for (int i = 0; i < 6; ++i) {
+    const auto arm = [&](const MusclePath& path) {
+      const double e = 1e-3;  // degrees
+      return -100.0 * (length_at(path, angles[i] + e) - length_at(path, angles[i] - e)) /
+             (2 * e * kDegree);
+    };
+    EXPECT_NEAR(arm(long_head), back[i], 0.01) << angles[i] << " deg";
+    EXPECT_NEAR(arm(brachialis()), front[i], 0.01) << angles[i] << " deg";
+  }
+}
+
+// arm26 keeps the brachialis in front of the joint by a second point below 0.813 rad; the cylinder
+// alone gives the same lengths.
 TEST(Arm26, BrachialisLengths) {
-  for (double angle : {0., 30., 60., 90., 120., 130.})
-    printf("%g %.2f\n", angle, 1000 * length_at(brachialis(), angle));
+  expect_lengths(brachialis(), {147.3, 140.0, 132.9, 122.4, 110.0, 106.0});
 }
 
 }  // namespace

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "muscles/springs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "rig/vectorise.h"
+
+namespace thew {
+namespace {
+
+// An edge as seen from one of its triangles.
+struct Side {
+  std::array<int, 2> edge;  // smaller index first
+  int opposite;
+  double area;  // m^2, of the triangle
+  bool operator<(const Side& o) const {
+    return edge != o.edge ? edge < o.edge : opposite < o.opposite;
+  }
+};
+
+double triangle_area(const TriMesh& mesh, const Triangle& t) {
+  const Vec3& a = mesh.vertices[t[0]];
+  return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
+}
+
+std::vector<Side> sorted_sides(const TriMesh& mesh) {
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    const double area = triangle_area(mesh, t);
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      sides.push_back({{std::min(a, b), std::max(a, b)}, t[(k + 2) % 3], area});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+
+// cos^2 of the angle between the pair and the fibres, the mean of both ends.
+double fibre_share(const std::vector<Vec3>& fibres, int a, int b, const Vec3& along) {
+  if (fibres.empty()) return 0.0;
+  const double at_a = along.dot(fibres[a]), at_b = along.dot(fibres[b]);
+  return 0.5 * (at_a * at_a + at_b * at_b) / along.squaredNorm();
+}
+
+struct SpringAdder {
+  const TriMesh& mesh;
+  const std::vector<Vec3>& fibres;
+  const SpringMaterial& material;
+  Springs& springs;
+
+  // k = (share Y(a) + bending / L^2) A / L^2
+  void add(int a, int b, double area, double share, double bending) const {
+    const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
+    const double length2 = along.squaredNorm();
+    if (length2 == 0.0) {
+      throw Error(ExitCode::kInput, "mesh: nodes " + std::to_string(a) + " and " +
+                                        std::to_string(b) +
+                                        " of one spring are in the same place; weld the mesh");
+    }
+    const double fibre = fibre_share(fibres, a, b, along);
+    const double young = material.young * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
+    springs.nodes.push_back({a, b});
+    springs.stiffness.push_back((share * young + bending / length2) * area / length2);
+    springs.rest_length.push_back(std::sqrt(length2));
+    springs.fibre_share.push_back(fibre);
+  }
+};
+
+[[gnu::always_inline]] inline double squared(Row d) {
+  const Row p = d * d;
+  return (p[0] + p[1]) + p[2];
+}
+
+}  // namespace
+
+Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
+                     const SpringMaterial& material) {
+  const std::vector<Side> sides = sorted_sides(mesh);
+  Springs springs;
+  const SpringAdder adder{mesh, fibres, material, springs};
+  for (bool structural : {true, false}) {
+    for (size_t i = 0; i < sides.size();) {
+      size_t end = i + 1;
+      while (end < sides.size() && sides[end].edge == sides[i].edge) ++end;
+      const bool paired = end == i + 2;
+      const double area = (sides[i].area + (paired ? sides[i + 1].area : 0.0)) / 3.0;
+      const int c = sides[i].opposite, d = paired ? sides[i + 1].opposite : c;
+      if (structural) {
+        adder.add(sides[i].edge[0], sides[i].edge[1], area, 1.0, 0.0);
+      } else if (c != d) {
+        adder.add(c, d, area, material.shear, material.bending);
+      }
+      i = end;
+    }
+    if (structural) springs.structural = static_cast<int>(springs.nodes.size());
+  }
+  return springs;
+}
+
+std::vector<double> lumped_masses(const TriMesh& mesh, double density) {
+  std::vector<double> mass(mesh.vertices.size(), 0.0);
+  double total = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const double area = triangle_area(mesh, t);
+    total += area;
+    for (int i : t) mass[i] += area / 3.0;
+  }
+  const double per_area = density * enclosed_volume(mesh) / total;  // kg/m^2
+  for (double& m : mass) m *= per_area;
+  return mass;
+}
+
+THEW_VECTORISED
+void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
+                       const Rows& x, Rows& f) {
+  const size_t count = springs.nodes.size();
+  for (size_t i = 0; i < count; ++i) {
+    const auto [a, b] = springs.nodes[i];
+    const Row d = x[b] - x[a];
+    const double length = std::sqrt(squared(d));
+    // Two nodes in one place have no direction to part in: no force.
+    const double tension =
+        length > 0.0 ? springs.stiffness[i] * (length - rest_length[i]) / length : 0.0;
+    f[a] += tension * d;
+    f[b] -= tension * d;
+  }
+}
+
+double spring_energy(const Springs& springs, const std::vector<double>& rest_length,
+                     const Rows& x) {
+  double energy = 0.0;  // sum of k (l - l0)^2 / 2
+  for (size_t i = 0; i < springs.nodes.size(); ++i) {
+    const auto [a, b] = springs.nodes[i];
+    const double extension = std::sqrt(squared(x[b] - x[a])) - rest_length[i];
+    energy += 0.5 * springs.stiffness[i] * extension * extension;
+  }
+  return energy;
+}
+
+double highest_frequency_squared(const Springs& springs, const std::vector<double>& mass,
+                                 const std::vector<char>& driven) {
+  std::vector<double> stiffness(mass.size(), 0.0);
+  for (size_t i = 0; i < springs.nodes.size(); ++i) {
+    for (int node : springs.nodes[i]) stiffness[node] += springs.stiffness[i];
+  }
+  double highest = 0.0;
+  for (size_t i = 0; i < mass.size(); ++i) {
+    if (!driven[i]) highest = std::max(highest, 2.0 * stiffness[i] / mass[i]);
+  }
+  return highest;
+}
+
+}  // namespace thew

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/cache_parts.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sim/durable_file.h"
+#include "sim/hash.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr char kMagic[] = "thewpart";
+constexpr std::uint64_t kVersion = 1;
+constexpr std::size_t kLongestText = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
+static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
+
+template <typename T>
+void put(std::string& bytes, const T* values, std::size_t count) {
+  if (count > 0) bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+void put_number(std::string& bytes, std::uint64_t value) { put(bytes, &value, 1); }
+
+/// Takes numbers off the front of a part; false once there are too few.
+struct Taker {
+  std::string_view rest;
+
+  template <typename T>
+  bool take(T* values, std::size_t count) {
+    if (count > rest.size() / sizeof(T)) return false;
+    if (count > 0) std::memcpy(static_cast<void*>(values), rest.data(), count * sizeof(T));
+    rest.remove_prefix(count * sizeof(T));
+    return true;
+  }
+  bool take_equal(std::uint64_t expected) {
+    std::uint64_t value = 0;
+    return take(&value, 1) && value == expected;
+  }
+};
+
+bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info, BakeFrame& frame) {
+  Taker taker{bytes};
+  std::uint64_t magic = 0;
+  std::memcpy(&magic, kMagic, sizeof magic);
+  frame.frame = part.frame;
+  std::uint64_t states = 0;
+  if (!taker.take_equal(magic) || !taker.take_equal(kVersion) ||
+      !taker.take_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
+      !taker.take_equal(info.meshes.size()) || !taker.take_equal(info.metric_names.size()) ||
+      !taker.take(&states, 1)) {
+    return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
+    if (!taker.take_equal(mesh.rest.vertices.size())) return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
+    auto& positions = frame.positions.emplace_back(mesh.rest.vertices.size());
+    if (!taker.take(positions.data(), positions.size())) return false;
+  }
+  frame.metrics.resize(info.metric_names.size());
+  if (!taker.take(frame.metrics.data(), frame.metrics.size())) return false;
+  if (states != taker.rest.size() / sizeof(double)) return false;  // before it is allocated
+  frame.state.resize(states);
+  return taker.take(frame.state.data(), frame.state.size()) && taker.rest.empty();
+}
+
+json scene_as_json(const BakeInfo& info) {
+  json meshes = json::object();
+  for (const BakeMesh& mesh : info.meshes) meshes[mesh.name] = mesh.rest.vertices.size();
+  return {{"version", kVersion}, {"scene", info.scene_name}, {"scene_hash", info.scene_hash},
+          {"fps", info.fps},     {"nodes", meshes},          {"metrics", info.metric_names}};
+}
+
+}  // namespace
+
+std::string part_file(int frame) {
+  char text[32];
+  std::snprintf(text, sizeof text, "frame.%04d.part", frame);
+  return text;
+}
+
+std::string manifest_line(const Part& part) {
+  const nlohmann::ordered_json line = {
+      {"frame", part.frame}, {"file", part.file}, {"bytes", part.bytes}, {"hash", part.hash}};
+  return line.dump();
+}
+
+std::string encode_part(const BakeFrame& frame) {
+  std::string bytes(kMagic);
+  put_number(bytes, kVersion);
+  put_number(bytes, static_cast<std::uint64_t>(std::int64_t{frame.frame}));
+  put_number(bytes, frame.positions.size());
+  put_number(bytes, frame.metrics.size());
+  put_number(bytes, frame.state.size());
+  for (const auto& positions : frame.positions) put_number(bytes, positions.size());
+  for (const auto& positions : frame.positions) put(bytes, positions.data(), positions.size());
+  put(bytes, frame.metrics.data(), frame.metrics.size());
+  put(bytes, frame.state.data(), frame.state.size());
+  return bytes;
+}
+
+BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& info) {
+  const fs::path file = folder / part.file;
+  std::string why;
+  BakeFrame frame;
+  try {
+    const std::string bytes = read_whole_file(file, part.bytes);
+    if (bytes.size() == part.bytes && hash_of(bytes) == part.hash &&
+        decode_part(bytes, part, info, frame)) {
+      return frame;
+    }
+    why = "its bytes are not those that were written";
+  } catch (const Error& error) {
+    why = error.what();
+  }
+  throw Error(ExitCode::kOutput,
+              file.string() + ": " + why + "; run again with --resume, which bakes it anew");
+}
+
+std::string describe_scene(const BakeInfo& info) { return scene_as_json(info).dump(1) + "\n"; }
+
+bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
+  const fs::path file = folder / "bake.json";
+  std::error_code error;
+  if (!fs::exists(file, error)) return false;
+  const json there = json::parse(read_whole_file(file, kLongestText), nullptr, false);
+  if (!there.is_object()) return false;  // not whole: no part can be trusted
+  const json here = scene_as_json(info);
+  std::string differences;
+  for (const auto& [key, value] : here.items()) {
+    const json other = there.value(key, json());
+    if (other == value) continue;
+    if (!differences.empty()) differences += ", ";
+    differences += key;
+    if (!value.is_structured()) differences += " was " + other.dump() + " and is " + value.dump();
+  }
+  if (differences.empty()) return true;
+  throw Error(ExitCode::kUsage,
+              file.string() + ": these frames are of another scene: " + differences +
+                  "; bake without --resume to begin again, or give another --out");
+}
+
+std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
+  std::vector<Part> parts;
+  const fs::path manifest = folder / "manifest.jsonl";
+  std::error_code error;
+  if (!fs::exists(manifest, error)) return parts;
+  std::istringstream lines(read_whole_file(manifest, kLongestText));
+  try {
+    for (std::string line; parts.size() < info.frames.size() && std::getline(lines, line);) {
+      const json read = json::parse(line);
+      const Part part{read.at("frame"), read.at("file"), read.at("bytes"), read.at("hash")};
+      // Our own name only: a manifest must not lead out of its folder.
+      if (part.frame != info.frames[parts.size()] || part.file != part_file(part.frame)) break;
+      read_part(folder, part, info);
+      parts.push_back(part);
+    }
+  } catch (const json::exception&) {  // a torn line
+  } catch (const Error&) {            // a part that is not whole
+  }
+  return parts;
+}
+
+}  // namespace thew

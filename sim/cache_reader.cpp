@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "sim/cache.h"
+#include "sim/hdf5_file.h"
+
+namespace thew {
+namespace {
+
+constexpr int kVersion = 1;
+
+/// A whole dataset of rank 1 or 2 as T, each of which is `width` numbers.
+template <typename T>
+std::vector<T> read_all(const Hdf5File& file, hid_t parent, const std::string& name, hid_t type,
+                        hid_t memory_type, hsize_t width, hsize_t count_or_0 = 0) {
+  const Hdf5Dataset dataset = file.open_dataset(parent, name, {type}, width == 1 ? 1 : 2);
+  const hsize_t count = dataset.dims[0];
+  if (count == 0 || (count_or_0 != 0 && count != count_or_0) ||
+      (width != 1 && dataset.dims[1] != width)) {
+    file.fail(name + " is not of the size that it has to be");
+  }
+  // A chunk that is not there costs no memory either.
+  file.check_chunk(dataset, 0);
+  std::vector<T> values(count);
+  file.read_chunk(dataset, memory_type, 0, values.data());
+  return values;
+}
+
+template <typename Values>
+bool finite(const Values& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+bool finite(const std::vector<Vec3>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Vec3& p) { return p.allFinite(); });
+}
+
+BakeMesh::Kind kind_of(const Hdf5File& file, const std::string& word) {
+  if (word == "muscle") return BakeMesh::Kind::kMuscle;
+  if (word == "bone") return BakeMesh::Kind::kBone;
+  if (word == "skin") return BakeMesh::Kind::kSkin;
+  file.fail("a mesh is of the unknown kind \"" + word + "\"");
+}
+
+BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
+  BakeMesh mesh;
+  mesh.name = name;
+  mesh.kind = kind_of(file, file.read_text_attribute(group, "kind"));
+  mesh.rest.vertices = read_all<Vec3>(file, group, "rest", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 3);
+  const std::size_t nodes = mesh.rest.vertices.size();
+  mesh.rest.triangles =
+      read_all<Triangle>(file, group, "triangles", H5T_STD_U32LE, H5T_NATIVE_INT, 3);
+  for (const Triangle& triangle : mesh.rest.triangles) {
+    for (const int node : triangle) {
+      if (node < 0 || static_cast<std::size_t>(node) >= nodes) {
+        file.fail(name + ": a triangle names node " + std::to_string(node) + " of " +
+                  std::to_string(nodes));
+      }
+    }
+  }
+  if (file.has(group, "weights")) {
+    mesh.weights =
+        read_all<double>(file, group, "weights", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, nodes);
+  }
+  if (file.has(group, "coordinates")) {
+    mesh.coordinates = read_all<std::array<double, 3>>(file, group, "coordinates", H5T_IEEE_F64LE,
+                                                       H5T_NATIVE_DOUBLE, 3, nodes);
+  }
+  const bool good = finite(mesh.rest.vertices) && finite(mesh.weights) &&
+                    std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
+                                [](const auto& c) { return finite(c); });
+  if (!good) file.fail(name + " has numbers that are not finite");
+  return mesh;
+}
+
+}  // namespace
+
+struct BakeReader::Data {
+  explicit Data(const std::filesystem::path& path) : file(path, Hdf5File::Mode::kRead) {
+    read_root();
+    read_meshes();
+    read_metrics(file.open_group(file.root(), "metrics"), "", 0);
+  }
+
+  void read_root() {
+    const hid_t root = file.root();
+    if (!file.has_attribute(root, "format") ||
+        file.read_text_attribute(root, "format") != "thew-bake") {
+      file.fail("it is not a bake of Thew");
+    }
+    int version = 0, done = 0;
+    file.read_attribute(root, "version", H5T_STD_I32LE, H5T_NATIVE_INT, &version);
+    if (version != kVersion) {
+      file.fail("it is of version " + std::to_string(version) + ", this program reads " +
+                std::to_string(kVersion));
+    }
+    if (file.read_text_attribute(root, "units") != "m" ||
+        file.read_text_attribute(root, "up_axis") != "Y") {
+      file.fail("it is not in metres with Y up");
+    }
+    file.read_attribute(root, "fps", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &info.fps);
+    file.read_attribute(root, "frames_done", H5T_STD_I32LE, H5T_NATIVE_INT, &done);
+    info.scene_name = file.read_text_attribute(root, "scene");
+    info.scene_hash = file.read_text_attribute(root, "scene_hash");
+    info.hash = file.read_text_attribute(root, "hash");
+    info.frames = read_all<int>(file, root, "frames", H5T_STD_I32LE, H5T_NATIVE_INT, 1);
+    const bool ascending = std::adjacent_find(info.frames.begin(), info.frames.end(),
+                                              std::greater_equal()) == info.frames.end();
+    if (!ascending || done != static_cast<int>(info.frames.size()) || !std::isfinite(info.fps) ||
+        info.fps <= 0.0) {
+      file.fail("its frames or its frame rate make no sense");
+    }
+  }
+
+  void read_meshes() {
+    const Hdf5Id meshes = file.open_group(file.root(), "meshes");
+    for (const std::string& name : file.names(meshes)) {
+      const Hdf5Id group = file.open_group(meshes, name);
+      info.meshes.push_back(read_mesh(file, group, name));
+      positions.push_back(
+          file.open_dataset(group, "positions", {H5T_IEEE_F32LE, H5T_IEEE_F64LE}, 3, 1));
+      const Hdf5Dims expected = {info.frames.size(), info.meshes.back().rest.vertices.size(), 3};
+      if (positions.back().dims != expected) {
+        file.fail(name + ": positions are not by frame and node");
+      }
+      info.double_precision = positions.back().type == H5T_IEEE_F64LE;
+    }
+  }
+
+  // Groups of groups end soon: hard links may go in circles.
+  void read_metrics(const Hdf5Id& group, const std::string& prefix, int depth) {
+    if (depth > 3) file.fail("its metrics are nested too deeply");
+    for (const std::string& name : file.names(group)) {
+      if (file.is_group(group, name)) {
+        read_metrics(file.open_group(group, name), prefix + name + "/", depth + 1);
+        continue;
+      }
+      info.metric_names.push_back(prefix + name);
+      metrics.push_back(read_all<double>(file, group, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1,
+                                         info.frames.size()));
+    }
+  }
+
+  Hdf5File file;
+  BakeInfo info;
+  std::vector<Hdf5Dataset> positions;        // by mesh
+  std::vector<std::vector<double>> metrics;  // by metric, then frame
+};
+
+BakeReader::BakeReader(const std::filesystem::path& file) : data_(std::make_unique<Data>(file)) {}
+
+BakeReader::~BakeReader() = default;
+
+const BakeInfo& BakeReader::info() const { return data_->info; }
+
+BakeFrame BakeReader::read(int index) const {
+  const Data& data = *data_;
+  const std::size_t at = static_cast<std::size_t>(index);
+  if (index < 0 || at >= data.info.frames.size()) {
+    data.file.fail("it has no frame at place " + std::to_string(index));
+  }
+  BakeFrame frame;
+  frame.frame = data.info.frames[at];
+  for (std::size_t m = 0; m < data.positions.size(); ++m) {
+    frame.positions.emplace_back(data.info.meshes[m].rest.vertices.size());
+    data.file.read_chunk(data.positions[m], H5T_NATIVE_DOUBLE, at, frame.positions[m].data());
+    if (!finite(frame.positions[m])) {
+      data.file.fail(data.info.meshes[m].name + ": positions are not finite in frame " +
+                     std::to_string(frame.frame));
+    }
+  }
+  for (const auto& metric : data.metrics) frame.metrics.push_back(metric[at]);
+  return frame;
+}
+
+}  // namespace thew

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene.h"
+
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "rig/math.h"
+#include "rig/text.h"
+#include "sim/scene_muscle.h"
+#include "sim/scene_values.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "1-120", "-5--1", "7"
+std::optional<std::array<int, 2>> parse_frames(const std::string& text) {
+  std::array<int, 2> frames;
+  const char* end = text.data() + text.size();
+  auto [at, error] = std::from_chars(text.data(), end, frames[0]);
+  frames[1] = frames[0];
+  if (error == std::errc() && at != end && *at == '-') {
+    const auto second = std::from_chars(at + 1, end, frames[1]);
+    at = second.ptr;
+    error = second.ec;
+  }
+  if (error != std::errc() || at != end) return std::nullopt;
+  return frames;
+}
+
+void read_frames(TomlValue& value, Scene& scene) {
+  std::optional<std::array<int, 2>> frames;
+  if (value.type == TomlValue::Type::kText) frames = parse_frames(value.text);
+  if (value.type == TomlValue::Type::kInteger) {
+    const int one = integer_of(value, -kLastFrame, kLastFrame);
+    frames = {one, one};
+  }
+  if (value.type == TomlValue::Type::kArray && value.items.size() == 2) {
+    frames = {integer_of(value.items[0], -kLastFrame, kLastFrame),
+              integer_of(value.items[1], -kLastFrame, kLastFrame)};
+  }
+  if (!frames || (*frames)[0] > (*frames)[1] || (*frames)[0] < -kLastFrame ||
+      (*frames)[1] > kLastFrame) {
+    refuse(value, "give the first and the last frame, \"1-120\"; a step is given to --frames");
+  }
+  scene.first_frame = (*frames)[0];
+  scene.last_frame = (*frames)[1];
+}
+
+void read_general(TomlValue& table, Scene& scene) {
+  if (const TomlValue* name = find(table, "name")) scene.name = text_of(*name);
+  read(table, "fps", scene.fps, {0.0, 1e5, true});
+  if (TomlValue* frames = find(table, "frames")) read_frames(*frames, scene);
+  read(table, "settle", scene.settle, {0.0, 1000.0});
+  read(table, "gravity", scene.gravity);
+}
+
+// The joints' own key frames need not be the same; a clip has one row of all joints a key. Where
+// they differ each joint's own curve is sampled at all of them and at every frame.
+Clip merge_curves(const std::vector<Clip>& curves, const Scene& scene) {
+  Clip clip = curves[0];
+  std::set<double> times;
+  bool alike = true;
+  for (const Clip& curve : curves) {
+    times.insert(curve.times.begin(), curve.times.end());
+    alike = alike && curve.times == clip.times;
+  }
+  for (int f = 0; !alike && f <= scene.last_frame - scene.first_frame; ++f) {
+    times.insert(f / scene.fps);
+  }
+  clip.times.assign(times.begin(), times.end());
+  clip.values.assign(times.size(), {});
+  clip.joints.clear();
+  Skeleton one;  // of a single joint
+  one.body_names = {""};
+  std::vector<double> value;
+  for (const Clip& curve : curves) {
+    one.joint_names = curve.joints;
+    clip.joints.push_back(curve.joints[0]);
+    for (std::size_t k = 0; k < clip.times.size(); ++k) {
+      sample_clip(curve, one, clip.times[k], value);
+      clip.values[k].push_back(value[0]);
+    }
+  }
+  return clip;
+}
+
+Clip read_keys(TomlValue& keys, double unit, Clip::Interpolation interpolation,
+               const Scene& scene) {
+  std::vector<Clip> curves;
+  entries_of(keys);
+  for (std::size_t j = 0; j < keys.items.size(); ++j) {
+    Clip& curve = curves.emplace_back();
+    curve.joints = {keys.keys[j]};
+    curve.interpolation = interpolation;
+    for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kFrames, {})) {
+      curve.times.push_back((frame - scene.first_frame) / scene.fps);
+      curve.values.push_back({value * unit});
+    }
+  }
+  if (curves.empty()) refuse(keys, "give { JOINT = [[frame, value], ...] }");
+  return merge_curves(curves, scene);
+}
+
+Clip read_clip_file(TomlValue& value, TomlValue* columns, const Folders& folders) {
+  ColumnMap map;
+  if (columns) {
+    const TomlValue& table = entries_of(*columns);
+    for (std::size_t i = 0; i < table.items.size(); ++i) {
+      const bool left_out =
+          table.items[i].type == TomlValue::Type::kText && table.items[i].text.empty();
+      map[table.keys[i]] = left_out ? "" : text_of(table.items[i]);
+    }
+  }
+  const fs::path file = file_of(value, folders);
+  const std::string ending = file.extension().string();
+  if (ending == ".csv") return read_csv(file, map);
+  if (ending == ".mot" || ending == ".sto") return read_mot(file, map);
+  refuse(value, "give a .mot, .sto or .csv file");
+}
+
+void read_clip(TomlValue& table, const Folders& folders, Scene& scene) {
+  scene.clip_place = table.place;
+  std::string interpolation = "smooth", unit = "rad";
+  read(table, "interpolation", interpolation, {"smooth", "linear"});
+  const auto way =
+      interpolation == "linear" ? Clip::Interpolation::kLinear : Clip::Interpolation::kSmooth;
+  const auto [kind, value] = require_one(table, {"keys", "file"});
+  if (kind == "keys") {
+    read(table, "unit", unit, {"rad", "deg"});
+    scene.clip = read_keys(*value, unit == "deg" ? kDegree : 1.0, way, scene);
+    scene.clip.angles_only = unit == "deg";
+  } else {
+    scene.clip = read_clip_file(*value, find(table, "columns"), folders);
+    scene.clip.interpolation = way;
+  }
+}
+
+void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
+  TomlValue& file = require(table, "file");
+  scene.rig = file_of(file, folders);
+  scene.rig_place = file.place;
+  scene.clip_place = table.place;
+  scene.clip.times = {0.0};  // none: the rest pose
+  scene.clip.values = {{}};
+  if (TomlValue* clip = find(table, "clip")) read_clip(*clip, folders, scene);
+}
+
+void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
+  scene.skin.place = table.place;
+  scene.skin.mesh = file_of(require(table, "mesh"), folders);
+  SkinSettings& settings = scene.skin.settings;
+  read(table, "thickness", settings.thickness, kNotNegative);
+  read(table, "smoothing", settings.smoothing, kShare);
+  read(table, "iterations", settings.iterations, 0, 10000);
+  read(table, "fold_gap", settings.fold_gap, kNotNegative);
+}
+
+void read_solver(TomlValue& table, Scene& scene) {
+  scene.solver.place = table.place;
+  read(table, "integrator", scene.solver.integrator, {"explicit", "local_global"});
+  read(table, "volume", scene.solver.volume, {"none", "printed", "linear", "exact"});
+  read(table, "substeps", scene.solver.substeps, 1, 1000000);
+  read(table, "iterations", scene.solver.iterations, 1, 10000);
+}
+
+void read_contact(TomlValue& table, Scene& scene) {
+  read(table, "enabled", scene.contact.enabled);
+  read(table, "margin", scene.contact.settings.margin, kNotNegative);
+  read(table, "max_depth", scene.contact.settings.max_depth, kNotNegative);
+  read(table, "gap", scene.contact.settings.gap, kNotNegative);
+  TomlValue* ignore = find(table, "ignore");
+  if (!ignore) return;
+  scene.contact.place = ignore->place;
+  for (TomlValue& item : items_of(*ignore, "pairs of names, [[\"a\", \"b\"], ...]", 0, 1000000)) {
+    const std::vector<TomlValue>& pair = items_of(item, "a pair of names, [\"a\", \"b\"]", 2, 2);
+    scene.contact.ignore.push_back({text_of(pair[0]), text_of(pair[1])});
+  }
+}
+
+SceneView read_view(TomlValue& table) {
+  const std::vector<std::string> shows = {"skin", "muscles", "weights"};
+  SceneView view;
+  view.name = name_of(require(table, "name"));
+  for (const std::string& show : shows) {
+    if (view.name == show) view.show = show;
+  }
+  read(table, "show", view.show, shows);
+  read(table, "eye", view.eye);
+  read(table, "target", view.target);
+  read(table, "up", view.up);
+  read(table, "field_of_view", view.field_of_view, {1.0, 170.0});
+  const Vec3 direction = view.target - view.eye;
+  if (direction.cross(view.up).norm() <= 1e-6 * direction.norm() * view.up.norm()) {
+    throw Error(ExitCode::kUsage, table.place + ": [" + table.name + "] looks from " +
+                                      point_text(view.eye) + " to " + point_text(view.target) +
+                                      " with " + point_text(view.up) +
+                                      " up; give two points, and an up that is not along the view");
+  }
+  return view;
+}
+
+void refuse_duplicate(const TomlValue& table, std::set<std::string>& names,
+                      const std::string& name) {
+  if (names.insert(name).second) return;
+  throw Error(ExitCode::kUsage,
+              table.place + ": a second [" + table.name + "]; give each a name of its own");
+}
+
+void read_render(TomlValue& table, Scene& scene) {
+  if (TomlValue* size = find(table, "size")) {
+    const std::vector<TomlValue>& two = items_of(*size, "pixels, [width, height]", 2, 2);
+    scene.render.width = integer_of(two[0], 16, 16384);  // OSMesa draws nonsense beyond that
+    scene.render.height = integer_of(two[1], 16, 16384);
+  }
+  std::set<std::string> names;
+  for (TomlValue* view : tables_of(table, "view")) {
+    scene.render.views.push_back(read_view(*view));
+    refuse_duplicate(*view, names, scene.render.views.back().name);
+  }
+}
+
+void read_bounds(TomlValue& table, Scene& scene) {
+  for (const char* quantity :
+       {"volume_error", "substep_volume_error", "penetration", "poke_through", "attachment_gap"}) {
+    const TomlValue* limit = find(table, quantity);
+    if (!limit) continue;
+    for (const Bound& bound : scene.bounds) {
+      if (bound.quantity == quantity) refuse(*limit, "remove it, or the one at " + bound.place);
+    }
+    scene.bounds.push_back({quantity, number_of(*limit, kNotNegative), limit->place});
+  }
+}
+
+void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
+  if (TomlValue* table = find(root, "scene")) read_general(*table, scene);
+  read_rig(require(root, "rig"), folders, scene);
+  std::set<std::string> names;
+  for (TomlValue* table : tables_of(root, "muscle")) {
+    scene.muscles.push_back(read_muscle(*table, folders));
+    refuse_duplicate(*table, names, scene.muscles.back().name);
+  }
+  if (TomlValue* table = find(root, "skin")) read_skin(*table, folders, scene);
+  if (TomlValue* table = find(root, "solver")) read_solver(*table, scene);
+  if (TomlValue* table = find(root, "contact")) read_contact(*table, scene);
+  if (TomlValue* table = find(root, "render")) read_render(*table, scene);
+  if (TomlValue* table = find(root, "output")) {
+    std::string precision = "single";
+    read(*table, "precision", precision, {"single", "double"});
+    scene.output.double_precision = precision == "double";
+  }
+  for (TomlValue* table : tables_of(root, "bound")) read_bounds(*table, scene);
+}
+
+}  // namespace
+
+Scene read_scene(const fs::path& file, const std::vector<std::string>& overrides,
+                 const fs::path& allowed_root) {
+  TomlValue root = read_toml(file);
+  for (const std::string& setting : overrides) override_toml(root, setting);
+  Scene scene;
+  scene.file = file;
+  const Folders folders = {fs::canonical(fs::absolute(file).parent_path()),
+                           allowed_root.empty() ? fs::canonical(fs::absolute(file).parent_path())
+                                                : fs::weakly_canonical(fs::absolute(allowed_root))};
+  scene.folder = folders.root;
+  read_all(root, folders, scene);
+  refuse_unknown_keys(root);
+  return scene;
+}
+
+}  // namespace thew

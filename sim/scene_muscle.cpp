@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene_muscle.h"
+
+#include <algorithm>
+
+#include "rig/text.h"
+#include "sim/scene_values.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kWeightFileLimit = std::size_t{16} << 20;  // bytes
+
+void read_tube(TomlValue& table, TubeProfile& profile) {
+  read(table, "around", profile.around, 3, 1000);
+  read(table, "rings", profile.rings, 2, 1000);
+  profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {0.0, 10.0, true});
+}
+
+void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
+  for (TomlValue& item :
+       items_of(value, "two points or more, [[\"body\", x, y, z], ...]", 2, 1000)) {
+    const std::vector<TomlValue>& parts = items_of(item, "a point, [\"body\", x, y, z]", 4, 4);
+    const Vec3 position(number_of(parts[1]), number_of(parts[2]), number_of(parts[3]));
+    path.push_back({text_of(parts[0]), position, item.place});
+  }
+}
+
+SceneWrap read_wrap(TomlValue& table, int segments) {
+  SceneWrap wrap;
+  wrap.place = table.place;
+  wrap.segment = integer_of(require(table, "segment"), 0, segments - 1);
+  wrap.body = text_of(require(table, "body"));
+  wrap.centre = vector_of(require(table, "centre"));
+  TomlValue& axis = require(table, "axis");
+  wrap.axis = vector_of(axis);
+  if (wrap.axis.norm() < 1e-9) refuse(axis, "give a direction, which is not zero");
+  wrap.radius = number_of(require(table, "radius"), kPositive);
+  if (const TomlValue* turn = find(table, "turn")) {
+    wrap.turn = integer_of(*turn, -1, 1);
+    if (wrap.turn == 0.0) refuse(*turn, "give 1 or -1");
+  }
+  return wrap;
+}
+
+std::vector<double> read_weight_file(const fs::path& file) {
+  std::vector<double> weights;
+  const std::string text = read_whole(file, kWeightFileLimit);
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const auto words = split_words(std::string_view(text).substr(begin, end - begin));
+    begin = end + 1;
+    const auto number = words.size() == 1 ? parse_number(words[0]) : std::nullopt;
+    if (!number || !(*number >= 0.0 && *number <= 1e12)) {
+      throw Error(ExitCode::kInput,
+                  file.string() + ":" + std::to_string(weights.size() + 1) +
+                      ": is not a weight; give one number from 0 a line, one line "
+                      "per vertex");
+    }
+    weights.push_back(*number);
+  }
+  if (weights.empty()) {
+    throw Error(ExitCode::kInput, file.string() + ": is empty; give one weight a line");
+  }
+  return weights;
+}
+
+ZoneSettings read_zone(TomlValue& table) {
+  ZoneSettings zone;
+  read(table, "smallest_radius", zone.smallest_radius, kNotNegative);
+  read(table, "per_impulse", zone.per_impulse, kNotNegative);
+  read(table, "along_load", zone.along_load, kShare);
+  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, 1e12});
+  return zone;
+}
+
+void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle) {
+  if (value.type != TomlValue::Type::kTable) {
+    muscle.weights = preset_profile(word_of(value, {"left", "even", "right"}));
+    return;
+  }
+  const auto [kind, what] = require_one(value, {"profile", "file", "zone"});
+  if (kind == "file") muscle.node_weights = read_weight_file(file_of(*what, folders));
+  if (kind == "zone") muscle.zone = read_zone(*what);
+  if (kind == "profile") muscle.weights.keys = pairs_of(*what, "[u, weight]", kShare, kNotNegative);
+}
+
+void read_material(TomlValue& table, SpringMaterial& material) {
+  read(table, "young", material.young, kPositive);
+  read(table, "anisotropy", material.anisotropy, kPositive);
+  read(table, "shear", material.shear, kNotNegative);
+  read(table, "bending", material.bending, kNotNegative);
+  read(table, "shape", material.shape, kNotNegative);
+  read(table, "density", material.density, kPositive);
+}
+
+void read_belly(TomlValue& value, std::array<double, 2>& belly) {
+  const std::vector<TomlValue>& ends = items_of(value, "metres along the path, [from, to]", 2, 2);
+  belly = {number_of(ends[0], kNotNegative), number_of(ends[1], kNotNegative)};
+  if (belly[1] <= belly[0]) refuse(ends[1], "give more than " + number_text(belly[0]));
+}
+
+}  // namespace
+
+SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
+  SceneMuscle muscle;
+  muscle.place = table.place;
+  muscle.name = name_of(require(table, "name"));
+  const auto [kind, form] = require_one(table, {"mesh", "profile"});
+  if (kind == "mesh") muscle.mesh = file_of(*form, folders);
+  if (kind == "profile") read_tube(*form, muscle.profile);
+  read_path(require(table, "path"), muscle.path);
+  for (TomlValue* wrap : tables_of(table, "wrap")) {
+    muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
+  }
+  if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
+  if (TomlValue* weights = find(table, "weights")) read_weights(*weights, folders, muscle);
+  std::string shape = "target";
+  read(table, "shape", shape, {"target", "weights"});
+  muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;
+  read(table, "guide", muscle.guide, kNotNegative);
+  read(table, "damping", muscle.damping, kNotNegative);
+  read(table, "f_max", muscle.f_max, kNotNegative);
+  read(table, "fibre_length", muscle.fibre_length, kPositive);
+  if (TomlValue* activation = find(table, "activation")) {
+    muscle.activation = pairs_of(*activation, "[frame, activation]", kFrames, kShare);
+  }
+  if (TomlValue* material = find(table, "material")) read_material(*material, muscle.material);
+  read(table, "colour", muscle.colour, kShare);
+  return muscle;
+}
+
+}  // namespace thew

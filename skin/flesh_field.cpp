@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/flesh_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thew {
+namespace {
+
+// Squared distance from p to the box of the whole surface.
+double box_distance(const Bvh& bvh, const Vec3& p) {
+  const Bvh::Node& root = bvh.nodes[0];
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double d = std::max({root.lo[k] - p[k], p[k] - root.hi[k], 0.0});
+    sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
+                int node, std::vector<int>& hints, FleshPlanes& planes) {
+  struct Found {
+    double distance;
+    FleshPlanes::Plane plane;
+  };
+  std::array<Found, FleshPlanes::kMost + 1> found;  // by distance; the last place is overflow
+  int count = 0;
+  const int others = static_cast<int>(below.size());
+  for (int j = 0; j < others; ++j) {
+    const Collider& flesh = below[j];
+    if (flesh.bvh->order.empty()) continue;
+    // Beyond the nearest by the bridging radius a surface has no weight.
+    const bool inside = count > 0 && found[0].distance < 0.0;
+    const double bound =
+        count > 0 && !inside ? std::min(reach, found[0].distance + bridging) : reach;
+    if (box_distance(*flesh.bvh, p) > bound) continue;
+    int& hint = hints[static_cast<size_t>(node) * others + j];
+    const ClosestPoint near = closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint);
+    if (near.triangle < 0) continue;
+    hint = near.triangle;
+    const Vec3 normal = contact_normal(near, p);
+    int at = count;
+    for (; at > 0 && found[at - 1].distance > near.distance; --at) found[at] = found[at - 1];
+    found[at] = {near.distance, {normal, normal.dot(p) - near.distance}};
+    count = std::min(count + 1, FleshPlanes::kMost);
+  }
+  for (int k = 0; k < count; ++k) planes.planes[node][k] = found[k].plane;
+  planes.count[node] = count;
+}
+
+FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging) {
+  FleshValue value;
+  const int count = planes.count[node];
+  if (count == 0) return value;
+  const auto& near = planes.planes[node];
+  struct Distance {
+    double away;
+    int plane;
+  } d[FleshPlanes::kMost];
+  for (int k = 0; k < count; ++k) {
+    const double distance = near[k].normal.dot(x) - near[k].offset;
+    int at = k;
+    for (; at > 0 && d[at - 1].away > distance; --at) d[at] = d[at - 1];
+    d[at] = {distance, k};
+  }
+  value.nearest = d[0].away;
+  value.nearest_plane = d[0].plane;
+  // n f^2 + 2 S1 f + S2 = R^2 over the n nearest, with a_j = R - d_j, S1 = sum a_j, S2 = sum a_j^2.
+  // Shifted by the nearest distance, so that nothing large cancels.
+  double s1 = 0.0, s2 = 0.0, f = 0.0;
+  int active = 0;
+  while (active < count) {
+    const double a = bridging - (d[active].away - d[0].away);
+    if (active > 0 && a + f <= 0.0) break;
+    s1 += a;
+    s2 += a * a;
+    ++active;
+    const double under = s1 * s1 - active * (s2 - bridging * bridging);
+    f = (-s1 + std::sqrt(std::max(under, 0.0))) / active;
+  }
+  double total = 0.0;
+  for (int k = 0; k < active; ++k) {
+    const double weight = std::max(bridging - (d[k].away - d[0].away) + f, 0.0);
+    value.gradient += weight * near[d[k].plane].normal;
+    total += weight;
+  }
+  value.gradient /= total;
+  value.level = d[0].away + f;
+  return value;
+}
+
+}  // namespace thew

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "skin/contact.h"
+
+namespace thew {
+
+/// What lies below the skin as one smooth field f over the distances d_j to each surface:
+///   sum_j max(R + f - d_j, 0)^2 = R^2
+/// Near a single surface f is its distance. Between two it is less, so that a level of f bridges a
+/// crevice instead of diving into it, and its gradient there points out of the crevice. R is the
+/// bridging radius (m).
+struct FleshPlanes {
+  static constexpr int kMost = 8;  ///< surfaces near one node
+  struct Plane {
+    Vec3 normal;    ///< out of the surface
+    double offset;  ///< d_j(x) = normal . x - offset, near where it was looked up
+  };
+  std::vector<std::array<Plane, kMost>> planes;
+  std::vector<int> count;
+};
+
+struct FleshValue {
+  double level = 0.0;            ///< f, m
+  Vec3 gradient = Vec3::Zero();  ///< weighted mean of the normals; short in a crevice
+  double nearest = 0.0;          ///< least d_j, m
+  int nearest_plane = -1;        ///< -1: no surface within reach
+};
+
+/// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there.
+void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
+                int node, std::vector<int>& hints, FleshPlanes& planes);
+
+/// f at x by the node's planes.
+FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);
+
+}  // namespace thew

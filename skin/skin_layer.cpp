@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The skin is the least of an elastic energy (edges as at rest, turned with the bones; anchors to
+// the bound shape) in which each node keeps its rest level of the flesh field, by alternating
+// projection onto that level with one prefactored solve (Bouaziz et al. 2014, Projective Dynamics).
+#include "skin/skin_layer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thew {
+namespace {
+
+constexpr double kReach = 0.025;        // m, flesh farther from the skin is not felt
+
+
+constexpr double kLeastAlong = 0.3;  // cosine that a step along an oblique way is divided by at least
+constexpr double kLongestStep = 0.003;
+constexpr double kShortest = 0.2;
+constexpr double kSlack = 0.01;      // m above its level at which the skin is no longer drawn in
+// of the positions).
+void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
+  const size_t bodies = pose.size();
+  std::vector<Eigen::Quaterniond> turn(bodies);
+  std::vector<Transform> motion(bodies);
+  for (size_t b = 0; b < bodies; ++b) {
+    motion[b] = pose[b] * model.bind_pose[b].inverse();
+    turn[b] = Eigen::Quaterniond(motion[b].linear());
+  }
+  for (size_t i = 0; i < model.rest.size(); ++i) {
+    const Vec3 rest = to_vec(model.rest[i]);
+    Vec3 bound = Vec3::Zero();
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    const Eigen::Vector4d main = turn[model.bodies[i][0]].coeffs();
+    for (int k = 0; k < 4 && model.bodies[i][k] >= 0; ++k) {
+      const int body = model.bodies[i][k];
+      const double share = model.shares[i][k];
+      bound += share * (motion[body] * rest);
+      const Eigen::Vector4d q = turn[body].coeffs();
+      sum += (q.dot(main) < 0.0 ? -share : share) * q;
+    }
+    state.bound[i] = to_row(bound);
+    state.turns[i] = Eigen::Quaterniond(Eigen::Vector4d(sum / sum.norm())).toRotationMatrix();
+  }
+}
+
+// Right-hand side that does not change within a step: turned edges and anchors.
+void elastic_pull(const SkinModel& model, SkinState& state) {
+  const double stiffness = edge_stiffness(model.settings);
+  for (size_t i = 0; i < model.rest.size(); ++i) {
+    Row sum = model.anchor[i] * state.bound[i];
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      const int j = model.neighbours[k];
+      const Vec3 edge = to_vec(model.rest[i]) - to_vec(model.rest[j]);
+      state.turned[k] = to_row(0.5 * (state.turns[i] + state.turns[j]) * edge);
+      sum += stiffness * state.turned[k];
+    }
+    state.elastic[i] = sum;
+  }
+}
+
+void find_normals(const SkinModel& model, SkinState& state) {
+  std::fill(state.normals.begin(), state.normals.end(), Row{});
+  for (const Triangle& t : model.surface.triangles) {
+    const Vec3 a = to_vec(state.x[t[0]]);
+    const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
+    for (int corner : t) state.normals[corner] += n;
+  }
+  for (Row& n : state.normals) {
+    const double length = to_vec(n).norm();
+    if (length > 0.0) n = n * (1.0 / length);
+  }
+}
+
+// Out of the flesh: between the field's gradient and the skin's own normal, which alone counts where
+// the gradient is lost in a crevice or leads inwards.
+Vec3 way_out(const Vec3& gradient, const Vec3& normal) {
+  return (std::max(gradient.dot(normal), 0.0) * gradient + normal).normalized();
+}
+
+void look_below(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, static_cast<int>(i),
+               state.hints, state.planes);
+  }
+}
+
+void solve_elastic(const SkinModel& model, SkinState& state) {
+  for (int k = 0; k < model.matrix.size(); ++k) {
+    const Row& rhs = state.elastic[model.matrix.order[k]];
+    state.solution[k] = RowPair{rhs[0], rhs[1], rhs[2]};
+  }
+  solve(model.matrix, model.factor, state.solution);
+  for (int k = 0; k < model.matrix.size(); ++k) {
+    const RowPair& x = state.solution[k];
+    state.elastic[model.matrix.order[k]] = Row{x[0], x[1], x[2], 0.0};
+  }
+}
+
+void relax_node(const SkinModel& model, SkinState& state, int i) {
+  const double stiffness = edge_stiffness(model.settings);
+  const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
+  Row sum{};
+  for (int k = first; k < last; ++k) {
+    const int j = model.neighbours[k];
+    sum += state.x[j] - state.elastic[j];
+  }
+  double weight = stiffness * (last - first) + model.anchor[i];
+  sum = stiffness * sum;
+  const Vec3 before = to_vec(state.x[i]);
+  FleshValue flesh = flesh_value(state.planes, i, before, model.settings.bridging);
+  const Vec3 normal = to_vec(state.normals[i]);
+  if (flesh.nearest_plane >= 0 && flesh.level > model.fat[i]) {
+    const Vec3 way = way_out(flesh.gradient, normal);
+    const double step = (model.fat[i] - flesh.level) / std::max(flesh.gradient.dot(way), kLeastAlong);
+    const double pull = kFleshPull * std::max(1.0 + step / kSlack, 0.0);
+    sum += pull * (to_row(before + step * way) - state.elastic[i]);
+    weight += pull;
+  }
+  Row y = state.elastic[i] + sum * (1.0 / weight);
+  for (int k = first; k < last; ++k) {
+    const Row& e = state.turned[k];
+    const Row edge = y - state.x[model.neighbours[k]];
+    const double length2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+    const double along = edge[0] * e[0] + edge[1] * e[1] + edge[2] * e[2];
+    const double lack = kShortest * length2 - along;
+    if (lack > 0.0) y += 0.5 * lack / length2 * e;
+  }
+  Vec3 x = to_vec(y);
+  for (int round = 0; round < 2; ++round) {
+    flesh = flesh_value(state.planes, i, x, model.settings.bridging);
+    if (flesh.nearest_plane < 0 || flesh.level >= model.fat[i]) break;
+    const Vec3 way = way_out(flesh.gradient, normal);
+    x += std::min((model.fat[i] - flesh.level) / std::max(flesh.gradient.dot(way), kLeastAlong), kLongestStep) * way;
+  }
+  state.x[i] = to_row(x);
+}
+
+void relax(const SkinModel& model, SkinState& state) {
+  const int nodes = static_cast<int>(state.x.size());
+  find_normals(model, state);
+  for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
+  for (int i = nodes; i-- > 0;) relax_node(model, state, i);
+}
+
+// Moves what is still too near the flesh out of it.
+void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  constexpr int kRounds = 8;
+  find_normals(model, state);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    for (int round = 0; round < kRounds; ++round) {
+      const Vec3 x = to_vec(state.x[i]);
+      const FleshValue flesh =
+          flesh_value(state.planes, static_cast<int>(i), x, model.settings.bridging);
+      if (flesh.nearest_plane < 0 || flesh.nearest >= model.least[i]) break;
+      const Vec3& normal = state.planes.planes[i][flesh.nearest_plane].normal;
+      const Vec3 way = way_out(flesh.gradient, to_vec(state.normals[i]));
+      const double along = std::max(normal.dot(way), kLeastAlong);
+      state.x[i] = to_row(x + (model.least[i] - flesh.nearest + 1e-6) / along * way);
+      find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, static_cast<int>(i),
+                 state.hints, state.planes);
+    }
+  }
+}
+
+// Moves skin triangles out over flesh nodes that poke through them.
+void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  constexpr double kDeepest = 0.01, kCover = 2e-4;  // m
+  refit_bvh(model.surface, state.x, state.bvh);
+  for (const Collider& flesh : below) {
+    for (const Row& p : *flesh.x) {
+      const ClosestPoint near =
+          closest_point(model.surface, state.bvh, state.x, to_vec(p), kDeepest);
+      if (near.triangle < 0 || near.distance < -kCover) continue;
+      const double* b = near.barycentric;
+      const double share = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+      const Row push = to_row((near.distance + kCover) / share * near.normal);
+      for (int k = 0; k < 3; ++k) state.x[model.surface.triangles[near.triangle][k]] += b[k] * push;
+    }
+  }
+}
+
+}  // namespace
+
+SkinState initial_skin(const SkinModel& model) {
+  SkinState state;
+  state.x = model.rest;
+  state.offset.assign(state.x.size(), Row{});
+  state.bvh = build_bvh(model.surface, state.x);
+  state.bound = state.elastic = state.normals = state.x;
+  state.turns.resize(state.x.size());
+  state.turned.resize(model.neighbours.size());
+  state.planes.planes.resize(state.x.size());
+  state.planes.count.resize(state.x.size());
+  state.solution.resize(state.x.size());
+  return state;
+}
+
+void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
+               SkinState& state) {
+  state.hints.resize(state.x.size() * below.size(), -1);
+  bind_to_pose(model, pose, state);
+  elastic_pull(model, state);
+  solve_elastic(model, state);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    state.x[i] = state.elastic[i] + to_row(state.turns[i] * to_vec(state.offset[i]));
+  }
+  for (int k = 0; k < model.settings.iterations; ++k) {
+    if (k % 4 == 0) look_below(model, below, state);
+    relax(model, state);
+  }
+  look_below(model, below, state);
+  if (getenv("CLEAR")) clear_flesh(model, below, state);
+  if (getenv("COVER")) cover_flesh(model, below, state);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Row moved = state.x[i] - state.elastic[i];
+    state.offset[i] = to_row(state.turns[i].transpose() * to_vec(moved));
+  }
+  refit_bvh(model.surface, state.x, state.bvh);
+}
+
+SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
+                         const SkinState& state) {
+  constexpr double kDeepest = 0.05;  // m
+  SkinMetrics metrics;
+  for (const Collider& flesh : below) {
+    int hint = -1;
+    for (const Row& p : state.x) {
+      const ClosestPoint near =
+          closest_point(*flesh.surface, *flesh.bvh, *flesh.x, to_vec(p), kDeepest, hint);
+      if (near.triangle < 0) continue;
+      hint = near.triangle;
+      metrics.max_penetration = std::max(metrics.max_penetration, -near.distance);
+    }
+    for (const Row& p : *flesh.x) {
+      const ClosestPoint near =
+          closest_point(model.surface, state.bvh, state.x, to_vec(p), kDeepest);
+      if (near.triangle < 0) continue;
+      metrics.max_poke_through = std::max(metrics.max_poke_through, near.distance);
+    }
+  }
+  metrics.intersecting_pairs = static_cast<int>(
+      crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x)
+          .size());
+  return metrics;
+}
+
+}  // namespace thew

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The arm's whole flexion against what is known of it: numbers of the tables are those of OpenSim's
+// arm26 (Holzbaur, Murray, Delp 2005) and of published moment-arm regressions.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "muscles/volume.h"
+#include "rig/math.h"
+#include "sim/bake.h"
+#include "sim/drive.h"
+
+namespace thew {
+namespace {
+
+struct Flexion {
+  Model model;
+  std::vector<double> elbow;  // rad, by frame
+  std::vector<FrameMeasures> measures;
+  std::vector<std::vector<Rows>> x;  // [frame][muscle]
+  std::vector<Rows> skin;            // [frame]
+  std::vector<Pose> poses;
+};
+
+Flexion flex(const std::vector<std::string>& overrides) {
+  Flexion run;
+  run.model = build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", overrides));
+  Parallel parallel(2);
+  State state = initial_state(run.model);
+  const std::vector<double> areas = rest_belly_areas(run.model, state);
+  const Settled settled = settle(run.model, parallel, state);
+  EXPECT_TRUE(settled.converged) << settled.speed << " m/s after " << settled.seconds << " s";
+  const int elbow = find_joint(run.model.skeleton, "elbow");
+  StageSeconds seconds;
+  for (int f = run.model.scene.first_frame; f <= run.model.scene.last_frame; ++f) {
+    const double time = (f - run.model.scene.first_frame) / run.model.scene.fps;
+    if (time > 0.0) step_frame(run.model, time, parallel, state, seconds);
+    run.measures.push_back(measure(run.model, areas, parallel, state));
+    run.elbow.push_back(state.joints[elbow]);
+    std::vector<Rows>& frame = run.x.emplace_back();
+    for (const MuscleState& muscle : state.muscles) frame.push_back(muscle.x);
+    run.skin.push_back(state.skin.x);
+    run.poses.push_back(state.pose);
+  }
+  return run;
+}
+
+const Flexion& arm() {
+  static const Flexion run = flex({});
+  return run;
+}
+
+int index_of(const Model& model, const std::string& name) {
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    if (model.muscles[m].name == name) return static_cast<int>(m);
+  }
+  ADD_FAILURE() << name << " is not in the scene";
+  return 0;
+}
+
+// A measure at an elbow angle (degrees) on the way up, linear between frames.
+double at_angle(const Flexion& run, double degrees, double (*pick)(const MuscleMeasures&), int m) {
+  for (size_t f = 1; f < run.elbow.size(); ++f) {
+    const double a = run.elbow[f - 1] / kDegree, b = run.elbow[f] / kDegree;
+    if (b < a || degrees > b + 1e-9) continue;
+    const double t = b > a ? (degrees - a) / (b - a) : 0.0;
+    return (1.0 - t) * pick(run.measures[f - 1].muscles[m]) + t * pick(run.measures[f].muscles[m]);
+  }
+  ADD_FAILURE() << "the elbow never reaches " << degrees;
+  return 0.0;
+}
+double length_of(const MuscleMeasures& m) { return m.length; }
+double area_of(const MuscleMeasures& m) { return m.area_ratio; }
+
+TEST(Arm, HasTheTrianglesOfThePaper) {
+  size_t triangles = 0;
+  for (const Muscle& muscle : arm().model.muscles) triangles += muscle.rest.triangles.size();
+  EXPECT_EQ(arm().model.muscles.size(), 12u);
+  EXPECT_EQ(triangles, 8744u);
+}
+
+TEST(Arm, VolumeIsHeldToRounding) {
+  for (const FrameMeasures& frame : arm().measures) {
+    for (const MuscleMeasures& muscle : frame.muscles) {
+      EXPECT_LE(muscle.volume_error, 1e-12);
+      EXPECT_LE(muscle.substep_volume_error, 1e-12);
+    }
+    EXPECT_EQ(frame.unreached, 0);
+  }
+}
+
+TEST(Arm, LengthsFollowTheTable) {
+  const std::map<std::string, std::vector<double>> table = {
+      {"biceps_long", {421.2, 411.7, 394.0, 370.3, 344.9, 337.3}},
+      {"biceps_short", {341.7, 332.2, 314.5, 290.8, 265.4, 257.8}},
+      {"brachialis", {147.3, 140.0, 132.9, 122.4, 110.0, 106.0}},
+      {"triceps_long", {277.6, 289.8, 301.8, 312.3, 322.7, 326.1}},
+      {"triceps_lateral", {166.6, 178.8, 190.8, 201.3, 211.7, 215.1}}};
+  const double angles[] = {0, 30, 60, 90, 120, 130};
+  for (const auto& [name, lengths] : table) {
+    for (int k = 0; k < 6; ++k) {
+      const double length = at_angle(arm(), angles[k], length_of, index_of(arm().model, name));
+      EXPECT_NEAR(1e3 * length, lengths[k], 5.0) << name << " at " << angles[k];
+    }
+  }
+}
+
+TEST(Arm, ShorteningFollowsTheRegressions) {
+  const std::map<std::string, std::vector<double>> table = {
+      {"brachioradialis", {11, 27, 52, 84, 96}},
+      {"extensor_carpi_radialis_longus", {6, 13, 23, 36, 40}},
+      {"pronator_teres", {4, 8, 14, 20, 22}},
+      {"flexor_carpi_radialis", {1, 2, 4, 5, 6}},
+      {"anconeus", {-6, -12, -18, -22, -22}}};
+  const double angles[] = {30, 60, 90, 120, 130};
+  for (const auto& [name, shortening] : table) {
+    const int m = index_of(arm().model, name);
+    const double rest = at_angle(arm(), 0, length_of, m);
+    for (int k = 0; k < 5; ++k) {
+      EXPECT_NEAR(1e3 * (rest - at_angle(arm(), angles[k], length_of, m)), shortening[k], 5.0)
+          << name << " at " << angles[k];
+    }
+  }
+  const int control = index_of(arm().model, "coracobrachialis");
+  for (const FrameMeasures& frame : arm().measures) {
+    EXPECT_NEAR(frame.muscles[control].length, arm().measures[0].muscles[control].length, 1e-6);
+  }
+}
+
+TEST(Arm, MeanBellySectionsFollowFromTheVolume) {
+  const std::map<std::string, std::array<double, 2>> table = {{"biceps_long", {1.30, 1.62}},
+                                                              {"brachialis", {1.26, 1.52}},
+                                                              {"brachioradialis", {1.35, 1.93}},
+                                                              {"triceps_lateral", {0.80, 0.74}}};
+  for (const auto& [name, ratios] : table) {
+    const int m = index_of(arm().model, name);
+    EXPECT_NEAR(at_angle(arm(), 90, area_of, m) / ratios[0], 1.0, 0.1) << name;
+    EXPECT_NEAR(at_angle(arm(), 130, area_of, m) / ratios[1], 1.0, 0.1) << name;
+  }
+}
+
+TEST(Arm, PolesStayOnTheirBones) {
+  for (const FrameMeasures& frame : arm().measures) {
+    for (const MuscleMeasures& muscle : frame.muscles) EXPECT_LE(muscle.attachment_gap, 1e-9);
+  }
+}
+
+int folds_beyond_90(const Muscle& muscle, const Rows& x) {
+  const auto normal = [&](int t) {
+    const Triangle& k = muscle.surface.triangles[t];
+    const Vec3 a = to_vec(x[k[0]]), b = to_vec(x[k[1]]), c = to_vec(x[k[2]]);
+    return Vec3((b - a).cross(c - a));
+  };
+  int folds = 0;
+  for (int t = 0; t < static_cast<int>(muscle.surface.triangles.size()); ++t) {
+    for (int other : muscle.surface.neighbours[t]) {
+      if (other > t && normal(t).dot(normal(other)) < 0.0) ++folds;
+    }
+  }
+  return folds;
+}
+
+TEST(Arm, NoFoldsAndNoSelfIntersection) {
+  for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
+    const Muscle& muscle = arm().model.muscles[m];
+    Rows rest;
+    for (const Vec3& p : muscle.rest.vertices) rest.push_back(to_row(p));
+    const int rest_folds = folds_beyond_90(muscle, rest);
+    Bvh bvh = build_bvh(muscle.surface, rest);
+    for (size_t f = 0; f < arm().x.size(); ++f) {
+      const Rows& x = arm().x[f][m];
+      EXPECT_LE(folds_beyond_90(muscle, x), rest_folds) << muscle.name << ", frame " << f + 1;
+      refit_bvh(muscle.surface, x, bvh);
+      EXPECT_TRUE(crossing_triangles(muscle.surface, bvh, x, muscle.surface, bvh, x).empty())
+          << muscle.name << ", frame " << f + 1;
+    }
+  }
+}
+
+// Radii of rings about their centres, from origin to insertion: nodes grouped by their place along the
+// rest curve.
+std::vector<double> radius_profile(const Muscle& muscle, const Rows& x) {
+  constexpr int kGroups = 8;
+  std::vector<Vec3> centre(kGroups, Vec3::Zero());
+  std::vector<double> radius(kGroups, 0.0), count(kGroups, 0.0);
+  const auto group = [&](size_t i) {
+    const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
+    return u <= 0.0 || u >= 1.0 ? -1 : static_cast<int>(u * kGroups);
+  };
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (group(i) < 0) continue;
+    centre[group(i)] += to_vec(x[i]);
+    ++count[group(i)];
+  }
+  for (int g = 0; g < kGroups; ++g) {
+    if (count[g] > 0) centre[g] /= count[g];
+  }
+  for (size_t i = 0; i < x.size(); ++i) {
+    const int g = group(i);
+    if (g >= 0) radius[g] += (to_vec(x[i]) - centre[g]).norm() / count[g];
+  }
+  std::vector<double> out;
+  for (int g = 0; g < kGroups; ++g) {
+    if (count[g] > 0) out.push_back(radius[g]);
+  }
+  return out;
+}
+
+TEST(Arm, BelliesHaveOneMaximum) {
+  for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
+    const Muscle& muscle = arm().model.muscles[m];
+    for (size_t f = 0; f < arm().x.size(); f += 10) {
+      const std::vector<double> radius = radius_profile(muscle, arm().x[f][m]);
+      const double largest = *std::max_element(radius.begin(), radius.end());
+      int maxima = 0;
+      bool rising = true;
+      for (size_t k = 1; k < radius.size(); ++k) {  // a dip of under 3 % is no valley
+        if (rising && radius[k] < radius[k - 1] - 0.03 * largest) ++maxima, rising = false;
+        if (!rising && radius[k] > radius[k - 1] + 0.03 * largest) rising = true;
+      }
+      if (rising) ++maxima;
+      EXPECT_EQ(maxima, 1) << muscle.name << ", frame " << f + 1;
+    }
+  }
+}
+
+TEST(Arm, WeightsShiftTheBellysVolume) {
+  const std::string name = "biceps_long";
+  std::map<std::string, double> centre;
+  for (const std::string profile : {"left", "even", "right"}) {
+    Model model = build_model(read_scene(
+        THEW_SOURCE_DIR "/assets/arm/arm.toml",
+        {"muscle." + name + ".weights=" + profile, "contact.enabled=false", "skin.mesh=\"\""}));
+    Parallel parallel(2);
+    State state = initial_state(model);
+    settle(model, parallel, state);
+    StageSeconds seconds;
+    const int m = index_of(model, name);
+    for (int f = 1; f < 60; ++f) step_frame(model, f / model.scene.fps, parallel, state, seconds);
+    const Muscle& muscle = model.muscles[m];
+    double sum = 0.0, area = 0.0;
+    for (int k = 0; k < 40; ++k) {
+      const double u = (k + 0.5) / 40;
+      const double a = section_area_at(muscle, state.muscles[m].pose, state.muscles[m].x, u);
+      sum += a * u;
+      area += a;
+    }
+    centre[profile] = sum / area;
+  }
+  EXPECT_LE(centre["left"], centre["even"] - 0.04);
+  EXPECT_GE(centre["right"], centre["even"] + 0.04);
+}
+
+TEST(Arm, SkinLiesOverAll) {
+  for (size_t f = 0; f < arm().measures.size(); ++f) {
+    const SkinMetrics& skin = arm().measures[f].skin;
+    EXPECT_LE(skin.max_penetration, 1e-6) << "frame " << f + 1;
+    EXPECT_LE(skin.max_poke_through, 5e-4) << "frame " << f + 1;
+    EXPECT_EQ(skin.intersecting_pairs, 0) << "frame " << f + 1;
+  }
+}
+
+// Seen from the nearest bone, no vertex moves more in a frame than three times what it does in the
+// neighbouring frames plus 0.2 mm.
+template <typename Position>
+void expect_no_jump(const std::string& name, size_t nodes, Position&& position) {
+  const Flexion& run = arm();
+  for (size_t i = 0; i < nodes; ++i) {
+    // The body whose frame sees the node move least.
+    size_t body = 0;
+    double least = 1e30;
+    for (size_t b = 0; b < run.poses[0].size(); ++b) {
+      double moved = 0.0;
+      for (size_t f = 1; f < run.poses.size(); ++f) {
+        moved += (run.poses[f][b].inverse() * position(f, i) -
+                  run.poses[f - 1][b].inverse() * position(f - 1, i)).norm();
+      }
+      if (moved < least) least = moved, body = b;
+    }
+    std::vector<double> step(run.poses.size(), 0.0);
+    for (size_t f = 1; f < step.size(); ++f) {
+      step[f] = (run.poses[f][body].inverse() * position(f, i) -
+                 run.poses[f - 1][body].inverse() * position(f - 1, i)).norm();
+    }
+    for (size_t f = 2; f + 1 < step.size(); ++f) {
+      const double neighbours = std::max(step[f - 1], step[f + 1]);
+      ASSERT_LE(step[f], 3.0 * neighbours + 2e-4) << name << ", node " << i << ", frame " << f + 1;
+    }
+  }
+}
+
+TEST(Arm, NothingJumps) {
+  const Flexion& run = arm();
+  for (size_t m = 0; m < run.model.muscles.size(); ++m) {
+    expect_no_jump(run.model.muscles[m].name, run.x[0][m].size(),
+                   [&](size_t f, size_t i) { return to_vec(run.x[f][m][i]); });
+  }
+  expect_no_jump("skin", run.skin[0].size(),
+                 [&](size_t f, size_t i) { return to_vec(run.skin[f][i]); });
+}
+
+TEST(Arm, WithoutTheMultiplierVolumeIsLost) {
+  const Flexion none = flex({"solver.volume=none", "skin.mesh=\"\"", "scene.frames=\"1-60\""});
+  double worst = 0.0;
+  for (const MuscleMeasures& muscle : none.measures.back().muscles) {
+    worst = std::max(worst, muscle.volume_error);
+  }
+  EXPECT_GT(worst, 0.01);
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/stat.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "rig/mesh_import.h"
+#include "rig_shapes.h"
+#include "rig_temp.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Import : public TempFolder {
+ protected:
+  std::string error_of(const fs::path& file) {
+    return input_error([&] { import_mesh(file); });
+  }
+};
+
+template <typename T>
+std::string bytes_of(std::initializer_list<T> values) {
+  std::string bytes;
+  for (T v : values) bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+  return bytes;
+}
+
+// A cube as OBJ with one normal a side: importers split its corners.
+std::string cube_obj() {
+  std::string text = "mtllib cube.mtl\n";
+  for (const Vec3& p : unit_cube().vertices) {
+    text += "v " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " +
+            std::to_string(p.z()) + "\n";
+  }
+  text += "vn 0 0 -1\nvn 0 0 1\nvn 0 -1 0\nvn 0 1 0\nvn -1 0 0\nvn 1 0 0\n";
+  int normal = 0;
+  for (const char* quad : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"}) {
+    text += "f";
+    ++normal;
+    for (const char* c = quad; *c; ++c) {
+      text += *c == ' ' ? "" : std::string(" ") + *c + "//" + std::to_string(normal);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(Import, ObjCubeIsTriangulatedAndWelded) {
+  const ImportedMesh cube = import_mesh(write("cube.obj", cube_obj()));
+  EXPECT_EQ(cube.mesh.vertices.size(), 8u);
+  EXPECT_EQ(cube.mesh.triangles.size(), 12u);
+  EXPECT_EQ(cube.imported_vertices, 24);
+  EXPECT_EQ(cube.map_back.size(), 24u);
+  EXPECT_EQ(enclosed_volume(cube.mesh), 1.0);
+  EXPECT_EQ(cube.mesh.vertices[1], Vec3(0, 1, 0));  // the second corner of the first face
+  EXPECT_NO_THROW(import_closed_mesh(folder / "cube.obj"));
+}
+
+TEST_F(Import, PointsAndLinesAreLeftOut) {
+  const auto file = write("mixed.obj", cube_obj() + "v 9 9 9\nv 8 8 8\np 9\nl 9 10\nf 1 1 2\n");
+  const TriMesh mesh = import_closed_mesh(file);
+  EXPECT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  EXPECT_HAS(error_of(write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n")), "lines.obj: ");
+}
+
+TEST_F(Import, ClosedMeshListsEveryDefect) {
+  std::string text = cube_obj();
+  text.erase(text.rfind("f "));
+  for (size_t at = 0; (at = text.find("1.0", at)) != text.npos;) text.replace(at, 3, "900.");
+  const auto file = write("open.obj", text);
+  const std::string message = input_error([&] { import_closed_mesh(file); });
+  EXPECT_HAS(message, "open.obj: is not a sound closed surface");
+  EXPECT_HAS(message, "open edges: 4, first edge ");
+  EXPECT_HAS(message, "looks like millimetres");
+}
+
+TEST_F(Import, RefusesFilesByKind) {
+  EXPECT_HAS(error_of(folder / "none.obj"), "no such file");
+  EXPECT_HAS(error_of(write("a.blend", "x")), "save it as OBJ");
+  fs::create_directory(folder / "dir.obj");
+  EXPECT_HAS(error_of(folder / "dir.obj"), "not a regular file");
+  fs::create_symlink("/dev/zero", folder / "zero.stl");
+  EXPECT_HAS(error_of(folder / "zero.stl"), "not a regular file");
+  write("large.stl", "solid");
+  fs::resize_file(folder / "large.stl", (uintmax_t{256} << 20) + 1);  // sparse
+  EXPECT_HAS(error_of(folder / "large.stl"), "256 MiB");
+}
+
+TEST_F(Import, RefusesWhatCannotBeRead) {
+  for (const char* name : {"a.obj", "a.stl", "a.ply", "a.gltf", "a.glb", "a.fbx", "a.dae"}) {
+    EXPECT_HAS(error_of(write(name, "")), std::string(name) + ": ");
+    EXPECT_HAS(error_of(write(name, "nonsense, and not much of it")), std::string(name) + ": ");
+  }
+  EXPECT_HAS(error_of(write("b.stl", cube_obj())), "b.stl: ");  // no guessing by content
+}
+
+TEST_F(Import, RefusesVerticesThatAreNotFinite) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::string stl = std::string(80, ' ') + bytes_of<uint32_t>({1}) +
+                          bytes_of<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, nan, 0}) +
+                          bytes_of<uint16_t>({0});
+  EXPECT_HAS(error_of(write("nan.stl", stl)), "vertex 2 is not finite: (0, nan, 0)");
+}
+
+// A tetrahedron of volume 1/6 in an external buffer, under two nodes: moved, and mirrored.
+std::string tetrahedron_gltf(const std::string& buffer) {
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+"nodes": [{"children": [1], "translation": [10, 0, 0]},
+          {"children": [2], "scale": [-2, 1, 1]}, {"mesh": 0, "translation": [0.5, 0, 0]}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+               "min": [0, 0, 0], "max": [1, 1, 1]},
+              {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}],
+"bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
+                {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+"buffers": [{"byteLength": 72, "uri": ")" +
+         buffer + "\"}]}";
+}
+
+std::string tetrahedron_bytes() {
+  return bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+         bytes_of<uint16_t>({0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+}
+
+TEST_F(Import, NodeTransformsApplyAndMirrorsStayOutward) {
+  write("scene/t.bin", tetrahedron_bytes());
+  const TriMesh mesh = import_mesh(write("scene/t.gltf", tetrahedron_gltf("t.bin"))).mesh;
+  ASSERT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_EQ(mesh.vertices[0], Vec3(9, 0, 0));  // 10 - 2 (0 + 0.5)
+  EXPECT_EQ(mesh.vertices[1], Vec3(7, 0, 0));
+  EXPECT_NEAR(enclosed_volume(mesh), 2.0 / 6.0, 1e-15);
+}
+
+TEST_F(Import, BuffersOutsideTheFolderAreNotOpened) {
+  const std::string outside = write("t.bin", tetrahedron_bytes()).string();
+  fs::create_directory(folder / "scene");
+  fs::create_symlink(outside, folder / "scene/link.bin");
+  for (const std::string& uri : {std::string("../t.bin"), outside, std::string("link.bin")}) {
+    const auto message = error_of(write("scene/t.gltf", tetrahedron_gltf(uri)));
+    EXPECT_HAS(message, "which is no regular file in its folder");
+    EXPECT_HAS(message, uri);
+  }
+}
+
+// Opening a pipe that nobody writes to would block for ever.
+TEST_F(Import, MaterialLibrariesAreRegularFilesOfTheFolder) {
+  fs::create_directory(folder / "scene");
+  ASSERT_EQ(mkfifo((folder / "pipe.mtl").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo((folder / "scene/pipe.mtl").c_str(), 0600), 0);
+  for (const char* library : {"../pipe.mtl", "pipe.mtl"}) {
+    std::string text = cube_obj();
+    text.replace(text.find("cube.mtl"), 8, library);
+    EXPECT_EQ(import_mesh(write("scene/cube.obj", text)).mesh.triangles.size(), 12u);
+  }
+}
+
+// 100 units of a centimetre are a metre.
+TEST_F(Import, FbxUnitsBecomeMetres) {
+  const char fbx[] = R"(; FBX 7.4.0 project file
+FBXHeaderExtension:  {
+	FBXHeaderVersion: 1003
+	FBXVersion: 7400
+}
+GlobalSettings:  {
+	Version: 1000
+	Properties70:  {
+		P: "UpAxis", "int", "Integer", "",1
+		P: "UpAxisSign", "int", "Integer", "",1
+		P: "FrontAxis", "int", "Integer", "",2
+		P: "FrontAxisSign", "int", "Integer", "",1
+		P: "CoordAxis", "int", "Integer", "",0
+		P: "CoordAxisSign", "int", "Integer", "",1
+		P: "UnitScaleFactor", "double", "Number", "",1
+	}
+}
+Objects:  {
+	Geometry: 1001, "Geometry::tetrahedron", "Mesh" {
+		Vertices: *12 {
+			a: 0,0,0,100,0,0,0,100,0,0,0,100
+		}
+		PolygonVertexIndex: *12 {
+			a: 0,2,-2,0,1,-4,0,3,-3,1,2,-4
+		}
+		GeometryVersion: 124
+	}
+	Model: 1002, "Model::tetrahedron", "Mesh" {
+		Version: 232
+		Properties70:  {
+			P: "Lcl Translation", "Lcl Translation", "", "A",50,0,0
+		}
+	}
+}
+Connections:  {
+	C: "OO",1002,0
+	C: "OO",1001,1002
+}
+)";
+  const TriMesh mesh = import_mesh(write("t.fbx", fbx)).mesh;
+  ASSERT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6.0, 1e-6);
+  EXPECT_LT((mesh.vertices[0] - Vec3(0.5, 0, 0)).norm(), 1e-6);
+}
+
+TEST(RealMesh, ArmBonesAreClosed) {
+  const struct {
+    const char* name;
+    size_t triangles;
+  } bones[] = {{"humerus.stl", 676}, {"ulna.stl", 392}, {"radius.stl", 384}};
+  for (const auto& bone : bones) {
+    const auto file = fs::path(THEW_SHARED_DATA) / bone.name;
+    if (!fs::exists(file)) GTEST_SKIP() << "no " << file;
+    const TriMesh mesh = import_closed_mesh(file);
+    EXPECT_EQ(mesh.triangles.size(), bone.triangles);
+    EXPECT_EQ(mesh.vertices.size(), bone.triangles / 2 + 2);  // genus 0
+  }
+}
+
+TEST(RealMesh, BicepsIsClosedButInMillimetres) {
+  const auto file = fs::path(THEW_SHARED_DATA) / "biceps.stl";
+  if (!fs::exists(file)) GTEST_SKIP() << "no " << file;
+  const TriMesh mesh = import_mesh(file).mesh;
+  EXPECT_EQ(mesh.triangles.size(), 3840u);
+  EXPECT_NEAR(enclosed_volume(mesh) * 1e-3, 320.0, 0.5);  // cm^3
+  const auto defects = find_defects(mesh);
+  ASSERT_EQ(defects.size(), 1u);
+  EXPECT_EQ(defects[0].kind, Defect::kWrongScale);
+  EXPECT_HAS(defects[0].where, "looks like millimetres");
+  EXPECT_HAS(input_error([&] { import_closed_mesh(file); }), "wrong scale");
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "skin/contact.h"
+#include "tests/unit/skin_shapes.h"
+
+namespace thew {
+namespace {
+
+struct Pair {
+  Shape a, b;
+  std::vector<char> free_nodes;
+  ContactMemory memory;
+  std::vector<Contact> contacts;
+
+  Pair(const TriMesh& one, const TriMesh& two)
+      : a(make_shape(one)), b(make_shape(two)), free_nodes(one.vertices.size(), 1) {}
+  const std::vector<Contact>& find(const ContactSettings& settings, bool ignored = false) {
+    const std::vector<Collider> colliders{{&a.surface, &a.bvh, &a.x, &free_nodes},
+                                          {&b.surface, &b.bvh, &b.x, nullptr}};
+    find_contacts(colliders, 0, {0, ignored}, settings, memory, contacts);
+    return contacts;
+  }
+};
+
+TEST(Contact, TwoBallsApartAndPressed) {
+  // Radius 1, the gap along x: the margin of 0.1 reaches only what lies nearer.
+  Pair apart(ball(1.0, {0, 0, 0}, 32, 15), ball(1.0, {2.3, 0, 0}, 32, 15));
+  EXPECT_TRUE(apart.find({0.1, 0.5, 0.0}).empty());
+
+  Pair pressed(ball(1.0, {0, 0, 0}, 32, 15), ball(1.0, {1.9, 0, 0}, 32, 15));
+  const auto contacts = pressed.find({0.1, 0.5, 0.0});
+  int expected = 0;  // nodes whose distance from the other ball is below the margin
+  for (const Vec3& p : pressed.a.mesh.vertices) expected += (p - Vec3(1.9, 0, 0)).norm() < 1.08;
+  EXPECT_GE(static_cast<int>(contacts.size()), expected);
+  double deepest = 0.0;
+  for (const Contact& contact : contacts) {
+    const Vec3 p = pressed.a.mesh.vertices[contact.node];
+    EXPECT_EQ(contact.other, 1);
+    EXPECT_NEAR(contact.distance, (p - Vec3(1.9, 0, 0)).norm() - 1.0, 0.03);  // facets
+    EXPECT_LT(contact.normal.x(), -0.7);
+    Vec3 q = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      q += contact.barycentric[k] *
+           pressed.b.mesh.vertices[pressed.b.mesh.triangles[contact.triangle][k]];
+    }
+    EXPECT_NEAR(contact.normal.dot(p - q), contact.distance, 1e-12);
+    deepest = std::min(deepest, contact.distance);
+  }
+  EXPECT_NEAR(deepest, -0.1, 0.002);  // on the axis; facets lie a little within
+}
+
+TEST(Contact, IgnoredPairsAndHeldNodes) {
+  Pair pressed(ball(1.0, {0, 0, 0}, 32, 15), ball(1.0, {1.9, 0, 0}, 32, 15));
+  EXPECT_TRUE(pressed.find({0.1, 0.5, 0.0}, true).empty());
+  std::fill(pressed.free_nodes.begin(), pressed.free_nodes.end(), 0);
+  EXPECT_TRUE(pressed.find({0.1, 0.5, 0.0}).empty());
+}
+
+TEST(Contact, SecondSearchFromHintsFindsTheSame) {
+  Pair pressed(ball(1.0, {0, 0, 0}, 32, 15), ball(1.0, {1.8, 0.1, 0}, 32, 15));
+  const auto first = pressed.find({0.1, 0.5, 0.0});
+  const auto second = pressed.find({0.1, 0.5, 0.0});
+  ASSERT_EQ(first.size(), second.size());
+  for (size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].node, second[i].node);
+    EXPECT_EQ(first[i].triangle, second[i].triangle);
+    EXPECT_EQ(first[i].distance, second[i].distance);
+  }
+}
+
+TEST(Contact, DeepNodesAreNotPulledThroughTheFarSide) {
+  // A thick ball has pushed a plate's thickness and more: the plate's nearest face for the ball's
+  // foremost nodes is the far one, whose normal they look along.
+  TriMesh plate = cube(1.0);
+  for (Vec3& p : plate.vertices) p.x() *= 0.1;
+  TriMesh presser = ball(0.5, {-0.45, 0.0, 0.0}, 32, 15);
+  Pair pair(presser, plate);
+  for (const Contact& contact : pair.find({0.01, 0.5, 0.0})) {
+    EXPECT_LT(contact.normal.x(), 0.1) << contact.node;
+  }
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/author_packing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rig/math.h"
+#include "skin/surface.h"
+#include "tools/author_sections.h"
+
+namespace thew {
+namespace {
+
+constexpr double kGap = 0.0008;    // m, kept between surfaces
+constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
+constexpr double kPatch = 0.010;   // m, round an attachment: there tendons may enter their bone
+constexpr int kPasses = 40, kSettlingPasses = 30;
+
+// The muscle's thickness near a point: the nearest point of the line through its sections' centres.
+struct Near {
+  Vec3 point = Vec3::Zero();
+  double radius = 0.0, tendon = 0.0;
+};
+
+struct Packing {
+  std::vector<SectionedMuscle> muscles;
+  const std::vector<BoneShape>& bones;
+};
+
+Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
+  Near near;
+  double best = 1e9;
+  Vec3 a = muscle.origin;
+  double ra = muscle.tendon_radius[0];
+  const size_t n = muscle.sections.size();
+  for (size_t i = 0; i <= n; ++i) {
+    const Vec3& b = i < n ? muscle.sections[i].centre : muscle.insertion;
+    const double rb = i < n ? muscle.sections[i].radius : muscle.tendon_radius[1];
+    const Vec3 d = b - a;
+    const double t = std::clamp(d.dot(p - a) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
+    const Vec3 q = a + t * d;
+    const double distance = (p - q).squaredNorm();
+    if (distance < best) {
+      best = distance;
+      near.point = q;
+      near.radius = ra + t * (rb - ra);
+      near.tendon = std::min(near.radius, muscle.tendon_radius[2 * i > n]);
+    }
+    a = b;
+    ra = rb;
+  }
+  return near;
+}
+
+// How far a flat section of this radius reaches along the unit direction n.
+double reach_along(const SectionedMuscle& muscle, double radius, const Vec3& n) {
+  const double c = n.dot(muscle.flat_along);
+  return radius * std::sqrt(1.0 + (muscle.flat * muscle.flat - 1.0) * c * c);
+}
+
+// Signed distance beyond the plane that parts two muscles: where d^2 - r^2 is the same for both,
+// but leaving each at least its tendon. Antisymmetric, so that what it parts does not overlap.
+double beyond_parting(const SectionedMuscle& mine, const SectionedMuscle& other, const Vec3& p) {
+  const Near a = near_of(mine, p), b = near_of(other, p);
+  const Vec3 across = b.point - a.point;
+  const double distance = std::max(across.norm(), 1e-4);
+  const Vec3 n = across / distance;
+  const double ra = reach_along(mine, a.radius, n), rb = reach_along(other, b.radius, n);
+  double x = (distance * distance + ra * ra - rb * rb) / (2.0 * distance);
+  const double low = a.tendon + 0.5 * kGap, high = distance - b.tendon - 0.5 * kGap;
+  x = low < high ? std::clamp(x, low, high)
+                 : distance * a.tendon / (a.tendon + b.tendon);  // no room for both
+  return (p - a.point).dot(n) - x;
+}
+
+double smooth_max(double a, double b, double k) {
+  const double h = std::max(k - std::abs(a - b), 0.0) / k;
+  return std::max(a, b) + 0.25 * k * h * h;
+}
+
+// How deep a tendon may enter a bone: only where it is attached to it.
+double allowed_depth(const SectionedMuscle& muscle, int body, const Vec3& p) {
+  double share = 0.0;
+  if (body == muscle.origin_body) share = 1.0 - (p - muscle.origin).norm() / kPatch;
+  if (body == muscle.insertion_body) {
+    share = std::max(share, 1.0 - (p - muscle.insertion).norm() / kPatch);
+  }
+  return std::max(share, 0.0) * 0.010;
+}
+
+// Positive where the section must not reach: beyond its own size, a neighbour's or a bone's border.
+double outside(const Packing& packing, const SectionedMuscle& mine, const Section& section,
+               const std::vector<const SectionedMuscle*>& neighbours, const Vec3& p) {
+  const Vec3 v = p - section.centre;
+  const double along = v.dot(mine.flat_along);
+  const double flat2 = mine.flat * mine.flat;
+  double out = std::sqrt(std::max(v.squaredNorm() - (1.0 - 1.0 / flat2) * along * along, 0.0)) -
+               section.radius;
+  const double corner = std::min(kCorner, 0.6 * section.radius);
+  for (size_t b = 0; b < packing.bones.size(); ++b) {
+    const double depth = allowed_depth(mine, static_cast<int>(b), p);
+    out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
+  }
+  for (const SectionedMuscle* other : neighbours) {
+    out = smooth_max(out, beyond_parting(mine, *other, p) + 0.5 * kGap, corner);
+  }
+  return out;
+}
+
+std::vector<const SectionedMuscle*> neighbours_of(const Packing& packing, size_t m,
+                                                  const Section& section) {
+  std::vector<const SectionedMuscle*> found;
+  const double mine = 1.5 * section.radius * packing.muscles[m].flat;
+  for (size_t j = 0; j < packing.muscles.size(); ++j) {
+    if (j == m) continue;
+    const Near near = near_of(packing.muscles[j], section.centre);
+    const double reach = mine + 1.5 * near.radius * packing.muscles[j].flat + 0.005;
+    if ((near.point - section.centre).norm() < reach) found.push_back(&packing.muscles[j]);
+  }
+  return found;
+}
+
+constexpr double kThin = 6e-5;  // m^2: sections of tendon
+
+// Rounds off what sticks out from its neighbours round the ring, where borders meet at an angle;
+// tendons are nearly round.
+void round_off(Section& section) {
+  const size_t n = section.reach.size();
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::vector<double> before = section.reach;
+    for (size_t k = 0; k < n; ++k) {
+      const double mean = 0.5 * (before[(k + 1) % n] + before[(k + n - 1) % n]);
+      section.reach[k] = std::min(before[k], 1.04 * mean);
+    }
+  }
+  if (section.area > kThin) return;
+  const double least = *std::min_element(section.reach.begin(), section.reach.end());
+  for (double& reach : section.reach) reach = std::min(reach, 1.3 * least);
+}
+
+// The first way out along each direction.
+template <typename Outside>
+void cast(const Outside& out, double least, Section& section) {
+  for (size_t k = 0; k < section.reach.size(); ++k) {
+    const Vec3& d = section.directions[k];
+    double inside = 0.0, t = 0.0, value = out(section.centre);
+    while (value < 0.0 && t < 0.08) {
+      inside = t;
+      t += std::max(-0.8 * value, 2e-4);
+      value = out(section.centre + t * d);
+    }
+    for (int i = 0; i < 14; ++i) {
+      const double middle = 0.5 * (inside + t);
+      (out(section.centre + middle * d) < 0.0 ? inside : t) = middle;
+    }
+    section.reach[k] = std::max(std::min(inside, section.limit[k]), least);
+  }
+  round_off(section);
+}
+
+// Out of what is in the way, by the slope of `out`.
+template <typename Outside>
+Vec3 way_in(const Outside& out, const Vec3& p, double depth) {
+  constexpr double kStep = 2e-4;
+  const double value = out(p) + depth;
+  if (value <= 0.0) return Vec3::Zero();
+  Vec3 g;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 d = kStep * Vec3::Unit(k);
+    g[k] = (out(p + d) - out(p - d)) / (2.0 * kStep);
+  }
+  return -std::min(value, 0.003) * g / std::max(g.norm(), 0.3);
+}
+
+void keep_in_plane(Section& section) {
+  const Vec3 tangent = section.on_path.frame.col(0);
+  section.centre -= tangent.dot(section.centre - section.on_path.point) * tangent;
+}
+
+void smooth_centres(SectionedMuscle& muscle) {
+  const size_t n = muscle.sections.size();
+  std::vector<Vec3> off(n + 2, Vec3::Zero()), path(n + 2, muscle.origin);
+  path.back() = muscle.insertion;
+  for (size_t i = 0; i < n; ++i) {
+    path[i + 1] = muscle.sections[i].on_path.point;
+    off[i + 1] = muscle.sections[i].centre - path[i + 1];
+  }
+  for (size_t i = 1; i <= n; ++i) {
+    const double before = (path[i] - path[i - 1]).norm(), after = (path[i + 1] - path[i]).norm();
+    const Vec3 between = (after * off[i - 1] + before * off[i + 1]) / (before + after);
+    muscle.sections[i - 1].centre = path[i] + 0.6 * off[i] + 0.4 * between;
+    keep_in_plane(muscle.sections[i - 1]);
+  }
+}
+
+double least_reach(const SectionedMuscle& muscle) {
+  return 0.4 * std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
+}
+
+// Sections that have too little room press harder. `give`: most change of the radius in a pass.
+void press(double give, const SectionedMuscle& muscle, Section& section) {
+  if (!section.belly) return;
+  const double area = section.area * muscle.fill;
+  const double even = std::sqrt(area / kPi);
+  const double pressure = std::sqrt(std::sqrt(area / area_of(section)));
+  section.radius = std::clamp(section.radius * std::clamp(pressure, 1.0 - give, 1.0 + give),
+                              0.6 * even / std::sqrt(muscle.flat), 2.5 * even);
+}
+
+void relax(size_t m, Packing& packing) {
+  SectionedMuscle& muscle = packing.muscles[m];
+  for (Section& section : muscle.sections) {
+    const auto neighbours = neighbours_of(packing, m, section);
+    const auto out = [&](const Vec3& p) {
+      return outside(packing, muscle, section, neighbours, p);
+    };
+    cast(out, least_reach(muscle), section);
+    const double tendon = std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
+    const Vec3 push = way_in(out, section.centre, 0.7 * tendon);
+    Vec3 pull = 0.3 * (section.wanted - section.centre);
+    if (section.belly) pull += 0.3 * (centroid_of(section) - section.centre);
+    section.centre += push + (push.squaredNorm() > 0.0 ? 0.2 : 1.0) * pull;
+    keep_in_plane(section);
+    press(0.1, muscle, section);
+  }
+  smooth_centres(muscle);
+}
+
+// A mesh and its tree, to measure distances to.
+struct Measured {
+  TriMesh mesh;
+  Surface surface;
+  Rows x;
+  Bvh bvh;
+  std::vector<std::array<int, 2>> edges;
+  explicit Measured(TriMesh m) : mesh(std::move(m)) {
+    surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
+    for (const Vec3& p : mesh.vertices) x.push_back(to_row(p));
+    bvh = build_bvh(surface, x);
+    for (const Triangle& t : mesh.triangles) {
+      for (int k = 0; k < 3; ++k) {
+        if (t[k] < t[(k + 1) % 3]) edges.push_back({t[k], t[(k + 1) % 3]});
+      }
+    }
+  }
+};
+
+// The sections part the muscles at their nodes; between nodes triangles still cut corners. Draws
+// back the nodes (and the corners of the triangles) that come closer than the gap.
+void draw_back(const Measured& other, bool is_bone, int body, const Measured& mine,
+               SectionedMuscle& muscle) {
+  constexpr double kReach = 0.004;  // m, how deep crossings are looked for
+  const int around = muscle.around, last = static_cast<int>(mine.mesh.vertices.size()) - 1;
+  const auto shorten = [&](int node, double by) {
+    if (node == 0 || node == last) return;
+    Section& section = muscle.sections[(node - 1) / around];
+    double& limit = section.limit[(node - 1) % around];
+    limit = std::min(limit, section.reach[(node - 1) % around] - by);
+  };
+  const auto missing = [&](const ClosestPoint& near, const Vec3& p) {
+    const double allowed = is_bone ? allowed_depth(muscle, body, p) : 0.0;
+    return kGap - allowed - near.distance;
+  };
+  const double share = is_bone ? 0.8 : 0.4;
+  const auto check = [&](const Vec3& p, int a, int b) {  // a node of mine, or an edge's middle
+    const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, kReach);
+    if (near.triangle < 0 || missing(near, p) <= 0.0) return;
+    shorten(a, share * missing(near, p));
+    shorten(b, share * missing(near, p));
+  };
+  const auto check_other = [&](const Vec3& p) {
+    const ClosestPoint near = closest_point(mine.surface, mine.bvh, mine.x, p, kReach);
+    if (near.triangle < 0 || missing(near, p) <= 0.0) return;
+    for (int k = 0; k < 3; ++k) {
+      if (near.barycentric[k] < 0.15) continue;
+      shorten(mine.mesh.triangles[near.triangle][k], share * missing(near, p));
+    }
+  };
+  for (int node = 1; node < last; ++node) check(mine.mesh.vertices[node], node, node);
+  for (const auto& [a, b] : mine.edges) {
+    check(0.5 * (mine.mesh.vertices[a] + mine.mesh.vertices[b]), a, b);
+  }
+  for (const Vec3& p : other.mesh.vertices) check_other(p);
+  for (const auto& [a, b] : other.edges) {
+    check_other(0.5 * (other.mesh.vertices[a] + other.mesh.vertices[b]));
+  }
+}
+
+void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
+  std::vector<Measured> measured;
+  for (size_t m = 0; m < packing.muscles.size(); ++m) {
+    SectionedMuscle& muscle = packing.muscles[m];
+    for (Section& section : muscle.sections) {
+      const auto neighbours = neighbours_of(packing, m, section);
+      cast([&](const Vec3& p) { return outside(packing, muscle, section, neighbours, p); }, 5e-4,
+           section);
+      if (last) continue;
+      press(0.03, muscle, section);
+    }
+    measured.emplace_back(mesh_of(muscle));
+    muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
+  }
+  if (last) return;
+  for (size_t m = 0; m < measured.size(); ++m) {
+    for (size_t j = 0; j < measured.size(); ++j) {
+      if (j != m) draw_back(measured[j], false, -1, measured[m], packing.muscles[m]);
+    }
+    for (size_t b = 0; b < bones.size(); ++b) {
+      draw_back(bones[b], true, static_cast<int>(b), measured[m], packing.muscles[m]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const Pose& rest,
+                                  const std::vector<BoneShape>& bones) {
+  Packing packing{{}, bones};
+  const Vec3 humerus = rest[1].translation();
+  for (const TableMuscle& muscle : table) {
+    packing.muscles.push_back(make_sections(muscle, rest, humerus));
+  }
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (size_t m = 0; m < packing.muscles.size(); ++m) relax(m, packing);
+    for (SectionedMuscle& muscle : packing.muscles) {
+      for (Section& section : muscle.sections) even_out(section);
+    }
+  }
+  std::vector<Measured> measured;
+  for (const BoneShape& bone : bones) measured.emplace_back(bone_mesh(bone));
+  for (int pass = 0; pass <= kSettlingPasses; ++pass) {
+    settle(measured, pass == kSettlingPasses, packing);
+  }
+  std::vector<TriMesh> meshes;
+  for (const SectionedMuscle& muscle : packing.muscles) {
+    meshes.push_back(exact_mesh_of(muscle));
+  }
+  return meshes;
+}
+
+}  // namespace thew

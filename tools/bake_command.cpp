@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "sim/bake.h"
+#include "sim/durable_file.h"
+#include "tools/commands.h"
+#include "tools/inspect.h"
+#include "tools/options.h"
+#include "tools/pictures.h"
+#include "tools/progress.h"
+#include "tools/report.h"
+
+namespace thew {
+namespace {
+
+volatile std::sig_atomic_t signal_seen = 0;
+
+int thread_count(int asked) {
+  if (asked > 0) return asked;
+  const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
+  if (farm && std::atoi(farm) > 0) return std::atoi(farm);
+  return std::max(1u, std::thread::hardware_concurrency());
+}
+
+std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
+  if (!options.frames.empty()) {
+    return parse_frames(options.frames, scene.first_frame, scene.last_frame);
+  }
+  std::vector<int> frames;
+  for (int frame = scene.first_frame; frame <= scene.last_frame; ++frame) frames.push_back(frame);
+  return frames;
+}
+
+bool already_baked(const std::filesystem::path& cache, const BakeInfo& wanted) {
+  if (!std::filesystem::exists(cache)) return false;
+  const BakeReader reader(cache);
+  return reader.info().scene_hash == wanted.scene_hash && reader.info().frames == wanted.frames &&
+         reader.info().double_precision == wanted.double_precision;
+}
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+Report make_report(const Model& model, const CommandOptions& options,
+                   const std::vector<int>& frames, const BakeResult& result) {
+  Report report;
+  const Scene& scene = model.scene;
+  report.scene = scene.name;
+  report.fps = scene.fps;
+  report.frames = frames;
+  report.threads = thread_count(options.threads);
+  report.hash = result.hash;
+  report.solver = {scene.solver.integrator, scene.solver.volume, scene.solver.substeps,
+                   "set by the scene"};
+  double penetration = 0.0, poke_through = 0.0, gap = 0.0, volume = 0.0, substep_volume = 0.0;
+  int unreached = 0, fallbacks = 0;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const Muscle& muscle = model.muscles[m];
+    Report::Muscle& row = report.muscles.emplace_back();
+    row.name = muscle.name;
+    row.vertices = static_cast<int>(muscle.rest.vertices.size());
+    row.triangles = static_cast<int>(muscle.rest.triangles.size());
+    row.rest_volume_m3 = muscle.rest_volume;
+    for (const FrameMeasures& frame : result.measures) {
+      const MuscleMeasures& at = frame.muscles[m];
+      row.volume_error.push_back(at.volume_error);
+      row.length_m.push_back(at.length);
+      row.belly_area_ratio.push_back(at.area_ratio);
+      row.max_substep_volume_error =
+          std::max(row.max_substep_volume_error, at.substep_volume_error);
+      row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
+    }
+    row.max_volume_error = largest(row.volume_error);
+    volume = std::max(volume, row.max_volume_error);
+    substep_volume = std::max(substep_volume, row.max_substep_volume_error);
+    gap = std::max(gap, row.max_attachment_gap_m);
+  }
+  report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
+  for (const FrameMeasures& frame : result.measures) {
+    report.skin.penetration_m.push_back(frame.skin.max_penetration);
+    report.contact.max_penetration_m =
+        std::max(report.contact.max_penetration_m, frame.contact_penetration);
+    report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
+    poke_through = std::max(poke_through, frame.skin.max_poke_through);
+    unreached += frame.unreached;
+    fallbacks += frame.weight_fallbacks;
+  }
+  report.skin.max_penetration_m = largest(report.skin.penetration_m);
+  penetration = std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
+  for (const Bound& bound : scene.bounds) {
+    const double measured = bound.quantity == "volume_error"           ? volume
+                            : bound.quantity == "substep_volume_error" ? substep_volume
+                            : bound.quantity == "penetration"          ? penetration
+                            : bound.quantity == "poke_through"         ? poke_through
+                                                                       : gap;
+    report.bounds.push_back({bound.quantity, measured, bound.limit});
+  }
+  report.warnings = model.warnings;
+  char line[200];
+  if (result.resumed_frames == 0 && !result.settled.converged) {
+    std::snprintf(line, sizeof line,
+                  "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
+                  result.settled.seconds, result.settled.speed);
+    report.warnings.push_back(line);
+  }
+  if (unreached > 0) {
+    report.warnings.push_back("the volume could not be reached in " + std::to_string(unreached) +
+                              " steps");
+  }
+  if (fallbacks > 0) {
+    report.warnings.push_back("even weights stood in for the authored ones in " +
+                              std::to_string(fallbacks) + " iterations");
+  }
+  return report;
+}
+
+void plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
+  size_t triangles = 0;
+  for (const Muscle& muscle : model.muscles) triangles += muscle.rest.triangles.size();
+  std::printf("%s: %zu frames (%d-%d) at %g fps, %zu muscles (%zu triangles), %zu bones, skin %zu "
+              "triangles\n%s, volume %s, %d threads, to %s\n",
+              model.scene.name.c_str(), frames.size(), frames.empty() ? 0 : frames.front(),
+              frames.empty() ? 0 : frames.back(), model.scene.fps, model.muscles.size(), triangles,
+              model.bones.size(), model.skin.surface.triangles.size(),
+              model.scene.solver.integrator.c_str(), model.scene.solver.volume.c_str(),
+              thread_count(options.threads), options.out.c_str());
+}
+
+void write_failure(const std::filesystem::path& folder, const std::string& what) {
+  write_durably(folder / "failure.json", nlohmann::json{{"error", what}}.dump(2) + "\n");
+}
+
+// The pictures of a bake that is there already.
+ExitCode complete_pictures(const std::filesystem::path& cache, Pictures& pictures,
+                           Progress& progress) {
+  const BakeReader reader(cache);
+  const int count = static_cast<int>(reader.info().frames.size());
+  for (int i = 0; i < count; ++i) {
+    pictures.draw(reader.read(i));
+    progress.step(i + 1, reader.info().frames[i]);
+    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+  }
+  pictures.finish();
+  return ExitCode::kDone;
+}
+
+}  // namespace
+
+bool interrupted() { return signal_seen != 0; }
+
+void listen_for_signals() {
+  const auto handler = [](int) { signal_seen = 1; };
+  std::signal(SIGTERM, handler);
+  std::signal(SIGINT, handler);
+}
+
+ExitCode bake_command(const CommandOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Model model = build_model(read_scene(options.input, options.overrides));
+  const std::vector<int> frames = frames_of(options, model.scene);
+  for (const std::string& warning : model.warnings) {
+    std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
+  }
+  if (options.dry_run) {
+    plan(model, frames, options);
+    return ExitCode::kDone;
+  }
+  const BakeInfo info = bake_info(model, frames);
+  const std::filesystem::path cache = options.out / "bake.h5";
+  const ProgressStyle style = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
+  const int count = static_cast<int>(frames.size());
+  std::optional<Pictures> pictures;
+  const auto open_pictures = [&] {
+    if (!options.pictures || model.scene.render.views.empty()) return;
+    pictures.emplace(options.out / "frames", info.scene_hash, model.scene.render.width,
+                     model.scene.render.height, model.scene.render.views, info.meshes);
+  };
+  if (options.resume && already_baked(cache, info) &&
+      std::filesystem::exists(options.out / "report.json")) {
+    const BakeReader reader(cache);
+    if (options.pictures && !model.scene.render.views.empty()) {
+      Pictures kept(options.out / "frames", info.scene_hash, model.scene.render.width,
+                    model.scene.render.height, model.scene.render.views, reader.info().meshes);
+      if (!kept.complete(frames)) {
+        Progress progress(style, "drawing", count, stderr);
+        return complete_pictures(cache, kept, progress);
+      }
+    }
+    std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
+    return ExitCode::kDone;
+  }
+
+  BakeResult result;
+  try {
+    Progress progress(style, "baking", count, stderr);
+    int done = 0;
+    result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
+                  [&](const BakeFrame& frame) {
+                    if (!pictures) open_pictures();
+                    if (pictures) pictures->draw(frame);
+                    progress.step(++done, frame.frame);
+                    return !interrupted();
+                  });
+  } catch (const Error& error) {
+    if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
+    throw;
+  }
+  if (pictures) pictures->finish();
+
+  Report report = make_report(model, options, frames, result);
+  std::filesystem::path sheet;
+  if (pictures && !frames.empty()) {
+    sheet = options.out / "frames" / "contact_sheet.png";
+    write_png(sheet, pictures->sheet(frames));
+  }
+  const StageSeconds& stages = result.seconds;
+  report.seconds = {
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+      stages.rig, stages.muscles, stages.contact, stages.skin, result.write_seconds,
+      pictures ? pictures->seconds() : 0.0};
+  write_report(options.out, report, sheet);
+  if (options.json) std::printf("%s\n", report_as_json(report).c_str());
+  ExitCode code = ExitCode::kDone;
+  for (const Report::Bound& bound : report.bounds) {
+    if (bound.met()) continue;
+    std::fprintf(stderr, "thew: bound not met: %s is %.3g, the limit is %.3g\n",
+                 bound.quantity.c_str(), bound.measured, bound.limit);
+    code = ExitCode::kDifferent;
+  }
+  return code;
+}
+
+ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file) {
+  const Scene scene = read_scene(scene_file, options.overrides);
+  const BakeReader reader(options.input);
+  const BakeInfo& info = reader.info();
+  const std::vector<int> frames =
+      options.frames.empty() ? info.frames
+                             : parse_frames(options.frames, info.frames.front(), info.frames.back());
+  Pictures pictures(options.out, info.hash, scene.render.width, scene.render.height,
+                    scene.render.views, info.meshes);
+  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
+                    static_cast<int>(frames.size()), stderr);
+  int done = 0;
+  for (size_t i = 0; i < info.frames.size(); ++i) {
+    if (!std::binary_search(frames.begin(), frames.end(), info.frames[i])) continue;
+    pictures.draw(reader.read(static_cast<int>(i)));
+    progress.step(++done, info.frames[i]);
+    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again");
+  }
+  pictures.finish();
+  return ExitCode::kDone;
+}
+
+ExitCode inspect_command(const CommandOptions& options) {
+  const Inspection inspection = inspect(options.input, options.json);
+  std::printf("%s\n", inspection.text.c_str());
+  return inspection.sound ? ExitCode::kDone : ExitCode::kInput;
+}
+
+}  // namespace thew

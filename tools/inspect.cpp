@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inspect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "rig/math.h"
+#include "rig/mesh_import.h"
+#include "rig/urdf_import.h"
+#include "sim/cache.h"
+#include "sim/scene.h"
+#include "tools/svg_chart.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+/// What was found, as JSON; text is made of it.
+struct Found {
+  ordered_json facts;
+  bool sound = true;
+};
+
+ordered_json point(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+void add_extent(const TriMesh& mesh, ordered_json& facts) {
+  if (mesh.vertices.empty()) return;
+  Vec3 low = mesh.vertices[0], high = low;
+  for (const Vec3& p : mesh.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  facts["lowest_corner_m"] = point(low);
+  facts["highest_corner_m"] = point(high);
+}
+
+Found inspect_mesh(const fs::path& file) {
+  const ImportedMesh imported = import_mesh(file);
+  Found found;
+  found.facts = {{"kind", "mesh"},
+                 {"vertices", imported.mesh.vertices.size()},
+                 {"vertices_before_welding", imported.imported_vertices},
+                 {"triangles", imported.mesh.triangles.size()}};
+  add_extent(imported.mesh, found.facts);
+  ordered_json defects = ordered_json::array();
+  for (const Defect& defect : find_defects(imported.mesh)) {
+    defects.push_back({{"defect", defect_name(defect.kind)},
+                       {"count", defect.count},
+                       {"first", defect.where},
+                       {"fix", defect.fix}});
+  }
+  found.sound = defects.empty();
+  if (found.sound) found.facts["volume_m3"] = enclosed_volume(imported.mesh);
+  found.facts["defects"] = defects;
+  return found;
+}
+
+Found inspect_rig(const fs::path& file) {
+  const Skeleton skeleton = import_urdf(file, fs::absolute(file).parent_path());
+  ordered_json bodies = ordered_json::array();
+  for (int i = 0; i < skeleton.size(); ++i) {
+    ordered_json body = {{"body", skeleton.body_names[i]}};
+    if (skeleton.parent[i] >= 0) {
+      const bool turns = skeleton.joint_types[i] == Skeleton::JointType::kRevolute;
+      const bool moves = skeleton.joint_types[i] != Skeleton::JointType::kFixed;
+      body["on"] = skeleton.body_names[skeleton.parent[i]];
+      body["joint"] = skeleton.joint_names[i];
+      body["type"] = turns ? "revolute" : (moves ? "prismatic" : "fixed");
+      // A joint without limits has infinite ones, for which JSON has no word.
+      if (moves && std::isfinite(skeleton.lower[i]) && std::isfinite(skeleton.upper[i])) {
+        const double unit = turns ? kDegree : 1.0;
+        body[turns ? "range_deg" : "range_m"] = {skeleton.lower[i] / unit,
+                                                 skeleton.upper[i] / unit};
+      }
+      if (moves) body["axis"] = point(skeleton.joint_axes[i]);
+    }
+    body["meshes"] = skeleton.visuals[i].size();
+    bodies.push_back(body);
+  }
+  return {{{"kind", "rig"}, {"bodies", bodies}}};
+}
+
+Found inspect_scene(const fs::path& file) {
+  const Scene scene = read_scene(file);
+  ordered_json muscles = ordered_json::array();
+  for (const SceneMuscle& muscle : scene.muscles) muscles.push_back(muscle.name);
+  return {{{"kind", "scene"},
+           {"name", scene.name},
+           {"fps", scene.fps},
+           {"frames", {scene.first_frame, scene.last_frame}},
+           {"rig", scene.rig.string()},
+           {"muscles", muscles},
+           {"skin", scene.skin.mesh.string()},
+           {"integrator", scene.solver.integrator},
+           {"volume", scene.solver.volume},
+           {"substeps", scene.solver.substeps},
+           {"bounds", scene.bounds.size()},
+           {"warnings", scene.warnings}}};
+}
+
+const char* kind_name(BakeMesh::Kind kind) {
+  switch (kind) {
+    case BakeMesh::Kind::kMuscle:
+      return "muscle";
+    case BakeMesh::Kind::kBone:
+      return "bone";
+    default:
+      return "skin";
+  }
+}
+
+Found inspect_bake(const fs::path& file) {
+  const BakeReader reader(file);
+  const BakeInfo& info = reader.info();
+  std::vector<double> rest, worst(info.meshes.size(), 0.0);
+  std::vector<int> worst_frame(info.meshes.size(), info.frames.front());
+  for (const BakeMesh& mesh : info.meshes) rest.push_back(enclosed_volume(mesh.rest));
+  for (std::size_t f = 0; f < info.frames.size(); ++f) {
+    BakeFrame frame = reader.read(static_cast<int>(f));
+    for (std::size_t m = 0; m < info.meshes.size(); ++m) {
+      const TriMesh now{std::move(frame.positions[m]), info.meshes[m].rest.triangles};
+      const double error = std::abs(enclosed_volume(now) / rest[m] - 1.0);
+      if (!(error <= worst[m])) worst[m] = error, worst_frame[m] = frame.frame;
+    }
+  }
+  ordered_json meshes = ordered_json::array();
+  for (std::size_t m = 0; m < info.meshes.size(); ++m) {
+    const BakeMesh& mesh = info.meshes[m];
+    ordered_json entry = {{"mesh", mesh.name},
+                          {"kind", kind_name(mesh.kind)},
+                          {"vertices", mesh.rest.vertices.size()},
+                          {"triangles", mesh.rest.triangles.size()},
+                          {"rest_volume_m3", rest[m]}};
+    if (std::isfinite(worst[m])) {  // a mesh of no volume has no relative error
+      entry["max_volume_error"] = worst[m];
+      entry["at_frame"] = worst_frame[m];
+    }
+    meshes.push_back(entry);
+  }
+  return {{{"kind", "bake"},
+           {"scene", info.scene_name},
+           {"scene_hash", info.scene_hash},
+           {"hash", info.hash},
+           {"fps", info.fps},
+           {"frames", info.frames.size()},
+           {"first_frame", info.frames.front()},
+           {"last_frame", info.frames.back()},
+           {"precision", info.double_precision ? "double" : "single"},
+           {"meshes", meshes},
+           {"metrics", info.metric_names}}};
+}
+
+std::string in_words(std::string key) {
+  std::replace(key.begin(), key.end(), '_', ' ');
+  return key;
+}
+
+std::string value_text(const ordered_json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_float()) return readable(value.get<double>(), 6);
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const ordered_json& entry : value) text += (text.empty() ? "" : ", ") + value_text(entry);
+  return value.empty() ? "none" : text;
+}
+
+// One line a fact; a list of objects is one line an object.
+std::string as_text(const fs::path& file, const Found& found) {
+  std::string text = file.string() + (found.sound ? "" : ": not sound") + "\n";
+  for (const auto& [key, value] : found.facts.items()) {
+    if (!value.is_array() || value.empty() || !value[0].is_object()) {
+      text += "  " + in_words(key) + ": " + value_text(value) + "\n";
+      continue;
+    }
+    text += "  " + in_words(key) + ":\n";
+    for (const ordered_json& entry : value) {
+      std::string line;
+      for (const auto& [name, one] : entry.items()) {
+        line += (line.empty() ? "    " : "; " + in_words(name) + " ") + value_text(one);
+      }
+      text += line + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+Inspection inspect(const fs::path& file, bool as_json) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  Found found;
+  if (ending == ".urdf") {
+    found = inspect_rig(file);
+  } else if (ending == ".toml") {
+    found = inspect_scene(file);
+  } else if (ending == ".h5") {
+    found = inspect_bake(file);
+  } else {
+    found = inspect_mesh(file);
+  }
+  if (!as_json) return {as_text(file, found), found.sound};
+  ordered_json all = {{"file", file.string()}, {"sound", found.sound}};
+  all.update(found.facts);
+  return {all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n", found.sound};
+}
+
+}  // namespace thew

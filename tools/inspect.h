@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace thew {
+
+struct Inspection {
+  std::string text;   ///< for people, or JSON
+  bool sound = true;  ///< false: something is wrong with it, and the text says what
+};
+
+/// What a file is and what is wrong with it: a mesh (by assimp's endings), a rig (.urdf), a scene
+/// (.toml) or a bake (.h5). Throws Error where it cannot be read at all.
+Inspection inspect(const std::filesystem::path& file, bool as_json);
+
+}  // namespace thew

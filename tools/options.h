@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace thew {
+
+/// Frames as users of such tools write them: "1-120", "1-120x2" or "1-120:2" (every second one),
+/// "7",
+/// "-5--1", and lists of these, "1-10,15,20-40x5". Rising, each once. Error(kUsage) otherwise.
+std::vector<int> parse_frames(const std::string& text);
+/// The same, all of them within first..last.
+std::vector<int> parse_frames(const std::string& text, int first, int last);
+
+enum class ProgressStyle { kBar, kPlain, kJson, kNone };
+/// auto | bar | plain | json | none; auto is a bar on a terminal and plain lines elsewhere.
+/// Error(kUsage) for other words.
+ProgressStyle parse_progress(const std::string& word, bool on_terminal);
+
+}  // namespace thew

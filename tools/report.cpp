@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "rig/types.h"
+#include "sim/durable_file.h"
+
+namespace thew {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json muscle_as_json(const Report::Muscle& muscle) {
+  return {{"name", muscle.name},
+          {"vertices", muscle.vertices},
+          {"triangles", muscle.triangles},
+          {"rest_volume_m3", muscle.rest_volume_m3},
+          {"max_volume_error", muscle.max_volume_error},
+          {"max_substep_volume_error", muscle.max_substep_volume_error},
+          {"max_attachment_gap_m", muscle.max_attachment_gap_m},
+          {"length_m", muscle.length_m},
+          {"belly_area_ratio", muscle.belly_area_ratio}};
+}
+
+// JSON has no word for what is not a number; the library would write null in silence.
+void check_finite(const ordered_json& value, const std::string& place) {
+  if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+    throw Error(ExitCode::kOutput, "report.json: " + place +
+                                       " is not finite; see the frame in which it ceased to be, "
+                                       "with thew inspect on the bake");
+  }
+  if (!value.is_structured()) return;
+  for (const auto& [key, child] : value.items()) check_finite(child, place + "/" + key);
+}
+
+}  // namespace
+
+std::string report_as_json(const Report& report) {
+  ordered_json muscles = ordered_json::array(), bounds = ordered_json::array();
+  for (const Report::Muscle& muscle : report.muscles) muscles.push_back(muscle_as_json(muscle));
+  for (const Report::Bound& bound : report.bounds) {
+    bounds.push_back({{"quantity", bound.quantity},
+                      {"measured", bound.measured},
+                      {"limit", bound.limit},
+                      {"met", bound.met()}});
+  }
+  const Report::Seconds& s = report.seconds;
+  const ordered_json all = {
+      {"thew", report.thew},
+      {"scene", report.scene},
+      {"fps", report.fps},
+      {"frames", report.frames},
+      {"threads", report.threads},
+      {"hash", report.hash},
+      {"solver",
+       {{"integrator", report.solver.integrator},
+        {"volume", report.solver.volume},
+        {"substeps", report.solver.substeps},
+        {"chosen_because", report.solver.chosen_because}}},
+      {"muscles", muscles},
+      {"skin",
+       {{"triangles", report.skin.triangles},
+        {"max_penetration_m", report.skin.max_penetration_m}}},
+      {"contact",
+       {{"max_penetration_m", report.contact.max_penetration_m},
+        {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},
+      {"seconds",
+       {{"total", s.total},
+        {"rig", s.rig},
+        {"muscles", s.muscles},
+        {"contact", s.contact},
+        {"skin", s.skin},
+        {"write", s.write},
+        {"render", s.render}}},
+      {"bounds", bounds},
+      {"warnings", report.warnings}};
+  check_finite(all, "");
+  // A name that is not UTF-8 must not cost the report.
+  return all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+void write_report(const std::filesystem::path& folder, const Report& report,
+                  const std::filesystem::path& contact_sheet) {
+  create_folders(folder);
+  write_durably(folder / "report.json", report_as_json(report));
+  write_durably(folder / "report.html", report_as_html(report, contact_sheet));
+}
+
+}  // namespace thew

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace thew {
+
+/// What is said of a bake: report.json holds it for programs, report.html for people.
+struct Report {
+  std::string thew = "0.1.0";
+  std::string scene;
+  double fps = 24.0;
+  std::vector<int> frames;
+  int threads = 1;
+  std::string hash;
+
+  struct Solver {
+    std::string integrator, volume;
+    int substeps = 1;
+    std::string chosen_because;
+  } solver;
+
+  struct Muscle {
+    std::string name;
+    int vertices = 0, triangles = 0;
+    double rest_volume_m3 = 0.0;
+    double max_volume_error = 0.0, max_substep_volume_error = 0.0;  ///< |V - V0| / V0
+    double max_attachment_gap_m = 0.0;
+    std::vector<double> length_m, belly_area_ratio,
+        volume_error;  ///< by frame; the last for the chart
+  };
+  std::vector<Muscle> muscles;
+
+  struct Skin {
+    int triangles = 0;  ///< 0: no skin
+    double max_penetration_m = 0.0;
+    std::vector<double> penetration_m;  ///< by frame, for the chart
+  } skin;
+
+  struct Contact {
+    double max_penetration_m = 0.0;
+    std::vector<int> intersecting_triangle_pairs;  ///< by frame
+  } contact;
+
+  struct Seconds {
+    double total = 0.0, rig = 0.0, muscles = 0.0, contact = 0.0, skin = 0.0, write = 0.0,
+           render = 0.0;
+  } seconds;
+
+  struct Bound {
+    std::string quantity;
+    double measured = 0.0, limit = 0.0;
+    bool met() const { return measured <= limit; }
+  };
+  std::vector<Bound> bounds;
+  std::vector<std::string> warnings;
+};
+
+/// What report.json holds. A number that is not finite is Error(kOutput) naming it.
+std::string report_as_json(const Report& report);
+/// One file that needs no other: text, drawings, and the picture at `contact_sheet` (a PNG; "" for
+/// none).
+std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet);
+
+/// FOLDER/report.json and FOLDER/report.html, durably.
+void write_report(const std::filesystem::path& folder, const Report& report,
+                  const std::filesystem::path& contact_sheet);
+
+}  // namespace thew

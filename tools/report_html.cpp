@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "sim/durable_file.h"
+#include "tools/report.h"
+#include "tools/svg_chart.h"
+
+namespace thew {
+namespace {
+
+constexpr std::size_t kLargestPicture = std::size_t{1} << 26;  // bytes
+
+constexpr const char* kStyle = R"css(
+:root { color-scheme: light; --ink: #1d2329; --soft: #5c6670; --rule: #e3e6e9; --paper: #fff; }
+* { box-sizing: border-box; }
+body { margin: 0; background: #f4f5f6; color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif; }
+main { max-width: 1240px; margin: 0 auto; padding: 32px 24px 48px; }
+h1 { margin: 0; font-size: 30px; line-height: 1.2; font-weight: 650; letter-spacing: -.01em; }
+h2 { margin: 36px 0 12px; font-size: 18px; font-weight: 650; }
+p { margin: 4px 0; max-width: 80ch; }
+.soft, figcaption { color: var(--soft); }
+.verdict { margin: 18px 0; padding: 12px 16px; border-radius: 6px; border-left: 5px solid;
+  background: var(--paper); font-size: 16px; }
+.good { border-color: #1a7f4b; } .bad { border-color: #b3261e; } .none { border-color: #98a1aa; }
+.good b { color: #14663c; } .bad b { color: #b3261e; }
+dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr)); gap: 1px; margin: 0;
+  background: var(--rule); border: 1px solid var(--rule); border-radius: 6px; overflow: hidden; }
+dl div { background: var(--paper); padding: 10px 14px; }
+dt { color: var(--soft); font-size: 12.5px; }
+dd { margin: 0; font-size: 19px; font-variant-numeric: tabular-nums; }
+dd small { font-size: 13px; color: var(--soft); }
+code { font: 13px/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+figure { margin: 0; padding: 16px; background: var(--paper); border: 1px solid var(--rule);
+  border-radius: 6px; }
+figure img { display: block; width: 100%; height: auto; }
+figcaption { margin-top: 8px; font-size: 13.5px; }
+.charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
+svg { display: block; width: 100%; height: auto; font: 12px system-ui, sans-serif; }
+svg .title { font-size: 15px; font-weight: 600; fill: var(--ink); }
+svg .tick { fill: var(--soft); } svg .label { font-weight: 500; }
+svg .grid { stroke: var(--rule); } svg .leader { opacity: .45; }
+svg .line { fill: none; stroke-width: 1.7; stroke-linejoin: round; }
+svg line.limit { stroke: #b3261e; stroke-dasharray: 6 4; } svg text.limit { fill: #b3261e; }
+svg g:hover .line { stroke-width: 3.5; }
+.wide { overflow-x: auto; background: var(--paper); border: 1px solid var(--rule); border-radius: 6px; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+th, td { padding: 7px 12px; text-align: right; white-space: nowrap; border-top: 1px solid var(--rule); }
+thead th { border-top: 0; font-weight: 600; font-size: 13px; color: var(--soft); vertical-align: bottom; }
+th:first-child, td:first-child { text-align: left; }
+td i { display: inline-block; width: 10px; height: 10px; border-radius: 2px; margin-right: 8px; }
+footer { margin-top: 36px; color: var(--soft); font-size: 13.5px; }
+@media print { body { background: #fff; } figure, .wide { break-inside: avoid; } }
+)css";
+
+std::string base64(const std::string& bytes) {
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t some = std::min<std::size_t>(3, bytes.size() - i);
+    unsigned group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < some ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= some ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
+
+std::string count(std::size_t n, const std::string& thing) {
+  return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
+}
+
+std::string in_words(std::string quantity) {
+  std::replace(quantity.begin(), quantity.end(), '_', ' ');
+  return quantity;
+}
+
+// Bounds on lengths are in metres; people read millimetres.
+bool is_length(const std::string& quantity) { return quantity.find("error") == std::string::npos; }
+
+std::string with_unit(const Report::Bound& bound, double value) {
+  return is_length(bound.quantity) ? readable(1e3 * value) + " mm" : readable(value);
+}
+
+std::string fact(const std::string& name, const std::string& value, const std::string& more = "") {
+  return "<div><dt>" + name + "</dt><dd>" + escape_html(value) +
+         (more.empty() ? "" : " <small>" + escape_html(more) + "</small>") + "</dd></div>\n";
+}
+
+std::string verdict(const Report& report) {
+  if (report.bounds.empty()) {
+    return "<p class=\"verdict none\">The scene sets no quality bounds.</p>\n";
+  }
+  std::string failed;
+  std::size_t failures = 0;
+  for (const Report::Bound& bound : report.bounds) {
+    if (bound.met()) continue;
+    failed += (failures++ ? ", " : "") + in_words(bound.quantity) + " is " +
+              with_unit(bound, bound.measured) + ", allowed " + with_unit(bound, bound.limit);
+  }
+  if (failures > 0) {
+    return "<p class=\"verdict bad\"><b>" + std::to_string(failures) + " of " +
+           count(report.bounds.size(), "bound") + " not met:</b> " + escape_html(failed) +
+           ".</p>\n";
+  }
+  std::string met;
+  for (const Report::Bound& bound : report.bounds) {
+    met += (met.empty() ? "" : ", ") + in_words(bound.quantity) + " " +
+           with_unit(bound, bound.measured) + " of " + with_unit(bound, bound.limit) + " allowed";
+  }
+  return "<p class=\"verdict good\"><b>All bounds met:</b> " + escape_html(met) + ".</p>\n";
+}
+
+std::string frame_range(const std::vector<int>& frames) {
+  if (frames.empty()) return "none";
+  return std::to_string(frames.front()) + " to " + std::to_string(frames.back());
+}
+
+std::string facts(const Report& report) {
+  int triangles = 0;
+  for (const Report::Muscle& muscle : report.muscles) triangles += muscle.triangles;
+  const double frames = std::max<double>(1.0, static_cast<double>(report.frames.size()));
+  std::string html = "<dl>\n";
+  html += fact("Muscles", std::to_string(report.muscles.size()),
+               std::to_string(triangles) + " triangles");
+  html += fact("Skin", report.skin.triangles ? std::to_string(report.skin.triangles) : "none",
+               report.skin.triangles ? "triangles" : "");
+  html += fact("Frames", std::to_string(report.frames.size()),
+               frame_range(report.frames) + " at " + readable(report.fps) + " fps");
+  html += fact("Solver", report.solver.integrator,
+               report.solver.volume + " volume, " + count(report.solver.substeps, "substep"));
+  html += fact("Time", readable(report.seconds.total) + " s",
+               readable(1e3 * report.seconds.total / frames) + " ms a frame, " +
+                   count(report.threads, "thread"));
+  html += "</dl>\n";
+  if (!report.solver.chosen_because.empty()) {
+    html += "<p class=\"soft\">Solver chosen because " + escape_html(report.solver.chosen_because) +
+            ".</p>\n";
+  }
+  return html + "<p class=\"soft\">Hash of all positions <code>" + escape_html(report.hash) +
+         "</code></p>\n";
+}
+
+std::string figure(const std::string& inside, const std::string& caption) {
+  if (inside.empty()) return "";
+  return "<figure>\n" + inside + "<figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+std::string picture(const std::filesystem::path& file) {
+  if (file.empty()) return "";
+  const std::string png = read_whole_file(file, kLargestPicture);
+  return "<h2>Frames</h2>\n" +
+         figure("<img alt=\"Contact sheet of the baked frames\" src=\"data:image/png;base64," +
+                    base64(png) + "\">\n",
+                "Chosen frames in the order of time, the first and the last among them.");
+}
+
+const Report::Bound* find_bound(const Report& report, const std::string& quantity) {
+  const auto found = std::find_if(report.bounds.begin(), report.bounds.end(),
+                                  [&](const auto& bound) { return bound.quantity == quantity; });
+  return found == report.bounds.end() ? nullptr : &*found;
+}
+
+LineChart muscle_chart(const Report& report, const std::string& title, const std::string& unit,
+                       std::vector<double> Report::Muscle::*values, double scale) {
+  LineChart chart{title, unit, report.frames, {}, false, {}};
+  for (const Report::Muscle& muscle : report.muscles) {
+    ChartLine line{in_words(muscle.name), muscle.*values};
+    if (line.values.size() != report.frames.size()) continue;  // not measured
+    for (double& value : line.values) value *= scale;
+    chart.lines.push_back(line);
+  }
+  return chart;
+}
+
+std::string charts(const Report& report) {
+  LineChart volume =
+      muscle_chart(report, "Volume error", "|V − V0| / V0", &Report::Muscle::volume_error, 1.0);
+  volume.logarithmic = true;
+  if (const auto* bound = find_bound(report, "volume_error")) volume.limit = bound->limit;
+  std::string html = "<h2>Frame by frame</h2>\n<div class=\"charts\">\n";
+  html += figure(draw_chart(volume),
+                 "Deviation of each muscle's volume from its rest volume, measured on the written "
+                 "mesh; logarithmic, 0 on the floor.");
+  html += figure(draw_chart(muscle_chart(report, "Musculotendon length", "mm",
+                                         &Report::Muscle::length_m, 1e3)),
+                 "Length of the path from origin to insertion.");
+  html += figure(draw_chart(muscle_chart(report, "Belly section", "area / rest area",
+                                         &Report::Muscle::belly_area_ratio, 1.0)),
+                 "Mean section of the belly over that at rest: above 1 the muscle bulges.");
+  if (report.skin.triangles > 0 && report.skin.penetration_m.size() == report.frames.size()) {
+    LineChart skin{"Skin penetration", "mm", report.frames, {}, false, {}};
+    skin.lines.push_back({"deepest", report.skin.penetration_m});
+    for (double& value : skin.lines[0].values) value *= 1e3;
+    if (const auto* bound = find_bound(report, "penetration")) skin.limit = 1e3 * bound->limit;
+    html += figure(draw_chart(skin), "Deepest skin node below the surface of a muscle or bone.");
+  }
+  const Report::Seconds& s = report.seconds;
+  html += figure(draw_chart(BarChart{"Time by stage",
+                                     "s",
+                                     {{"rig", s.rig},
+                                      {"muscles", s.muscles},
+                                      {"contact", s.contact},
+                                      {"skin", s.skin},
+                                      {"write", s.write},
+                                      {"render", s.render}}}),
+                 "Wall-clock time of the whole bake; " + readable(s.total) + " s in all.");
+  return html + "</div>\n";
+}
+
+std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
+
+std::string row(const Report::Muscle& muscle, std::size_t index) {
+  std::string length = "–", section = "–";
+  if (!muscle.length_m.empty()) {
+    const auto [low, high] = std::minmax_element(muscle.length_m.begin(), muscle.length_m.end());
+    length = readable(1e3 * *low, 4) + " – " + readable(1e3 * *high, 4);
+  }
+  if (!muscle.belly_area_ratio.empty()) {
+    section =
+        readable(*std::max_element(muscle.belly_area_ratio.begin(), muscle.belly_area_ratio.end()));
+  }
+  return "<tr>" +
+         cell(std::string("<i style=\"background:") + chart_colour(index) + "\"></i>" +
+              escape_html(in_words(muscle.name))) +
+         cell(std::to_string(muscle.vertices)) + cell(std::to_string(muscle.triangles)) +
+         cell(readable(1e6 * muscle.rest_volume_m3, 4)) + cell(readable(muscle.max_volume_error)) +
+         cell(readable(muscle.max_substep_volume_error)) +
+         cell(readable(1e3 * muscle.max_attachment_gap_m)) + cell(length) + cell(section) +
+         "</tr>\n";
+}
+
+std::string table(const Report& report) {
+  std::string html =
+      "<h2>Muscles</h2>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Vertices</th>"
+      "<th>Triangles</th><th>Rest volume<br>cm³</th><th>Volume error<br>in frames</th>"
+      "<th>Volume error<br>in substeps</th><th>Attachment gap<br>mm</th><th>Length<br>mm</th>"
+      "<th>Largest section<br>of rest</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < report.muscles.size(); ++i) html += row(report.muscles[i], i);
+  return html +
+         "</tbody></table></div>\n<p class=\"soft\">Errors and gaps are the largest of all "
+         "frames.</p>\n";
+}
+
+std::string contacts(const Report& report) {
+  const auto& pairs = report.contact.intersecting_triangle_pairs;
+  const auto most = std::max_element(pairs.begin(), pairs.end());
+  std::string html = "<h2>Contact</h2>\n<p>Muscles and bones: deepest penetration " +
+                     readable(1e3 * report.contact.max_penetration_m) + " mm";
+  if (most != pairs.end() && pairs.size() == report.frames.size()) {
+    html += *most == 0
+                ? ", no intersecting triangles in any frame"
+                : ", " + count(*most, "pair") + " of intersecting triangles at most (frame " +
+                      std::to_string(report.frames[most - pairs.begin()]) + ")";
+  }
+  html += ".</p>\n";
+  if (report.skin.triangles > 0) {
+    html += "<p>Skin: deepest penetration " + readable(1e3 * report.skin.max_penetration_m) +
+            " mm.</p>\n";
+  }
+  return html;
+}
+
+std::string warnings(const Report& report) {
+  if (report.warnings.empty()) return "";
+  std::string html = "<h2>Warnings</h2>\n<ul>\n";
+  for (const std::string& warning : report.warnings) {
+    html += "<li>" + escape_html(warning) + "</li>\n";
+  }
+  return html + "</ul>\n";
+}
+
+}  // namespace
+
+std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet) {
+  const std::string name = escape_html(report.scene);
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+         name + " – bake report</title>\n<style>" + kStyle + "</style></head>\n<body><main>\n<h1>" +
+         name + "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
+         facts(report) + picture(contact_sheet) + charts(report) + table(report) +
+         contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
+         ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
+         "measured on the written meshes, in SI units unless stated.</footer>\n"
+         "</main></body></html>\n";
+}
+
+}  // namespace thew

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace thew {
+
+/// A number as people read it, whatever the locale: `digits` significant ones.
+std::string readable(double value, int digits = 3);
+/// Text inside HTML or SVG.
+std::string escape_html(const std::string& text);
+
+/// The i-th of twelve colours that can be told apart on white; later ones repeat.
+const char* chart_colour(std::size_t i);
+
+struct ChartLine {
+  std::string name;
+  std::vector<double> values;  ///< by x
+};
+
+/// Lines against frames, each labelled at its end. On a logarithmic axis what is zero lies on the
+/// floor.
+struct LineChart {
+  std::string title;
+  std::string unit;  ///< of the values, "" for a ratio
+  std::vector<int> x;
+  std::vector<ChartLine> lines;
+  bool logarithmic = false;
+  std::optional<double> limit;  ///< drawn across, "bound"
+};
+std::string draw_chart(const LineChart& chart);
+
+struct BarChart {
+  std::string title, unit;
+  std::vector<std::pair<std::string, double>> bars;
+};
+std::string draw_chart(const BarChart& chart);
+
+}  // namespace thew

@@ -36,8 +36,8 @@ std::vector<Vec3> resample(const std::vector<Vec3>& points, int count) {
   return out;
 }
 
-// p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose, unlike
-// a count of averaging passes.
+// p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
+// unlike a count of averaging passes.
 void round_corners(std::vector<Vec3>& p, double spacing, double radius) {
   const double a = radius * radius / (spacing * spacing);
   const int n = static_cast<int>(p.size());
@@ -79,8 +79,7 @@ void set_frames(const Mat3& first, const Mat3* last, CarryCurve& curve) {
   const Vec3 wanted = last->col(1);
   const double twist = arc_tan2(wanted.dot(end.col(2)), wanted.dot(end.col(1)));
   for (int i = 0; i < n; ++i) {
-    curve.frames[i] =
-        rotation_about(curve.frames[i].col(0), twist * i / (n - 1)) * curve.frames[i];
+    curve.frames[i] = rotation_about(curve.frames[i].col(0), twist * i / (n - 1)) * curve.frames[i];
   }
 }
 
@@ -183,15 +182,16 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     shape.stretch_rate[i] = profile.rate(s);
     shape.bulge[i] = profile_weight(weights, belly_coordinate(shape, static_cast<int>(i)));
   }
-  // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate, where the sections A
-  // are weighed by the share of the volume that each node's triangles enclose.
+  // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate, where the sections
+  // A are weighed by the share of the volume that each node's triangles enclose.
   double plain = 0.0, weighted = 0.0;
   for (const Triangle& tri : mesh.triangles) {
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
       const CurvePoint at = interpolate(curve, shape.along[k] / traced.length);
-      const double wedge = outward.dot(at.frame * Vec3(0, shape.offset[k].y(), shape.offset[k].z()));
+      const double wedge =
+          outward.dot(at.frame * Vec3(0, shape.offset[k].y(), shape.offset[k].z()));
       plain += wedge * shape.stretch_rate[k];
       weighted += wedge * shape.stretch_rate[k] * shape.bulge[k];
     }
@@ -258,8 +258,8 @@ void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, 
               Vec3& tangent) {
   const double length = shape.belly[1] - shape.belly[0];
   const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
-  const CurvePoint at = interpolate(
-      pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);
+  const CurvePoint at =
+      interpolate(pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);
   point = at.point;
   tangent = at.frame.col(0).normalized();
 }

@@ -11,8 +11,8 @@
 namespace thew {
 
 /// The traced path with its corners rounded (so a little shorter; places on it are parts of its
-/// length, which stand for the same parts of the path's), sampled at equal distances, with a frame per sample
-/// that turns as little as possible and shares the twist between origin and insertion.
+/// length, which stand for the same parts of the path's), sampled at equal distances, with a frame
+/// per sample that turns as little as possible and shares the twist between origin and insertion.
 struct CarryCurve {
   std::vector<Vec3> points;
   std::vector<Mat3> frames;  ///< columns: tangent, normal, binormal
@@ -28,18 +28,19 @@ struct CarriedShape {
   std::array<Mat3, 2> rest_end_frames;       ///< curve's ends in the frames of their bodies
 
   // By node.
-  std::vector<double> along;          ///< m along the rest path
-  std::vector<Vec3> offset;           ///< from the curve, in its frame
-  std::vector<double> stretch_share;  ///< share of the belly's change of length before the node, 0..1
-  std::vector<double> stretch_rate;   ///< its derivative, 1/m: 0 in the tendons
-  std::vector<double> bulge;          ///< b w(u): how much of the belly's swelling the node takes
+  std::vector<double> along;  ///< m along the rest path
+  std::vector<Vec3> offset;   ///< from the curve, in its frame
+  std::vector<double>
+      stretch_share;  ///< share of the belly's change of length before the node, 0..1
+  std::vector<double> stretch_rate;  ///< its derivative, 1/m: 0 in the tendons
+  std::vector<double> bulge;         ///< b w(u): how much of the belly's swelling the node takes
 };
 
 /// What the carried shape is at one pose.
 struct CarriedPose {
   CarryCurve curve;
-  double path_length = 0.0;   ///< m, musculotendon, exact
-  double change = 0.0;        ///< m, by which the path is longer than at rest
+  double path_length = 0.0;  ///< m, musculotendon, exact
+  double change = 0.0;       ///< m, by which the path is longer than at rest
 };
 
 /// `belly` in m along the rest path. `weights` shape the bulge along the belly; its mean effect is
@@ -60,7 +61,8 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, doubl
 /// Axis coordinate 0..1 along the belly (clamped), where weights are given.
 double belly_coordinate(const CarriedShape& shape, int node);
 
-/// u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendons: for drawing fibres.
+/// u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendons: for drawing
+/// fibres.
 std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node);
 
 /// Point and tangent of the curve at `along` m of the rest path.

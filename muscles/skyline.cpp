@@ -22,9 +22,8 @@ std::vector<int> breadth_first(const Adjacency& adjacency, int root, std::vector
       marked[next] = 1;
       order.push_back(next);
     }
-    std::stable_sort(order.begin() + begin, order.end(), [&](int a, int b) {
-      return adjacency[a].size() < adjacency[b].size();
-    });
+    std::stable_sort(order.begin() + begin, order.end(),
+                     [&](int a, int b) { return adjacency[a].size() < adjacency[b].size(); });
   }
   return order;
 }
@@ -104,9 +103,8 @@ bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineF
     for (int j = first; j < i; ++j) {
       const int from = std::max(first, matrix.first[j]);
       const double* other = factor.values.data() + matrix.start[j] + (from - matrix.first[j]);
-      row[j - first] =
-          (values[j - first] - dot(row + (from - first), other, j - from)) *
-          factor.inverse_diagonal[j];
+      row[j - first] = (values[j - first] - dot(row + (from - first), other, j - from)) *
+                       factor.inverse_diagonal[j];
     }
     const double pivot = values[i - first] + extra[i] - dot(row, row, i - first);
     if (!(pivot > 0.0)) return false;

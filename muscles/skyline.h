@@ -15,10 +15,10 @@ using RowPairs = std::vector<RowPair, AlignedAllocator<RowPair>>;
 /// A symmetric positive definite matrix, its rows kept from the first entry to the diagonal.
 /// Surfaces of tubes have short rows when numbered well.
 struct Skyline {
-  std::vector<int> order;         ///< order[new] = old index
-  std::vector<int> position;      ///< position[old] = new index, -1: not an unknown
-  std::vector<int> first;         ///< first column of each row
-  std::vector<std::size_t> start; ///< of each row's entries; row i holds columns first[i]..i
+  std::vector<int> order;          ///< order[new] = old index
+  std::vector<int> position;       ///< position[old] = new index, -1: not an unknown
+  std::vector<int> first;          ///< first column of each row
+  std::vector<std::size_t> start;  ///< of each row's entries; row i holds columns first[i]..i
   std::vector<double> values;
 
   int size() const { return static_cast<int>(order.size()); }

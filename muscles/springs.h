@@ -17,7 +17,7 @@ struct SpringMaterial {
   /// Stiffness against leaving the carried shape's edge vectors, over that against leaving their
   /// lengths: stands for the inside of the muscle, which a surface lacks.
   double shape = 2.0;
-  double density = 1060.0;   ///< kg/m^3
+  double density = 1060.0;  ///< kg/m^3
 };
 
 /// Structural springs (edges) first, then shear and bending springs (vertices opposite each edge).

@@ -47,15 +47,14 @@ TriMesh make_tube(const TracedPath& path, int around, int rings,
     size_t k = 1;
     while (k + 1 < s.size() && s[k] < u * s.back()) ++k;
     const Vec3 step = path.points[k] - path.points[k - 1];
-    const Vec3 centre =
-        path.points[k - 1] + (u * s.back() - s[k - 1]) / (s[k] - s[k - 1]) * step;
+    const Vec3 centre = path.points[k - 1] + (u * s.back() - s[k - 1]) / (s[k] - s[k - 1]) * step;
     const Vec3 tangent = step.normalized();
     normal = (normal - normal.dot(tangent) * tangent).normalized();
     const Vec3 side = tangent.cross(normal);
     for (int j = 0; j < around; ++j) {
       const SinCos turn = sin_cos(2.0 * kPi * j / around);
-      mesh.vertices.push_back(centre + profile_weight(profile, u) *
-                                           (turn.cos * normal + turn.sin * side));
+      mesh.vertices.push_back(centre +
+                              profile_weight(profile, u) * (turn.cos * normal + turn.sin * side));
     }
   }
   mesh.vertices.push_back(path.points.back());

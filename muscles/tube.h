@@ -9,8 +9,8 @@
 
 namespace thew {
 
-/// A closed tube along a path: a pole, `rings` rings of `around` nodes, a pole; 2 * around * rings triangles.
-/// `radius`: (u in 0..1, m), linear between keys. Rings stand at equal distances.
+/// A closed tube along a path: a pole, `rings` rings of `around` nodes, a pole; 2 * around * rings
+/// triangles. `radius`: (u in 0..1, m), linear between keys. Rings stand at equal distances.
 TriMesh make_tube(const TracedPath& path, int around, int rings,
                   const std::vector<std::array<double, 2>>& radius);
 

@@ -10,7 +10,8 @@
 namespace thew {
 namespace {
 
-// Always inlined: called across two instruction sets, vectors would be passed in different registers.
+// Always inlined: called across two instruction sets, vectors would be passed in different
+// registers.
 [[gnu::always_inline]] inline Row yzx(Row a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
 [[gnu::always_inline]] inline Row cross(Row a, Row b) { return yzx(a * yzx(b) - yzx(a) * b); }
 // Sums stay in their lanes until the end, so that the order never depends on the processor.

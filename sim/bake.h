@@ -13,7 +13,7 @@ namespace thew {
 
 struct BakeOptions {
   std::filesystem::path folder;
-  std::vector<int> frames;   ///< to be written, rising; all frames before them are simulated
+  std::vector<int> frames;  ///< to be written, rising; all frames before them are simulated
   int threads = 1;
   bool resume = false;
 };
@@ -24,18 +24,19 @@ struct BakeResult {
   Settled settled;
   StageSeconds seconds;
   double write_seconds = 0.0;
-  int resumed_frames = 0;               ///< taken from an earlier, interrupted bake
+  int resumed_frames = 0;  ///< taken from an earlier, interrupted bake
 };
 
-/// Called for each written frame, also for those that an interrupted bake had left; false stops the bake
-/// after this frame (its parts stay, for --resume).
+/// Called for each written frame, also for those that an interrupted bake had left; false stops the
+/// bake after this frame (its parts stay, for --resume).
 using OnFrame = std::function<bool(const BakeFrame& frame)>;
 
 /// The meshes of a bake of the model: muscles, bones, skin.
 BakeInfo bake_info(const Model& model, const std::vector<int>& frames);
 
-/// Simulates, writes each frame as it is completed, packs them into DIR/bake.h5. Error(kRetry) where
-/// `on_frame` stopped it, Error(kSolver) where the solver could not go on; earlier frames stay.
+/// Simulates, writes each frame as it is completed, packs them into DIR/bake.h5. Error(kRetry)
+/// where `on_frame` stopped it, Error(kSolver) where the solver could not go on; earlier frames
+/// stay.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
 
 }  // namespace thew

@@ -18,17 +18,18 @@ struct BakeMesh {
   Kind kind = Kind::kMuscle;
   TriMesh rest;
   std::vector<double> weights;                     ///< muscles only
-  std::vector<std::array<double, 3>> coordinates;  ///< muscles: u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendon
+  std::vector<std::array<double, 3>> coordinates;  ///< muscles: u along the path 0..1, angle about
+                                                   ///< it (rad), 1 in the belly to 0 in the tendon
 };
 
 struct BakeInfo {
   std::string scene_name, scene_hash;
   double fps = 24.0;
   bool double_precision = false;
-  std::vector<int> frames;        ///< those to be written, in order
+  std::vector<int> frames;  ///< those to be written, in order
   std::vector<BakeMesh> meshes;
   std::vector<std::string> metric_names;  ///< scalars per frame, "volume_error/biceps_long", …
-  std::string hash;               ///< of a packed bake, as pack() returned it
+  std::string hash;                       ///< of a packed bake, as pack() returned it
 };
 
 struct BakeFrame {

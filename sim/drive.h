@@ -6,8 +6,8 @@
 
 namespace thew {
 
-/// Joint values at `time` (s): before 0 they go from the bind pose to the clip's first pose, in the first
-/// half of scene.settle.
+/// Joint values at `time` (s): before 0 they go from the bind pose to the clip's first pose, in the
+/// first half of scene.settle.
 void joints_at(const Model& model, double time, std::vector<double>& joints);
 /// When that motion ends, s (not above 0).
 double bind_to_first_ends(const Model& model);

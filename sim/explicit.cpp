@@ -30,8 +30,8 @@ void add_damped_spring_forces(const Muscle& muscle, const std::vector<double>& r
   }
 }
 
-// Eqs 9-14: lambda from the linearised constraint at the new positions of the driven nodes, W in the
-// denominator (method.md, mend 1) except where the printed form is asked for.
+// Eqs 9-14: lambda from the linearised constraint at the new positions of the driven nodes, W in
+// the denominator (method.md, mend 1) except where the printed form is asked for.
 void add_multiplier(const Muscle& muscle, VolumeMethod method, double h, MuscleState& now) {
   if (method == VolumeMethod::kNone) return;
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
@@ -41,7 +41,7 @@ void add_multiplier(const Muscle& muscle, VolumeMethod method, double h, MuscleS
     if (muscle.driven[i]) continue;
     const double squared = dot3(now.gradient[i], now.gradient[i]);
     rate += dot3(now.gradient[i], now.v[i]);
-    weighted += squared * muscle.inverse_weight_mass[i];
+    weighted += squared * now.weights[i] / muscle.mass[i];
     even += squared / muscle.mass[i];
   }
   const double denominator = method == VolumeMethod::kPrinted ? even : weighted;
@@ -51,7 +51,7 @@ void add_multiplier(const Muscle& muscle, VolumeMethod method, double h, MuscleS
   }
   const double lambda = ((volume - muscle.rest_volume) / h + rate) / denominator;  // times h
   for (size_t i = 0; i < now.x.size(); ++i) {
-    now.v[i] -= lambda * muscle.inverse_weight_mass[i] * now.gradient[i];
+    now.v[i] -= lambda * now.weights[i] / muscle.mass[i] * now.gradient[i];
   }
 }
 
@@ -90,7 +90,8 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
   std::vector<double> rest_length(now.rest_length.size());
   Rows target(nodes);
   for (int step = 1; step <= substeps; ++step) {
-    const double left = frame - step * h;  // bones and rest lengths are interpolated inside the frame
+    const double left =
+        frame - step * h;  // bones and rest lengths are interpolated inside the frame
     for (size_t k = 0; k < rest_length.size(); ++k) {
       const double t = static_cast<double>(step) / substeps;
       rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
@@ -123,7 +124,7 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
   now.direction.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
-    now.direction[i] = muscle.inverse_weight_mass[i] * now.gradient[i];
+    now.direction[i] = now.weights[i] / muscle.mass[i] * now.gradient[i];
   }
   finish_muscle(model, m, frame, state);  // exact at the frame's end
   now.v = v;

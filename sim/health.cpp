@@ -24,10 +24,18 @@ double norm(const Row& r) { return std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * 
 
 }  // namespace
 
-void begin_measures(State& state) {
+void begin_frame(State& state) {
   for (MuscleState& muscle : state.muscles) {
     muscle.volume_error = muscle.substep_volume_error = 0.0;
     muscle.unreached = muscle.weight_fallbacks = 0;
+    muscle.frame_before = muscle;
+  }
+}
+
+void take_back(State& state) {
+  for (MuscleState& muscle : state.muscles) {
+    static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
+    muscle.searched.clear();  // the next search knows of no motion
   }
 }
 

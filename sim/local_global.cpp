@@ -7,10 +7,6 @@
 namespace thew {
 namespace {
 
-// Stiffness of a contact over that of the springs at its node: of the order of the stiffness by which
-// a patch of nodes gives way together.
-constexpr double kContactShare = 0.2;
-
 // Directions of the springs at x times their rest lengths: the local step.
 void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
                      Rows& f) {
@@ -61,9 +57,9 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   const size_t nodes = now.x.size();
   now.base.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
-    now.base[i] = muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
-                                    damping * now.target_velocity[i] + guide * now.target[i] +
-                                    gravity);
+    now.base[i] =
+        muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
+                          damping * now.target_velocity[i] + guide * now.target[i] + gravity);
   }
   const double shape = muscle.settings.material.shape;
   for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {
@@ -83,7 +79,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   for (const Contact& contact : now.contacts) {
     const int i = matrix.position[contact.node];
-    now.diagonal[i] += kContactShare * matrix.values[matrix.start[i + 1] - 1];
+    now.diagonal[i] += contact_stiffness(muscle, contact.node);
   }
   if (now.diagonal != now.factored_diagonal) {
     if (!factorise(matrix, now.diagonal, now.factor)) {
@@ -100,7 +96,6 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
 void iterate_local_global(const Model& model, int m, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const Skyline& matrix = muscle.stiffness;
   const double gap = model.scene.contact.settings.gap;
   Rows& f = now.forces;
   f = now.base;
@@ -110,18 +105,16 @@ void iterate_local_global(const Model& model, int m, State& state) {
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
     const Row n = to_row(contact.normal);
-    const int i = matrix.position[contact.node];
-    const double stiffness = kContactShare * matrix.values[matrix.start[i + 1] - 1];
     const double before = now.push[c];
     const double open = contact_gap(model, state, contact, now.x[contact.node], gap);
     now.push[c] = std::max(0.0, before - open);
-    f[contact.node] +=
-        stiffness * (now.x[contact.node] + (2.0 * now.push[c] - before) * n);
+    f[contact.node] += contact_stiffness(muscle, contact.node) *
+                       (now.x[contact.node] + (2.0 * now.push[c] - before) * n);
   }
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
   Rows& weighted = now.weighted;
   weighted.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) weighted[i] = muscle.weights[i] * now.gradient[i];
+  for (size_t i = 0; i < now.x.size(); ++i) weighted[i] = now.weights[i] * now.gradient[i];
   solve_pair(muscle, now, f, weighted, now.x, now.direction);
   // G A^-1 W G need not be positive: fall back on even weights, under which it is.
   const double along = dot(now.gradient, now.direction);

@@ -12,8 +12,9 @@ namespace {
 
 constexpr int kSections = 24;
 
-// Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie within
-// `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products, closed or not.
+// Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie
+// within `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products,
+// closed or not.
 double section_area(const Muscle& muscle, const Rows& x, double along, double reach,
                     const Vec3& point, const Vec3& tangent) {
   double area = 0.0;
@@ -42,15 +43,16 @@ double section_area(const Muscle& muscle, const Rows& x, double along, double re
 
 double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
   double gap = 0.0;
-  for (const PathPoint* end : {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
+  for (const PathPoint* end :
+       {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
     const Vec3 anchor = state.pose[end->body] * end->position;
     const bool origin = end == &muscle.shape.path.points.front();
     // The node that is attached: nearest to this end of the path.
     double best = 1e30, distance = 0.0;
     for (size_t i = 0; i < x.size(); ++i) {
       const double s = muscle.shape.along[i];
-      const double from_end = (origin ? s : muscle.shape.rest_path_length - s) +
-                              muscle.shape.offset[i].norm();
+      const double from_end =
+          (origin ? s : muscle.shape.rest_path_length - s) + muscle.shape.offset[i].norm();
       if (from_end < best) {
         best = from_end;
         distance = (to_vec(x[i]) - anchor).norm();

@@ -20,8 +20,8 @@ struct MuscleMeasures {
 struct FrameMeasures {
   std::vector<MuscleMeasures> muscles;
   SkinMetrics skin;
-  double contact_penetration = 0.0;   ///< m, free muscle nodes inside another muscle or bone
-  int intersecting_pairs = 0;         ///< triangles of muscles and bones through one another
+  double contact_penetration = 0.0;  ///< m, free muscle nodes inside another muscle or bone
+  int intersecting_pairs = 0;        ///< triangles of muscles and bones through one another
   int unreached = 0, weight_fallbacks = 0;
 };
 

@@ -35,14 +35,14 @@ MusclePath muscle_path(const Skeleton& skeleton, const SceneMuscle& scene) {
   return path;
 }
 
-// Nodes outside the belly, its two bounding rings included, go with the path. The tolerance lets rings
-// lie a little askew to the rounded path.
+// Nodes outside the belly, its two bounding rings included, go with the path. The tolerance lets
+// rings lie a little askew to the rounded path.
 std::vector<char> driven_nodes(const CarriedShape& shape) {
   const double tolerance = 0.02 * (shape.belly[1] - shape.belly[0]);
   std::vector<char> driven(shape.along.size());
   for (size_t i = 0; i < driven.size(); ++i) {
-    driven[i] = shape.along[i] < shape.belly[0] + tolerance ||
-                shape.along[i] > shape.belly[1] - tolerance;
+    driven[i] =
+        shape.along[i] < shape.belly[0] + tolerance || shape.along[i] > shape.belly[1] - tolerance;
   }
   return driven;
 }
@@ -96,11 +96,11 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     throw Error(ExitCode::kUsage, place + ": belly reaches beyond the path, which is " +
                                       std::to_string(length) + " m long at rest");
   }
-  muscle.rest = scene.mesh.empty()
-                    ? make_tube(trace_path(path, bind_pose), scene.profile.around,
-                                scene.profile.rings, scene.profile.radius)
-                    : import_closed_mesh(scene.mesh);
-  muscle.surface = make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
+  muscle.rest = scene.mesh.empty() ? make_tube(trace_path(path, bind_pose), scene.profile.around,
+                                               scene.profile.rings, scene.profile.radius)
+                                   : import_closed_mesh(scene.mesh);
+  muscle.surface =
+      make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
@@ -114,9 +114,6 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   muscle.springs = make_springs(muscle.rest, fibres, scene.material);
   muscle.mass = lumped_masses(muscle.rest, scene.material.density);
   muscle.weights = node_weights(muscle, place);
-  for (size_t i = 0; i < muscle.mass.size(); ++i) {
-    muscle.inverse_weight_mass.push_back(muscle.weights[i] / muscle.mass[i]);
-  }
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
@@ -134,8 +131,8 @@ std::vector<Bone> load_bones(const Skeleton& skeleton) {
       bone.name = skeleton.body_names[body] + (k == 0 ? "" : "_" + std::to_string(k));
       bone.in_body = import_closed_mesh(visual.mesh_file);
       for (Vec3& p : bone.in_body.vertices) p = visual.in_body * Vec3(visual.scale.cwiseProduct(p));
-      bone.surface = make_surface(bone.in_body.triangles,
-                                  static_cast<int>(bone.in_body.vertices.size()));
+      bone.surface =
+          make_surface(bone.in_body.triangles, static_cast<int>(bone.in_body.vertices.size()));
       bones.push_back(std::move(bone));
     }
   }
@@ -180,11 +177,13 @@ void build_skin(const Pose& bind_pose, Model& model) {
     bodies.push_back(body);
   };
   for (const Muscle& muscle : model.muscles) {
-    add(muscle.surface, -1, [&](size_t i) { return muscle.rest.vertices[i]; },
+    add(
+        muscle.surface, -1, [&](size_t i) { return muscle.rest.vertices[i]; },
         muscle.rest.vertices.size());
   }
   for (const Bone& bone : model.bones) {
-    add(bone.surface, bone.body,
+    add(
+        bone.surface, bone.body,
         [&](size_t i) { return Vec3(bind_pose[bone.body] * bone.in_body.vertices[i]); },
         bone.in_body.vertices.size());
   }
@@ -217,13 +216,13 @@ std::string solver_hash(const Model& model) {
   };
   const Scene& scene = model.scene;
   hash.add("thew 0.1.0");
-  for (double value : {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(),
-                       scene.gravity.z(), 1.0 * scene.first_frame, 1.0 * scene.solver.substeps,
-                       1.0 * scene.solver.iterations, 1.0 * scene.contact.enabled,
-                       scene.contact.settings.margin, scene.contact.settings.max_depth,
-                       scene.contact.settings.gap, scene.skin.settings.thickness,
-                       scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
-                       scene.skin.settings.fold_gap}) {
+  for (double value :
+       {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
+        1.0 * scene.first_frame, 1.0 * scene.solver.substeps, 1.0 * scene.solver.iterations,
+        1.0 * scene.contact.enabled, scene.contact.settings.margin,
+        scene.contact.settings.max_depth, scene.contact.settings.gap, scene.skin.settings.thickness,
+        scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
+        scene.skin.settings.fold_gap}) {
     number(value);
   }
   hash.add(scene.solver.integrator);
@@ -249,13 +248,17 @@ std::string solver_hash(const Model& model) {
       hash.add(point.position.data(), 3 * sizeof(double));
     }
     for (const WrapCylinder& wrap : muscle.shape.path.wraps) {
-      for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn}) number(value);
+      for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn})
+        number(value);
       hash.add(wrap.centre.data(), 3 * sizeof(double));
       hash.add(wrap.axis.data(), 3 * sizeof(double));
     }
     list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
-          muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max, muscle.settings.fibre_length,
-          1.0 * muscle.swells});
+          muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,
+          muscle.settings.fibre_length, 1.0 * muscle.swells});
+    if (const auto& zone = muscle.settings.zone) {
+      list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
+    }
     for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
     list(muscle.shape.bulge);
     list(muscle.weights);

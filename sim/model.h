@@ -18,16 +18,15 @@ struct Muscle {
   std::string name;
   TriMesh rest;
   Surface surface;
-  double rest_volume = 0.0;           ///< m^3
+  double rest_volume = 0.0;  ///< m^3
   CarriedShape shape;
   Springs springs;
-  std::vector<double> mass;           ///< kg
+  std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
-  std::vector<double> weights;        ///< sum n over all nodes, 0 where driven
-  std::vector<double> inverse_weight_mass;  ///< W / m, 1/kg, 0 where driven
-  bool swells = true;                 ///< the target shape; else the weights alone
+  std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
+  bool swells = true;           ///< the target shape; else the weights alone
   SceneMuscle settings;
-  Skyline stiffness;                  ///< sum of spring stiffness over free nodes, N/m
+  Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
 };
 
 /// A rigid mesh, fixed to a body.
@@ -46,12 +45,12 @@ struct Model {
   Skeleton skeleton;
   std::vector<Muscle> muscles;
   std::vector<Bone> bones;
-  SkinModel skin;                     ///< empty surface: none
+  SkinModel skin;  ///< empty surface: none
   bool has_skin = false;
   VolumeMethod volume = VolumeMethod::kExact;
   /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
   std::vector<std::vector<char>> ignore;
-  std::string hash;                   ///< XXH3-128 of all that the solver reads, hex
+  std::string hash;  ///< XXH3-128 of all that the solver reads, hex
   std::vector<std::string> warnings;
 
   int colliders() const { return static_cast<int>(muscles.size() + bones.size()); }

@@ -6,6 +6,7 @@
 
 #include "muscles/activation.h"
 #include "muscles/volume.h"
+#include "muscles/zone.h"
 
 namespace thew {
 namespace {
@@ -35,8 +36,8 @@ void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
   }
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
-    const double stretch = 0.5 * (stretch_at(muscle.shape, state.pose, a) +
-                                  stretch_at(muscle.shape, state.pose, b));
+    const double stretch =
+        0.5 * (stretch_at(muscle.shape, state.pose, a) + stretch_at(muscle.shape, state.pose, b));
     const double along = springs.fibre_share[k];  // cos^2 to the fibres
     state.rest_length[k] =
         springs.rest_length[k] * std::sqrt(along * stretch * stretch + 1.0 - along);
@@ -50,9 +51,9 @@ void activate(const Muscle& muscle, double activation, double path_velocity, Mus
   const Springs& springs = muscle.springs;
   const double belly = muscle.shape.belly[1] - muscle.shape.belly[0];
   const double fibre = muscle.settings.fibre_length;
-  const double tension = kSurfaceShare * muscle_tension(muscle.settings.f_max, activation,
-                                                        1.0 + state.pose.change / fibre,
-                                                        path_velocity / fibre);
+  const double tension =
+      kSurfaceShare * muscle_tension(muscle.settings.f_max, activation,
+                                     1.0 + state.pose.change / fibre, path_velocity / fibre);
   double abreast = 0.0;
   for (int k = 0; k < springs.structural; ++k) {
     abreast += springs.fibre_share[k] * springs.rest_length[k] / belly;
@@ -86,12 +87,46 @@ void predict(const Muscle& muscle, double h, MuscleState& state) {
   }
 }
 
+double contact_stiffness(const Muscle& muscle, int node) {
+  constexpr double kShare = 0.2;  // of the springs' at the node
+  const int i = muscle.stiffness.position[node];
+  return kShare * muscle.stiffness.values[muscle.stiffness.start[i + 1] - 1];
+}
+
+void update_zone(const Muscle& muscle, double h, MuscleState& state) {
+  if (!muscle.settings.zone) return;
+  std::vector<int> loaded;
+  Vec3 load = Vec3::Zero();
+  for (size_t c = 0; c < state.contacts.size(); ++c) {
+    if (state.push[c] <= 0.0) continue;
+    const int node = state.contacts[c].node;
+    if (loaded.empty() || loaded.back() != node) loaded.push_back(node);
+    load += state.push[c] * contact_stiffness(muscle, node) * state.contacts[c].normal;
+  }
+  const ZoneSettings& zone = *muscle.settings.zone;
+  if (loaded.empty()) {
+    state.zone_radius = 0.0;
+    state.weights = muscle.weights;
+    return;
+  }
+  const double softness = SpringMaterial{}.young / muscle.settings.material.young;
+  state.zone_radius = grown_radius(zone, std::max(state.zone_radius, zone.smallest_radius),
+                                   softness * load.norm(), h);
+  state.weights = zone_weights(muscle.rest, loaded, load.normalized(), zone, state.zone_radius);
+  double sum = 0.0;
+  for (size_t i = 0; i < state.weights.size(); ++i) {
+    if (muscle.driven[i]) state.weights[i] = 0.0;
+    sum += state.weights[i];
+  }
+  if (!(sum > 0.0)) state.weights = muscle.weights;
+}
+
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
                    double wanted) {
   const int muscles = static_cast<int>(model.muscles.size());
   const bool soft = contact.other < muscles;
-  const Surface& surface = soft ? model.muscles[contact.other].surface
-                                : model.bones[contact.other - muscles].surface;
+  const Surface& surface =
+      soft ? model.muscles[contact.other].surface : model.bones[contact.other - muscles].surface;
   const Rows& other =
       soft ? state.muscles[contact.other].seen : state.bones[contact.other - muscles].x;
   const Triangle& t = surface.triangles[contact.triangle];
@@ -108,8 +143,7 @@ bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direc
   if (method == VolumeMethod::kExact) {
     root = nearest_root(cubic, muscle.rest_volume);
   } else {
-    const double denominator =
-        method == VolumeMethod::kPrinted ? printed_denominator : cubic.c1;
+    const double denominator = method == VolumeMethod::kPrinted ? printed_denominator : cubic.c1;
     root.reached = denominator != 0.0;
     if (root.reached) root.s = (muscle.rest_volume - cubic.c0) / denominator;
   }

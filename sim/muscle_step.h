@@ -5,14 +5,23 @@
 
 namespace thew {
 
-/// Carries the muscle's shape along its path in state.pose: targets, their velocities over h (s), rest
-/// lengths of the springs, activation.
+/// Carries the muscle's shape along its path in state.pose: targets, their velocities over h (s),
+/// rest lengths of the springs, activation.
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   MuscleState& state);
 
 /// The step's first guess: moved with the carried shape, driven nodes on it (shape.md: an inertial
 /// guess sags and folds).
 void predict(const Muscle& muscle, double h, MuscleState& state);
+
+/// Automatic deformation zone (eq. 15, mended): weights about the nodes that contact pushed in the
+/// step before; the zone grows with the load, the faster the softer the material. Without load, the
+/// authored.
+void update_zone(const Muscle& muscle, double h, MuscleState& state);
+
+/// Stiffness (N/m) of a contact at a node: of the order by which a patch of nodes gives way
+/// together.
+double contact_stiffness(const Muscle& muscle, int node);
 
 /// Signed gap (m) of a contact beyond `wanted`, with the other surface where it is seen.
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
@@ -27,13 +36,13 @@ void finish_muscle(const Model& model, int m, double h, State& state);
 bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
                     double printed_denominator, Rows& x);
 
-/// Implicit Euler by block descent on a prefactored matrix (Liu, Bargteil, O'Brien, Kavan 2013), the
-/// volume as a scalar Schur complement in the metric of that matrix.
+/// Implicit Euler by block descent on a prefactored matrix (Liu, Bargteil, O'Brien, Kavan 2013),
+/// the volume as a scalar Schur complement in the metric of that matrix.
 void begin_local_global(const Model& model, int m, double h, State& state);
 void iterate_local_global(const Model& model, int m, State& state);
 
-/// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many substeps of
-/// h (s) as the spectrum asks for.
+/// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many
+/// substeps of h (s) as the spectrum asks for.
 int explicit_substeps(const Muscle& muscle, double h);
 void step_explicit(const Model& model, int m, double h, State& state);
 

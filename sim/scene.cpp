@@ -156,6 +156,9 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read(table, "smoothing", settings.smoothing, kShare);
   read(table, "iterations", settings.iterations, 0, 10000);
   read(table, "fold_gap", settings.fold_gap, kNotNegative);
+  bool enabled = true;
+  read(table, "enabled", enabled);
+  if (!enabled) scene.skin.mesh.clear();
 }
 
 void read_solver(TomlValue& table, Scene& scene) {

@@ -54,7 +54,7 @@ struct SceneMuscle {
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
   std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
-  double guide = 250.0;       ///< N/m per ring's worth of nodes, towards the carried shape
+  double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass
   double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape
   double f_max = 0.0;         ///< N; 0: passive
   double fibre_length = 0.1;  ///< m, optimal

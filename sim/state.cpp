@@ -18,7 +18,9 @@ struct Reader {
   const std::vector<double>& in;
   size_t at = 0;
   void number(double& value) {
-    if (at == in.size()) throw Error(ExitCode::kInput, "the bake's state is shorter than its own lists; bake again without --resume");
+    if (at == in.size())
+      throw Error(ExitCode::kInput,
+                  "the bake's state is shorter than its own lists; bake again without --resume");
     value = in[at++];
   }
   void count(size_t& n) {
@@ -78,6 +80,8 @@ void walk(Archive& archive, State& state) {
     walk(archive, muscle.contacts);
     walk(archive, muscle.push);
     archive.number(muscle.pose.path_length);
+    archive.number(muscle.zone_radius);
+    walk(archive, muscle.weights);
   }
   walk(archive, state.skin.x);
 }
@@ -102,6 +106,7 @@ State initial_state(const Model& model) {
     now.target = now.x;
     now.target_velocity = now.v;
     now.start = now.seen = now.x;
+    now.weights = model.muscles[m].weights;
     now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
     now.bvh = build_bvh(model.muscles[m].surface, now.x);
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
@@ -124,7 +129,8 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
   walk(reader, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     if (state.muscles[m].x.size() != model.muscles[m].rest.vertices.size()) {
-      throw Error(ExitCode::kInput, "the bake's state is of other meshes; bake again without --resume");
+      throw Error(ExitCode::kInput,
+                  "the bake's state is of other meshes; bake again without --resume");
     }
   }
 }

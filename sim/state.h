@@ -7,31 +7,37 @@
 
 namespace thew {
 
-/// One muscle: what changes. Rows are by node.
-struct MuscleState {
-  Rows x;                            ///< m
-  Rows v;                            ///< m/s
-  Rows target;                       ///< the carried shape now, m; driven nodes are on it
-  Rows target_velocity;              ///< m/s
-  std::vector<double> rest_length;   ///< of the springs, now, m
-  std::vector<double> rest_before;   ///< the same, a frame before
+/// What a step of a muscle changes, and a failed one takes back. Rows are by node.
+struct MuscleMotion {
+  Rows x;                           ///< m
+  Rows v;                           ///< m/s
+  Rows target;                      ///< the carried shape now, m; driven nodes are on it
+  std::vector<double> rest_length;  ///< of the springs, now, m
   CarriedPose pose;
-  Bvh bvh;
   std::vector<Contact> contacts;
-  std::vector<double> push;          ///< by contact: force over the contact stiffness, m
+  std::vector<double> push;     ///< by contact: force over the contact stiffness, m
+  double zone_radius = 0.0;     ///< m, of the automatic deformation zone
+  std::vector<double> weights;  ///< of the volume correction: the authored ones, or the zone's
+};
+
+struct MuscleState : MuscleMotion {
+  Rows target_velocity;             ///< m/s
+  std::vector<double> rest_before;  ///< rest lengths a step before
+  Bvh bvh;
+  ContactMemory memory;
+  Rows searched;              ///< x when contacts were last looked for
+  MuscleMotion frame_before;  ///< to go back to
+  // Measures of the last frame.
+  double volume_error = 0.0;          ///< relative, at the end of its last step
+  double substep_volume_error = 0.0;  ///< relative, largest of all steps and substeps
+  int unreached = 0;                  ///< substeps in which the volume could not be reached
+  int weight_fallbacks = 0;           ///< iterations in which even weights had to stand in
+  // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before;
   std::vector<double> push_before;
-  ContactMemory memory;
-  Rows searched;                     ///< x when contacts were last looked for
-  // Measures of the last frame.
-  double volume_error = 0.0;            ///< relative, at the end of its last step
-  double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
-  int unreached = 0;                 ///< substeps in which the volume could not be reached
-  int weight_fallbacks = 0;          ///< iterations in which even weights had to stand in
-  // Scratch, kept so that a step does not allocate.
-  Rows start;                        ///< x when the step began
-  Rows seen;                         ///< x when the iteration began, as the others see it
-  Rows base;                         ///< what of the right-hand side stays the same in a step, N
+  Rows start;  ///< x when the step began
+  Rows seen;   ///< x when the iteration began, as the others see it
+  Rows base;   ///< what of the right-hand side stays the same in a step, N
   Rows forces, gradient, weighted, direction;
   RowPairs pairs;
   SkylineFactor factor;
@@ -45,7 +51,7 @@ struct BoneState {
 
 /// All that goes from one frame to the next.
 struct State {
-  double time = 0.0;                 ///< s, 0 at the first frame
+  double time = 0.0;  ///< s, 0 at the first frame
   Pose pose;
   std::vector<double> joints;
   std::vector<MuscleState> muscles;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// One frame of the simulation: bones move and carry the muscles along, surfaces meet, springs pull, the
-// multiplier restores each volume without undoing the contact, and the skin follows.
+// One frame of the simulation: bones move and carry the muscles along, surfaces meet, springs pull,
+// the multiplier restores each volume without undoing the contact, and the skin follows.
 #include "sim/step.h"
 
 #include <algorithm>
@@ -36,6 +36,7 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
 
 void solve_muscles(const Model& model, double h, Parallel& parallel, State& state) {
   const int count = state.count();
+  parallel.each(count, [&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { state.muscles[m].seen = state.muscles[m].x; };
   parallel.each(count, look);
   if (model.scene.solver.integrator == "explicit") {
@@ -71,8 +72,7 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
   const double frame = time - state.time;
   const bool is_explicit = model.scene.solver.integrator == "explicit";  // it chooses its own
   int substeps = is_explicit ? 1 : model.scene.solver.substeps;
-  begin_measures(state);
-  const State before = state;
+  begin_frame(state);
   for (int halvings = 0;; ++halvings, substeps *= 2) {
     std::string trouble;
     for (int i = 1; i <= substeps && trouble.empty(); ++i) {
@@ -82,7 +82,7 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
     }
     if (trouble.empty()) break;
     if (halvings == 6) throw Error(ExitCode::kSolver, trouble);
-    state = before;
+    take_back(state);
   }
   state.time = time;
   if (!model.has_skin) return;

@@ -11,15 +11,16 @@ struct StageSeconds {
   double rig = 0.0, contact = 0.0, muscles = 0.0, skin = 0.0;
 };
 
-/// Advances bones, muscles and skin from state.time to `time` (s), in scene.solver.substeps steps. What fails
-/// its health check is taken back and halved, six times at most; then Error(kSolver).
+/// Advances bones, muscles and skin from state.time to `time` (s), in scene.solver.substeps steps.
+/// What fails its health check is taken back and halved, six times at most; then Error(kSolver).
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds);
 
-/// From rest in the bind pose, at state.time = -scene.settle, to rest in the clip's first pose at time 0.
+/// From rest in the bind pose, at state.time = -scene.settle, to rest in the clip's first pose at
+/// time 0.
 struct Settled {
-  double seconds = 0.0;  ///< simulated
-  double speed = 0.0;    ///< m/s, the fastest node at the end
+  double seconds = 0.0;    ///< simulated
+  double speed = 0.0;      ///< m/s, the fastest node at the end
   bool converged = false;  ///< speed below kSettledSpeed
 };
 inline constexpr double kSettledSpeed = 1e-4;

@@ -11,13 +11,13 @@
 namespace thew {
 namespace {
 
-constexpr double kReach = 0.025;        // m, flesh farther from the skin is not felt
+static double kReach = getenv("RE") ? atof(getenv("RE")) : 0.03;        // m, flesh farther from the skin is not felt
 
 
 constexpr double kLeastAlong = 0.3;  // cosine that a step along an oblique way is divided by at least
 constexpr double kLongestStep = 0.003;
-constexpr double kShortest = 0.2;
-constexpr double kSlack = 0.01;      // m above its level at which the skin is no longer drawn in
+static double kShortest = getenv("KS") ? atof(getenv("KS")) : 0.2;
+static double kSlack = getenv("SL") ? atof(getenv("SL")) : 0.01;      // m above its level at which the skin is no longer drawn in
 // of the positions).
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
   const size_t bodies = pose.size();
@@ -66,16 +66,30 @@ void find_normals(const SkinModel& model, SkinState& state) {
     const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
     for (int corner : t) state.normals[corner] += n;
   }
-  for (Row& n : state.normals) {
-    const double length = to_vec(n).norm();
-    if (length > 0.0) n = n * (1.0 / length);
+  const auto normalise = [&] {
+    for (Row& n : state.normals) {
+      const double length = to_vec(n).norm();
+      if (length > 0.0) n = n * (1.0 / length);
+    }
+  };
+  static int kSmooth = getenv("NS") ? atoi(getenv("NS")) : 4;
+  for (int round = 0; round < kSmooth; ++round) {
+    normalise();
+    state.solution_scratch = state.normals;
+    for (size_t i = 0; i < state.normals.size(); ++i) {
+      for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+        state.normals[i] += state.solution_scratch[model.neighbours[k]];
+      }
+    }
   }
+  normalise();
 }
 
 // Out of the flesh: between the field's gradient and the skin's own normal, which alone counts where
 // the gradient is lost in a crevice or leads inwards.
 Vec3 way_out(const Vec3& gradient, const Vec3& normal) {
-  return (std::max(gradient.dot(normal), 0.0) * gradient + normal).normalized();
+  static double kN = getenv("KN") ? atof(getenv("KN")) : 0.2;
+  return (gradient + kN * normal).normalized();
 }
 
 void look_below(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
@@ -88,12 +102,14 @@ void look_below(const SkinModel& model, const std::vector<Collider>& below, Skin
 void solve_elastic(const SkinModel& model, SkinState& state) {
   for (int k = 0; k < model.matrix.size(); ++k) {
     const Row& rhs = state.elastic[model.matrix.order[k]];
-    state.solution[k] = RowPair{rhs[0], rhs[1], rhs[2]};
+    const Row& force = state.force[model.matrix.order[k]];
+    state.solution[k] = RowPair{rhs[0], rhs[1], rhs[2], 0.0, force[0], force[1], force[2], 0.0};
   }
   solve(model.matrix, model.factor, state.solution);
   for (int k = 0; k < model.matrix.size(); ++k) {
     const RowPair& x = state.solution[k];
     state.elastic[model.matrix.order[k]] = Row{x[0], x[1], x[2], 0.0};
+    state.force[model.matrix.order[k]] = Row{x[4], x[5], x[6], 0.0};
   }
 }
 
@@ -143,6 +159,27 @@ void relax(const SkinModel& model, SkinState& state) {
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
 }
 
+// What the flesh pushes or draws each node with, along its way out, in equilibrium.
+void find_forces(const SkinModel& model, SkinState& state) {
+  const double stiffness = edge_stiffness(model.settings);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
+    const Row d = state.x[i] - state.elastic[i];
+    Row sum = (stiffness * (last - first) + model.anchor[i]) * d;
+    for (int k = first; k < last; ++k) {
+      const int j = model.neighbours[k];
+      sum -= stiffness * (state.x[j] - state.elastic[j]);
+    }
+    const FleshValue flesh = flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
+    Vec3 force = Vec3::Zero();
+    if (flesh.nearest_plane >= 0) {
+      const Vec3 way = way_out(flesh.gradient, to_vec(state.normals[i]));
+      force = way.dot(to_vec(sum)) * way;
+    }
+    state.force[i] = to_row(state.turns[i].transpose() * force);
+  }
+}
+
 // Moves what is still too near the flesh out of it.
 void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kRounds = 8;
@@ -186,6 +223,7 @@ SkinState initial_skin(const SkinModel& model) {
   SkinState state;
   state.x = model.rest;
   state.offset.assign(state.x.size(), Row{});
+  state.force = state.offset;
   state.bvh = build_bvh(model.surface, state.x);
   state.bound = state.elastic = state.normals = state.x;
   state.turns.resize(state.x.size());
@@ -201,8 +239,16 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   state.hints.resize(state.x.size() * below.size(), -1);
   bind_to_pose(model, pose, state);
   elastic_pull(model, state);
-  solve_elastic(model, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
+    state.force[i] = to_row(state.turns[i] * to_vec(state.force[i]));
+  }
+  solve_elastic(model, state);
+  static double kBeta = getenv("BE") ? atof(getenv("BE")) : 0.3;
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    Row back = to_row(state.turns[i].transpose() * to_vec(state.force[i])) - state.offset[i];
+    const double far = kBeta * to_vec(back).norm();
+    back = back * (kBeta * std::min(1.0, 0.001 / std::max(far, 1e-9)));
+    state.offset[i] += back;
     state.x[i] = state.elastic[i] + to_row(state.turns[i] * to_vec(state.offset[i]));
   }
   for (int k = 0; k < model.settings.iterations; ++k) {
@@ -212,6 +258,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   look_below(model, below, state);
   if (getenv("CLEAR")) clear_flesh(model, below, state);
   if (getenv("COVER")) cover_flesh(model, below, state);
+  find_forces(model, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row moved = state.x[i] - state.elastic[i];
     state.offset[i] = to_row(state.turns[i].transpose() * to_vec(moved));

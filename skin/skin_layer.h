@@ -37,16 +37,18 @@ struct SkinModel {
 };
 
 /// Weights of the elastic energy: of an edge, and of the flesh's pull on a node.
-inline constexpr double kFleshPull = 0.2;
+inline double kFleshPull = getenv("FP") ? atof(getenv("FP")) : 0.2;
 inline double edge_stiffness(const SkinSettings& settings) { return 2.0 * settings.smoothing; }
 
 struct SkinState {
   Rows x;
   Rows offset;  ///< m, of x from the bound shape, turned back to the bind pose: all that a step
                 ///< reads
+  Rows force;   ///< of the flesh on each node, over the stiffness of an edge, m, turned back likewise
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
   Rows bound, elastic, normals;
+  Rows solution_scratch;
   Rows turned;  ///< edge from each neighbour at rest, turned
   std::vector<Mat3> turns;
   FleshPlanes planes;

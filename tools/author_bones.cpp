@@ -177,7 +177,8 @@ TriMesh surface_nets(Grid& grid) {
 
 // Evens out the triangles: towards the mean of the neighbours, then back onto the surface.
 void relax(const BoneShape& bone, TriMesh& mesh) {
-  for (int pass = 0; pass < 8; ++pass) {
+  constexpr int kPasses = 8;
+  for (int pass = 0; pass <= kPasses; ++pass) {
     std::vector<Vec3> sum(mesh.vertices.size(), Vec3::Zero());
     std::vector<int> count(mesh.vertices.size(), 0);
     for (const Triangle& t : mesh.triangles) {
@@ -188,7 +189,8 @@ void relax(const BoneShape& bone, TriMesh& mesh) {
     }
     for (size_t i = 0; i < sum.size(); ++i) {
       Vec3& p = mesh.vertices[i];
-      p += 0.4 * (sum[i] / count[i] - p);
+      p += (pass < kPasses ? 0.4 : 0.15) * (sum[i] / count[i] - p);
+      if (pass == kPasses) continue;  // the last one takes out what is left of creases
       const Vec3 g = gradient(bone, p);
       // Short steps: in a crease the slope says little.
       p -= std::clamp(bone_distance(bone, p), -0.001, 0.001) / std::max(g.squaredNorm(), 0.5) * g;

@@ -60,8 +60,9 @@ double reach_along(const SectionedMuscle& muscle, double radius, const Vec3& n) 
 
 // Signed distance beyond the plane that parts two muscles: where d^2 - r^2 is the same for both,
 // but leaving each at least its tendon. Antisymmetric, so that what it parts does not overlap.
-double beyond_parting(const SectionedMuscle& mine, const SectionedMuscle& other, const Vec3& p) {
-  const Near a = near_of(mine, p), b = near_of(other, p);
+double beyond_parting(const SectionedMuscle& mine, const Near& a, const SectionedMuscle& other,
+                      const Vec3& p) {
+  const Near b = near_of(other, p);
   const Vec3 across = b.point - a.point;
   const double distance = std::max(across.norm(), 1e-4);
   const Vec3 n = across / distance;
@@ -85,39 +86,50 @@ double allowed_depth(const SectionedMuscle& muscle, int body, const Vec3& p) {
   if (body == muscle.insertion_body) {
     share = std::max(share, 1.0 - (p - muscle.insertion).norm() / kPatch);
   }
-  return std::max(share, 0.0) * 0.010;
+  return std::max(share, 0.0) * 0.008;
+}
+
+// What may be in the way of a section.
+struct Around {
+  std::vector<const SectionedMuscle*> muscles;
+  std::vector<int> bones;
+};
+
+Around around(const Packing& packing, size_t m, const Section& section) {
+  Around found;
+  const double mine = 1.5 * section.radius * packing.muscles[m].flat;
+  for (size_t j = 0; j < packing.muscles.size(); ++j) {
+    if (j == m) continue;
+    const Near near = near_of(packing.muscles[j], section.centre);
+    const double reach = mine + 1.5 * near.radius * packing.muscles[j].flat + 0.005;
+    if ((near.point - section.centre).norm() < reach) found.muscles.push_back(&packing.muscles[j]);
+  }
+  for (size_t b = 0; b < packing.bones.size(); ++b) {
+    if (bone_distance(packing.bones[b], section.centre) < mine + 0.02) {
+      found.bones.push_back(static_cast<int>(b));
+    }
+  }
+  return found;
 }
 
 // Positive where the section must not reach: beyond its own size, a neighbour's or a bone's border.
 double outside(const Packing& packing, const SectionedMuscle& mine, const Section& section,
-               const std::vector<const SectionedMuscle*>& neighbours, const Vec3& p) {
+               const Around& around, const Vec3& p) {
   const Vec3 v = p - section.centre;
   const double along = v.dot(mine.flat_along);
   const double flat2 = mine.flat * mine.flat;
   double out = std::sqrt(std::max(v.squaredNorm() - (1.0 - 1.0 / flat2) * along * along, 0.0)) -
                section.radius;
   const double corner = std::min(kCorner, 0.6 * section.radius);
-  for (size_t b = 0; b < packing.bones.size(); ++b) {
-    const double depth = allowed_depth(mine, static_cast<int>(b), p);
+  for (int b : around.bones) {
+    const double depth = allowed_depth(mine, b, p);
     out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
   }
-  for (const SectionedMuscle* other : neighbours) {
-    out = smooth_max(out, beyond_parting(mine, *other, p) + 0.5 * kGap, corner);
+  const Near near = near_of(mine, p);
+  for (const SectionedMuscle* other : around.muscles) {
+    out = smooth_max(out, beyond_parting(mine, near, *other, p) + 0.5 * kGap, corner);
   }
   return out;
-}
-
-std::vector<const SectionedMuscle*> neighbours_of(const Packing& packing, size_t m,
-                                                  const Section& section) {
-  std::vector<const SectionedMuscle*> found;
-  const double mine = 1.5 * section.radius * packing.muscles[m].flat;
-  for (size_t j = 0; j < packing.muscles.size(); ++j) {
-    if (j == m) continue;
-    const Near near = near_of(packing.muscles[j], section.centre);
-    const double reach = mine + 1.5 * near.radius * packing.muscles[j].flat + 0.005;
-    if ((near.point - section.centre).norm() < reach) found.push_back(&packing.muscles[j]);
-  }
-  return found;
 }
 
 constexpr double kThin = 6e-5;  // m^2: sections of tendon
@@ -210,10 +222,8 @@ void press(double give, const SectionedMuscle& muscle, Section& section) {
 void relax(size_t m, Packing& packing) {
   SectionedMuscle& muscle = packing.muscles[m];
   for (Section& section : muscle.sections) {
-    const auto neighbours = neighbours_of(packing, m, section);
-    const auto out = [&](const Vec3& p) {
-      return outside(packing, muscle, section, neighbours, p);
-    };
+    const Around near = around(packing, m, section);
+    const auto out = [&](const Vec3& p) { return outside(packing, muscle, section, near, p); };
     cast(out, least_reach(muscle), section);
     const double tendon = std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
     const Vec3 push = way_in(out, section.centre, 0.7 * tendon);
@@ -291,8 +301,8 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
     SectionedMuscle& muscle = packing.muscles[m];
     for (Section& section : muscle.sections) {
-      const auto neighbours = neighbours_of(packing, m, section);
-      cast([&](const Vec3& p) { return outside(packing, muscle, section, neighbours, p); }, 5e-4,
+      const Around near = around(packing, m, section);
+      cast([&](const Vec3& p) { return outside(packing, muscle, section, near, p); }, 5e-4,
            section);
       if (last) continue;
       press(0.03, muscle, section);
@@ -314,9 +324,8 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
 }  // namespace
 
 std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const Pose& rest,
-                                  const std::vector<BoneShape>& bones) {
+                                  const Vec3& humerus, const std::vector<BoneShape>& bones) {
   Packing packing{{}, bones};
-  const Vec3 humerus = rest[1].translation();
   for (const TableMuscle& muscle : table) {
     packing.muscles.push_back(make_sections(muscle, rest, humerus));
   }

@@ -128,13 +128,14 @@ Report make_report(const Model& model, const CommandOptions& options,
 void plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
   size_t triangles = 0;
   for (const Muscle& muscle : model.muscles) triangles += muscle.rest.triangles.size();
-  std::printf("%s: %zu frames (%d-%d) at %g fps, %zu muscles (%zu triangles), %zu bones, skin %zu "
-              "triangles\n%s, volume %s, %d threads, to %s\n",
-              model.scene.name.c_str(), frames.size(), frames.empty() ? 0 : frames.front(),
-              frames.empty() ? 0 : frames.back(), model.scene.fps, model.muscles.size(), triangles,
-              model.bones.size(), model.skin.surface.triangles.size(),
-              model.scene.solver.integrator.c_str(), model.scene.solver.volume.c_str(),
-              thread_count(options.threads), options.out.c_str());
+  std::printf(
+      "%s: %zu frames (%d-%d) at %g fps, %zu muscles (%zu triangles), %zu bones, skin %zu "
+      "triangles\n%s, volume %s, %d threads, to %s\n",
+      model.scene.name.c_str(), frames.size(), frames.empty() ? 0 : frames.front(),
+      frames.empty() ? 0 : frames.back(), model.scene.fps, model.muscles.size(), triangles,
+      model.bones.size(), model.skin.surface.triangles.size(),
+      model.scene.solver.integrator.c_str(), model.scene.solver.volume.c_str(),
+      thread_count(options.threads), options.out.c_str());
 }
 
 void write_failure(const std::filesystem::path& folder, const std::string& what) {
@@ -225,10 +226,13 @@ ExitCode bake_command(const CommandOptions& options) {
     write_png(sheet, pictures->sheet(frames));
   }
   const StageSeconds& stages = result.seconds;
-  report.seconds = {
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-      stages.rig, stages.muscles, stages.contact, stages.skin, result.write_seconds,
-      pictures ? pictures->seconds() : 0.0};
+  report.seconds = {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+                    stages.rig,
+                    stages.muscles,
+                    stages.contact,
+                    stages.skin,
+                    result.write_seconds,
+                    pictures ? pictures->seconds() : 0.0};
   write_report(options.out, report, sheet);
   if (options.json) std::printf("%s\n", report_as_json(report).c_str());
   ExitCode code = ExitCode::kDone;
@@ -246,8 +250,9 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
   const std::vector<int> frames =
-      options.frames.empty() ? info.frames
-                             : parse_frames(options.frames, info.frames.front(), info.frames.back());
+      options.frames.empty()
+          ? info.frames
+          : parse_frames(options.frames, info.frames.front(), info.frames.back());
   Pictures pictures(options.out, info.hash, scene.render.width, scene.render.height,
                     scene.render.views, info.meshes);
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",

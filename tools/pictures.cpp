@@ -38,8 +38,8 @@ Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake,
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) {
-    throw Error(ExitCode::kOutput, folder.string() + ": cannot be made: " + code.message() +
-                                       "; choose another --out");
+    throw Error(ExitCode::kOutput,
+                folder.string() + ": cannot be made: " + code.message() + "; choose another --out");
   }
   const std::filesystem::path note = folder / ".drawn";
   const std::string drawn = drawn_line(bake, width, height, views);

@@ -13,8 +13,8 @@
 
 namespace thew {
 
-/// The pictures of a bake, FOLDER/VIEW.####.png. Those of an earlier run are kept where bake and views are
-/// the same (FOLDER/.drawn says of what they are).
+/// The pictures of a bake, FOLDER/VIEW.####.png. Those of an earlier run are kept where bake and
+/// views are the same (FOLDER/.drawn says of what they are).
 class Pictures {
  public:
   /// `bake` names what is drawn: the solver's hash, or a packed bake's.

@@ -23,7 +23,7 @@ h2 { margin: 36px 0 12px; font-size: 18px; font-weight: 650; }
 p { margin: 4px 0; max-width: 80ch; }
 .soft, figcaption { color: var(--soft); }
 .verdict { margin: 18px 0; padding: 12px 16px; border-radius: 6px; border-left: 5px solid;
-  background: var(--paper); font-size: 16px; }
+  background: var(--paper); font-size: 16px; max-width: none; }
 .good { border-color: #1a7f4b; } .bad { border-color: #b3261e; } .none { border-color: #98a1aa; }
 .good b { color: #14663c; } .bad b { color: #b3261e; }
 dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr)); gap: 1px; margin: 0;
@@ -31,7 +31,7 @@ dl { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr));
 dl div { background: var(--paper); padding: 10px 14px; }
 dt { color: var(--soft); font-size: 12.5px; }
 dd { margin: 0; font-size: 19px; font-variant-numeric: tabular-nums; }
-dd small { font-size: 13px; color: var(--soft); }
+dd small { display: block; font-size: 13px; color: var(--soft); }
 code { font: 13px/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
 figure { margin: 0; padding: 16px; background: var(--paper); border: 1px solid var(--rule);
   border-radius: 6px; }
@@ -40,7 +40,7 @@ figcaption { margin-top: 8px; font-size: 13.5px; }
 .charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(520px, 100%), 1fr)); gap: 16px; }
 svg { display: block; width: 100%; height: auto; font: 12px system-ui, sans-serif; }
 svg .title { font-size: 15px; font-weight: 600; fill: var(--ink); }
-svg .tick { fill: var(--soft); } svg .label { font-weight: 500; }
+svg .tick, svg .unit { fill: var(--soft); font-size: 12px; font-weight: 400; } svg .label { font-weight: 500; }
 svg .grid { stroke: var(--rule); } svg .leader { opacity: .45; }
 svg .line { fill: none; stroke-width: 1.7; stroke-linejoin: round; }
 svg line.limit { stroke: #b3261e; stroke-dasharray: 6 4; } svg text.limit { fill: #b3261e; }
@@ -202,6 +202,14 @@ std::string charts(const Report& report) {
     if (const auto* bound = find_bound(report, "penetration")) skin.limit = 1e3 * bound->limit;
     html += figure(draw_chart(skin), "Deepest skin node below the surface of a muscle or bone.");
   }
+  const auto& pairs = report.contact.intersecting_triangle_pairs;
+  if (pairs.size() == report.frames.size()) {
+    LineChart chart{"Intersecting triangles", "pairs", report.frames, {}, false, {}};
+    chart.lines.push_back({"muscles, bones", {pairs.begin(), pairs.end()}});
+    html +=
+        figure(draw_chart(chart),
+               "Pairs of triangles of different muscles and bones that pass through one another.");
+  }
   const Report::Seconds& s = report.seconds;
   html += figure(draw_chart(BarChart{"Time by stage",
                                      "s",
@@ -221,7 +229,7 @@ std::string row(const Report::Muscle& muscle, std::size_t index) {
   std::string length = "–", section = "–";
   if (!muscle.length_m.empty()) {
     const auto [low, high] = std::minmax_element(muscle.length_m.begin(), muscle.length_m.end());
-    length = readable(1e3 * *low, 4) + " – " + readable(1e3 * *high, 4);
+    length = readable(1e3 * *low) + " – " + readable(1e3 * *high);
   }
   if (!muscle.belly_area_ratio.empty()) {
     section =

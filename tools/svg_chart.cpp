@@ -31,10 +31,12 @@ std::string line_between(double x0, double y0, double x1, double y1, const std::
          "\" " + more + "/>\n";
 }
 
-std::string begin(const std::string& title, double height) {
+std::string begin(const std::string& title, const std::string& unit, double height) {
   return "<svg viewBox=\"0 0 " + px(kWidth) + " " + px(height) +
          "\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\" aria-label=\"" + escape_html(title) +
-         "\">\n" + text_at(0, 14, title, " class=\"title\"");
+         "\">\n<text x=\"0\" y=\"14\" class=\"title\">" + escape_html(title) +
+         (unit.empty() ? "" : "<tspan dx=\"8\" class=\"unit\">" + escape_html(unit) + "</tspan>") +
+         "</text>\n";
 }
 
 /// Where values and frames lie on the paper, and what is written at the axis.
@@ -60,6 +62,7 @@ double round_step(double range) {
 }
 
 Scale linear_scale(double low, double high) {
+  if (low == 0.0 && high == 0.0) high = 1.0;
   if (high - low < 1e-9 * std::max(std::abs(high), 1e-3)) {  // a flat line, in the middle
     const double half = std::max(0.05 * std::abs(high), 1e-3);
     low -= half, high += half;
@@ -130,23 +133,43 @@ std::string axes(const LineChart& chart, const Scale& scale) {
     svg += text_at(x_of(chart, static_cast<int>(tick)), bottom + 16, readable(tick, 6),
                    " class=\"tick\" text-anchor=\"middle\"");
   }
-  if (!chart.unit.empty()) svg += text_at(kLeft, kTop - 7, chart.unit, " class=\"tick\"");
   svg +=
       text_at((kLeft + right) / 2, bottom + 32, "frame", " class=\"tick\" text-anchor=\"middle\"");
   if (chart.limit) {
     const double y = scale.y(*chart.limit);
     svg += line_between(kLeft, y, right, y, "class=\"limit\"");
-    svg += text_at(kLeft + 6, y - 4, "bound " + readable(*chart.limit), " class=\"limit\"");
+    svg += text_at(kLeft + 6, y + 13, "bound " + readable(*chart.limit), " class=\"limit\"");
   }
   return svg;
 }
 
-// Labels at the lines' ends, pushed apart from the top down, then back up where they ran out.
+double spread(const LineChart& chart, const Scale& scale, std::size_t x) {
+  double low = kHeight, high = 0.0;
+  for (const ChartLine& line : chart.lines) {
+    low = std::min(low, scale.y(line.values[x]));
+    high = std::max(high, scale.y(line.values[x]));
+  }
+  return high - low;
+}
+
+// Where labels have to stand to tell lines apart: at the end, or where a motion that comes back to
+// its beginning spreads them widest.
+std::size_t place_of_labels(const LineChart& chart, const Scale& scale) {
+  const std::size_t end = chart.x.size() - 1;
+  std::size_t widest = end;
+  for (std::size_t x = 0; x < end; ++x) {
+    if (spread(chart, scale, x) > spread(chart, scale, widest)) widest = x;
+  }
+  return spread(chart, scale, end) > 0.5 * spread(chart, scale, widest) ? end : widest;
+}
+
+// Pushed apart from the top down, then back up where they ran out of paper.
 std::vector<double> label_heights(const LineChart& chart, const Scale& scale) {
   std::vector<std::size_t> order(chart.lines.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::vector<double> y(chart.lines.size());
-  for (const std::size_t i : order) y[i] = scale.y(chart.lines[i].values.back());
+  const std::size_t place = place_of_labels(chart, scale);
+  for (const std::size_t i : order) y[i] = scale.y(chart.lines[i].values[place]);
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return y[a] < y[b]; });
   double above = kTop - kLabelHeight;
   for (const std::size_t i : order) above = y[i] = std::max(y[i], above + kLabelHeight);
@@ -185,7 +208,10 @@ std::string readable(double value, int digits) {
   char text[64];
   const auto end =
       std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
-  return {text, end.ptr};
+  std::string number(text, end.ptr);
+  const std::size_t e = number.find('e');  // 1e-9, not 1e-09
+  while (e != std::string::npos && number[e + 2] == '0') number.erase(e + 2, 1);
+  return number;
 }
 
 std::string escape_html(const std::string& text) {
@@ -221,7 +247,7 @@ const char* chart_colour(std::size_t i) {
 std::string draw_chart(const LineChart& chart) {
   if (chart.x.empty() || chart.lines.empty()) return "";
   const Scale scale = scale_of(chart);
-  std::string svg = begin(chart.title, kHeight) + axes(chart, scale);
+  std::string svg = begin(chart.title, chart.unit, kHeight) + axes(chart, scale);
   const std::vector<double> labels = label_heights(chart, scale);
   for (std::size_t i = 0; i < chart.lines.size(); ++i) {
     svg += draw_line(chart, scale, i, labels[i]);
@@ -234,7 +260,7 @@ std::string draw_chart(const BarChart& chart) {
   double largest = 0.0;
   for (const auto& [name, value] : chart.bars) largest = std::max(largest, value);
   const double height = kTop + kRow * static_cast<double>(chart.bars.size()) + 6;
-  std::string svg = begin(chart.title, height);
+  std::string svg = begin(chart.title, chart.unit, height);
   for (std::size_t i = 0; i < chart.bars.size(); ++i) {
     const auto& [name, value] = chart.bars[i];
     const double y = kTop + kRow * static_cast<double>(i);

@@ -38,7 +38,8 @@ int run(int argc, char** argv) {
   render->add_option("--out", options.out, "folder of the pictures")->required();
   add_common(*render, options);
 
-  CLI::App* inspect = app.add_subcommand("inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
+  CLI::App* inspect = app.add_subcommand(
+      "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
 

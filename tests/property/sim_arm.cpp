@@ -180,46 +180,31 @@ TEST(Arm, NoFoldsAndNoSelfIntersection) {
   }
 }
 
-// Radii of rings about their centres, from origin to insertion: nodes grouped by their place along the
-// rest curve.
-std::vector<double> radius_profile(const Muscle& muscle, const Rows& x) {
-  constexpr int kGroups = 8;
-  std::vector<Vec3> centre(kGroups, Vec3::Zero());
-  std::vector<double> radius(kGroups, 0.0), count(kGroups, 0.0);
-  const auto group = [&](size_t i) {
-    const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
-    return u <= 0.0 || u >= 1.0 ? -1 : static_cast<int>(u * kGroups);
-  };
-  for (size_t i = 0; i < x.size(); ++i) {
-    if (group(i) < 0) continue;
-    centre[group(i)] += to_vec(x[i]);
-    ++count[group(i)];
-  }
-  for (int g = 0; g < kGroups; ++g) {
-    if (count[g] > 0) centre[g] /= count[g];
-  }
-  for (size_t i = 0; i < x.size(); ++i) {
-    const int g = group(i);
-    if (g >= 0) radius[g] += (to_vec(x[i]) - centre[g]).norm() / count[g];
-  }
-  std::vector<double> out;
-  for (int g = 0; g < kGroups; ++g) {
-    if (count[g] > 0) out.push_back(radius[g]);
-  }
-  return out;
-}
-
 TEST(Arm, BelliesHaveOneMaximum) {
   for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
     const Muscle& muscle = arm().model.muscles[m];
     for (size_t f = 0; f < arm().x.size(); f += 10) {
-      const std::vector<double> radius = radius_profile(muscle, arm().x[f][m]);
-      const double largest = *std::max_element(radius.begin(), radius.end());
+      const CarriedPose pose = carry_pose(muscle.shape, arm().poses[f]);
+      std::vector<double> radius;  // of the circle of the section's area
+      for (int k = 0; k < 12; ++k) {
+        radius.push_back(
+            std::sqrt(section_area_at(muscle, pose, arm().x[f][m], (k + 1.5) / 14) / kPi));
+      }
+      const double ripple = 0.03 * *std::max_element(radius.begin(), radius.end());
       int maxima = 0;
       bool rising = true;
-      for (size_t k = 1; k < radius.size(); ++k) {  // a dip of under 3 % is no valley
-        if (rising && radius[k] < radius[k - 1] - 0.03 * largest) ++maxima, rising = false;
-        if (!rising && radius[k] > radius[k - 1] + 0.03 * largest) rising = true;
+      double top = 0.0, bottom = 0.0;  // since the last turn
+      for (const double r : radius) {
+        top = std::max(top, r);
+        bottom = std::min(bottom, r);
+        if (rising && r < top - ripple) {
+          ++maxima;
+          rising = false;
+          bottom = r;
+        } else if (!rising && r > bottom + ripple) {
+          rising = true;
+          top = r;
+        }
       }
       if (rising) ++maxima;
       EXPECT_EQ(maxima, 1) << muscle.name << ", frame " << f + 1;
@@ -233,7 +218,7 @@ TEST(Arm, WeightsShiftTheBellysVolume) {
   for (const std::string profile : {"left", "even", "right"}) {
     Model model = build_model(read_scene(
         THEW_SOURCE_DIR "/assets/arm/arm.toml",
-        {"muscle." + name + ".weights=" + profile, "contact.enabled=false", "skin.mesh=\"\""}));
+        {"muscle." + name + ".weights=" + profile, "contact.enabled=false", "skin.enabled=false"}));
     Parallel parallel(2);
     State state = initial_state(model);
     settle(model, parallel, state);
@@ -303,7 +288,7 @@ TEST(Arm, NothingJumps) {
 }
 
 TEST(Arm, WithoutTheMultiplierVolumeIsLost) {
-  const Flexion none = flex({"solver.volume=none", "skin.mesh=\"\"", "scene.frames=\"1-60\""});
+  const Flexion none = flex({"solver.volume=none", "skin.enabled=false", "scene.frames=\"1-60\""});
   double worst = 0.0;
   for (const MuscleMeasures& muscle : none.measures.back().muscles) {
     worst = std::max(worst, muscle.volume_error);

@@ -42,20 +42,18 @@ struct TestArm {
       below.push_back(make_shape(belly(static_cast<int>(m), 0.0)));
       bodies.push_back(-1);
     }
-    const auto bone = [](double from, double to, double knob) {
-      const double length = to - from;
+    const auto bone = [](double from, double to) {
       return spindle(from, to, 16, 40, [=](double y, double) {
-        const double end = std::min(y - from, to - y);
-        return 0.01 * std::sqrt(std::min(1.0, end / 0.01)) + (end < 0.03 ? knob * std::sin(M_PI * end / 0.03) : 0.0) +
-               0.0 * length;
+        const double end = std::min({1.0, (y - from) / 0.01, (to - y) / 0.01});
+        return 0.011 * std::sqrt(1.0 - (1.0 - end) * (1.0 - end));
       });
     };
-    below.push_back(make_shape(bone(0.0, 0.3, 0.008)));
-    below.push_back(make_shape(bone(-0.27, 0.02, 0.004)));
-    for (Row& x : below.back().x) x = x + Row{-0.006, 0.0, 0.0, 0.0};
-    refit_bvh(below.back().surface, below.back().x, below.back().bvh);
-    below.back().mesh.vertices.clear();
-    for (const Row& x : below.back().x) below.back().mesh.vertices.push_back(to_vec(x));
+    // Condyles: the humerus widens to 56 mm at the elbow; the ulna's end stands behind it.
+    TriMesh humerus = bone(-0.012, 0.3), ulna = bone(-0.27, 0.02);
+    for (Vec3& p : humerus.vertices) p.z() *= 1.0 + 1.6 * (1.0 - smoothstep(0.0, 0.05, p.y()));
+    for (Vec3& p : ulna.vertices) p += Vec3(-0.014, 0.0, 0.0);
+    below.push_back(make_shape(humerus));
+    below.push_back(make_shape(ulna));
     bodies.push_back(0);
     bodies.push_back(1);
     skin = cast_skin();

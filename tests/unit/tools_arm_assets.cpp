@@ -132,8 +132,8 @@ TEST(ArmAssets, ImportInTheOrderOfTheirRings) {
     const std::vector<Vec3>& nodes = arm().muscles[m].mesh.vertices;
     const std::vector<Vec3> path = trace_path(row.path, arm().rest).points;
     ASSERT_EQ(nodes.size(), static_cast<size_t>(row.around * row.rings + 2));
-    EXPECT_LT((nodes.front() - path.front()).norm(), 1e-8) << row.name;
-    EXPECT_LT((nodes.back() - path.back()).norm(), 1e-8) << row.name;
+    EXPECT_LT((nodes.front() - path.front()).norm(), 1e-7) << row.name;
+    EXPECT_LT((nodes.back() - path.back()).norm(), 1e-7) << row.name;
     for (int ring = 0; ring < row.rings; ++ring) {  // neighbours on a ring are neighbours in number
       double step = 0.0, across = 0.0;
       for (int k = 0; k < row.around; ++k) {
@@ -150,7 +150,8 @@ TEST(ArmAssets, BelliesAreSpindlesWithOneMaximum) {
   for (size_t m = 0; m < arm().table.size(); ++m) {
     const TableMuscle& row = arm().table[m];
     std::vector<double> areas;
-    for (int ring = 0; ring < row.rings; ++ring) {
+    const int first = static_cast<int>(row.before.size());
+    for (int ring = first; ring < row.rings - static_cast<int>(row.after.size()); ++ring) {
       const Vec3* p = &arm().muscles[m].mesh.vertices[1 + ring * row.around];
       Vec3 area = Vec3::Zero();
       for (int k = 0; k < row.around; ++k) area += 0.5 * p[k].cross(p[(k + 1) % row.around]);

@@ -106,8 +106,8 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   EXPECT_EQ(count(html, "<script"), 0u);
   EXPECT_EQ(count(html, "http"), count(html, "xmlns=\"http://www.w3.org/2000/svg\""));
   EXPECT_EQ(count(html, "<figure"), count(html, "</figure>"));
-  EXPECT_EQ(count(html, "<svg"), 5u);
-  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 1u);
+  EXPECT_EQ(count(html, "<svg"), 6u);
+  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 2u);
   EXPECT_EQ(count(html, "arm <&"), 0u);
   EXPECT_GE(count(html, "arm &lt;&amp; co&gt;"), 2u);
   EXPECT_EQ(count(html, "nan"), 0u);
@@ -140,7 +140,7 @@ TEST(ReportHtml, StandsAnEmptyBakeAndOneFrame) {
   report.skin.penetration_m.resize(1);
   report.contact.intersecting_triangle_pairs.resize(1);
   const std::string html = report_as_html(report, "");
-  EXPECT_EQ(count(html, "<circle"), 37u);
+  EXPECT_EQ(count(html, "<circle"), 38u);
   EXPECT_EQ(count(html, "nan"), 0u);
 }
 
@@ -207,6 +207,14 @@ TEST(Chart, DecadesAreEvenAndZeroIsOnTheFloor) {
   ASSERT_EQ(p.size(), 4u);
   EXPECT_NEAR(p[1].second - p[2].second, p[2].second - p[3].second, 0.11);
   EXPECT_GT(p[0].second, p[1].second);
+}
+
+TEST(Chart, NumbersAreReadable) {
+  EXPECT_EQ(readable(1e-9), "1e-9");
+  EXPECT_EQ(readable(6.6613e-16), "6.66e-16");
+  EXPECT_EQ(readable(-0.25), "-0.25");
+  EXPECT_EQ(readable(1e100), "1e+100");
+  EXPECT_EQ(readable(0.0), "0");
 }
 
 TEST(Chart, LabelsDoNotLieOnOneAnother) {

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The command as its users meet it: what a bake leaves behind, and how bad input ends.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "muscles/volume.h"
+#include "sim/cache.h"
+#include "tests/unit/rig_temp.h"
+#include "tools/commands.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Command : public TempFolder {
+ protected:
+  Command() {
+    options.input = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml";
+    options.out = folder / "out";
+    options.progress = "none";
+    options.threads = 1;
+    options.pictures = false;
+  }
+  nlohmann::json report() const {
+    std::ifstream in(options.out / "report.json");
+    return nlohmann::json::parse(in);
+  }
+  // Copies the scene and changes its text.
+  void edit(const std::string& from, const std::string& to) {
+    fs::copy(fs::path(options.input).parent_path(), folder / "scene",
+             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    std::ifstream in(folder / "scene/scene.toml");
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    options.input = write("scene/scene.toml", text.replace(at, from.size(), to));
+  }
+  void expect_error(ExitCode code, const std::string& words) {
+    try {
+      bake_command(options);
+      ADD_FAILURE() << "baked in spite of: " << words;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), code) << error.what();
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  }
+
+  CommandOptions options;
+};
+
+TEST_F(Command, ABakeLeavesCacheAndReport) {
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  EXPECT_FALSE(fs::exists(options.out / "bake.parts"));
+  EXPECT_TRUE(fs::exists(options.out / "report.html"));
+  const nlohmann::json json = report();
+  EXPECT_EQ(json["muscles"].size(), 1u);
+  EXPECT_EQ(json["frames"].size(), 24u);
+
+  // The volume again, from the file.
+  const BakeReader reader(options.out / "bake.h5");
+  const BakeMesh& mesh = reader.info().meshes.at(0);
+  Rows rest;
+  for (const Vec3& p : mesh.rest.vertices) rest.push_back(to_row(p));
+  const double volume = enclosed_volume(rest, mesh.rest.triangles);
+  for (int i = 0; i < 24; ++i) {
+    Rows x;
+    const BakeFrame frame = reader.read(i);
+    for (const Vec3& p : frame.positions.at(0)) x.push_back(to_row(p));
+    EXPECT_NEAR(enclosed_volume(x, mesh.rest.triangles) / volume, 1.0, 1e-12);
+  }
+}
+
+TEST_F(Command, ThreadsAndRepetitionChangeNoByte) {
+  bake_command(options);
+  const std::string hash = report()["hash"];
+  options.out = folder / "two";
+  options.threads = 2;
+  bake_command(options);
+  EXPECT_EQ(report()["hash"], hash);
+}
+
+TEST_F(Command, AChosenStepOfFramesIsThatOfTheWholeBake) {
+  bake_command(options);
+  const BakeReader whole(options.out / "bake.h5");
+  const BakeFrame ninth = whole.read(8);
+  options.out = folder / "some";
+  options.frames = "1-24x4";
+  bake_command(options);
+  const BakeReader some(options.out / "bake.h5");
+  EXPECT_EQ(some.info().frames, (std::vector<int>{1, 5, 9, 13, 17, 21}));
+  const BakeFrame same = some.read(2);
+  for (size_t i = 0; i < ninth.positions[0].size(); ++i) {
+    EXPECT_EQ(same.positions[0][i], ninth.positions[0][i]);
+  }
+}
+
+TEST_F(Command, ASecondBakeWithResumeDoesNothing) {
+  bake_command(options);
+  const auto written = fs::last_write_time(options.out / "bake.h5");
+  options.resume = true;
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  EXPECT_EQ(fs::last_write_time(options.out / "bake.h5"), written);
+}
+
+TEST_F(Command, ADryRunWritesNothing) {
+  options.dry_run = true;
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  EXPECT_FALSE(fs::exists(options.out));
+}
+
+TEST_F(Command, ABoundThatIsNotMetFailsTheBake) {
+  options.overrides = {"solver.volume=none", "bound.volume_error=1e-9"};
+  EXPECT_EQ(bake_command(options), ExitCode::kDifferent);
+  EXPECT_GT(report()["muscles"][0]["max_volume_error"].get<double>(), 1e-4);
+}
+
+TEST_F(Command, BothIntegratorsHoldTheVolume) {
+  options.overrides = {"solver.integrator=explicit"};
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  const nlohmann::json muscle = report()["muscles"][0];
+  EXPECT_LE(muscle["max_volume_error"].get<double>(), 1e-12);
+  EXPECT_LE(muscle["max_substep_volume_error"].get<double>(), 1e-5);
+}
+
+TEST_F(Command, AJointThatTheRigLacks) {
+  edit("elbow = [", "elbw = [");
+  expect_error(ExitCode::kInput, "elbow");
+}
+
+TEST_F(Command, AClipBeyondTheJointsRange) {
+  edit("[24, 60]", "[24, 600]");
+  expect_error(ExitCode::kInput, "elbow");
+}
+
+TEST_F(Command, ABodyThatTheRigLacks) {
+  edit("[\"ulna\", 0.03", "[\"ulma\", 0.03");
+  expect_error(ExitCode::kUsage, "did you mean \"ulna\"");
+}
+
+TEST_F(Command, AllWeightsZero) {
+  edit("weights = \"left\"", "weights = { profile = [[0, 0], [1, 0]] }");
+  expect_error(ExitCode::kUsage, "weights");
+}
+
+TEST_F(Command, AnUnknownKey) {
+  edit("belly =", "bely =");
+  expect_error(ExitCode::kUsage, "did you mean \"belly\"");
+}
+
+TEST_F(Command, AMeshWithOneTriangleMissing) {
+  edit("[muscle.profile]\naround = 12\nrings = 11\nradius = [[0, 0.004], [0.2, 0.006], [0.5, 0.018], "
+       "[0.8, 0.006], [1, 0.004]]",
+       "mesh = \"open.obj\"");
+  write("scene/open.obj",
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  expect_error(ExitCode::kInput, "open");
+}
+
+TEST_F(Command, AnOutputThatCannotBeWritten) {
+  write("file", "");
+  options.out = folder / "file" / "out";
+  expect_error(ExitCode::kOutput, "file");
+}
+
+}  // namespace
+}  // namespace thew

@@ -41,6 +41,11 @@ double section_area(const Muscle& muscle, const Rows& x, double along, double re
   return std::abs(area);
 }
 
+bool has_free_node(const Muscle& muscle, int triangle) {
+  const Triangle& t = muscle.rest.triangles[triangle];
+  return !muscle.driven[t[0]] || !muscle.driven[t[1]] || !muscle.driven[t[2]];
+}
+
 double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
   double gap = 0.0;
   for (const PathPoint* end :
@@ -120,9 +125,13 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
         if (at.triangle >= 0) deepest[m] = std::max(deepest[m], -at.distance);
       }
       if (static_cast<int>(other) < m) continue;  // each pair once
-      pairs[m] += static_cast<int>(
-          crossing_triangles(muscle.surface, now.bvh, now.x, *them.surface, *them.bvh, *them.x)
-              .size());
+      const auto crossing =
+          crossing_triangles(muscle.surface, now.bvh, now.x, *them.surface, *them.bvh, *them.x);
+      for (const auto& [mine, theirs] : crossing) {
+        const bool other_free = static_cast<int>(other) < count &&
+                                has_free_node(model.muscles[other], theirs);
+        pairs[m] += has_free_node(muscle, mine) || other_free;  // tendons meet where they attach
+      }
     }
   });
   for (int m = 0; m < count; ++m) {

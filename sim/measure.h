@@ -21,7 +21,7 @@ struct FrameMeasures {
   std::vector<MuscleMeasures> muscles;
   SkinMetrics skin;
   double contact_penetration = 0.0;  ///< m, free muscle nodes inside another muscle or bone
-  int intersecting_pairs = 0;        ///< triangles of muscles and bones through one another
+  int intersecting_pairs = 0;        ///< triangles of bellies through others, or through bones
   int unreached = 0, weight_fallbacks = 0;
 };
 

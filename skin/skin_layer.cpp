@@ -48,11 +48,19 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
 void elastic_pull(const SkinModel& model, SkinState& state) {
   const double stiffness = edge_stiffness(model.settings);
   for (size_t i = 0; i < model.rest.size(); ++i) {
+    static double kSlip = getenv("LM") ? atof(getenv("LM")) : 0.012;
+    const Vec3 slip = state.turns[i] * to_vec(state.slip[i]);
+    const double far = slip.norm();
+    const double yielded = far > kSlip ? 1.0 - kSlip / far : 0.0;
+    state.bound[i] += to_row(yielded * slip);
     Row sum = model.anchor[i] * state.bound[i];
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
       const Vec3 edge = to_vec(model.rest[i]) - to_vec(model.rest[j]);
-      state.turned[k] = to_row(0.5 * (state.turns[i] + state.turns[j]) * edge);
+      const double bound = (to_vec(state.carried[i]) - to_vec(state.carried[j])).norm();
+      static double kMax = getenv("SX") ? atof(getenv("SX")) : 3;
+      const double stretch = std::clamp(bound / edge.norm(), 1.0, kMax);
+      state.turned[k] = to_row(0.5 * stretch * (state.turns[i] + state.turns[j]) * edge);
       sum += stiffness * state.turned[k];
     }
     state.elastic[i] = sum;
@@ -223,7 +231,7 @@ SkinState initial_skin(const SkinModel& model) {
   SkinState state;
   state.x = model.rest;
   state.offset.assign(state.x.size(), Row{});
-  state.force = state.offset;
+  state.force = state.slip = state.offset;
   state.bvh = build_bvh(model.surface, state.x);
   state.bound = state.elastic = state.normals = state.x;
   state.turns.resize(state.x.size());
@@ -238,6 +246,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
                SkinState& state) {
   state.hints.resize(state.x.size() * below.size(), -1);
   bind_to_pose(model, pose, state);
+  state.carried = state.bound;
   elastic_pull(model, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
     state.force[i] = to_row(state.turns[i] * to_vec(state.force[i]));
@@ -262,6 +271,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row moved = state.x[i] - state.elastic[i];
     state.offset[i] = to_row(state.turns[i].transpose() * to_vec(moved));
+    state.slip[i] = to_row(state.turns[i].transpose() * to_vec(Row(state.x[i] - state.carried[i])));
   }
   refit_bvh(model.surface, state.x, state.bvh);
 }

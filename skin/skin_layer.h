@@ -44,6 +44,7 @@ struct SkinState {
   Rows x;
   Rows offset;  ///< m, of x from the bound shape, turned back to the bind pose: all that a step
                 ///< reads
+  Rows slip, carried;
   Rows force;   ///< of the flesh on each node, over the stiffness of an edge, m, turned back likewise
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.

@@ -8,9 +8,9 @@
 namespace thew {
 
 WeightProfile preset_profile(const std::string& name) {
-  if (name == "left") return {{{0.0, 1.8}, {1.0, 0.2}}};
+  if (name == "left") return {{{0.3, 1.8}, {0.7, 0.2}}};
   if (name == "even") return {};
-  if (name == "right") return {{{0.0, 0.2}, {1.0, 1.8}}};
+  if (name == "right") return {{{0.3, 0.2}, {0.7, 1.8}}};
   throw std::invalid_argument("weights \"" + name + "\" are not known; use left, even or right");
 }
 

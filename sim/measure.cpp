@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "muscles/volume.h"
 #include "sim/drive.h"
@@ -128,8 +129,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
       const auto crossing =
           crossing_triangles(muscle.surface, now.bvh, now.x, *them.surface, *them.bvh, *them.x);
       for (const auto& [mine, theirs] : crossing) {
-        const bool other_free = static_cast<int>(other) < count &&
-                                has_free_node(model.muscles[other], theirs);
+        const bool other_free =
+            static_cast<int>(other) < count && has_free_node(model.muscles[other], theirs);
         pairs[m] += has_free_node(muscle, mine) || other_free;  // tendons meet where they attach
       }
     }
@@ -190,14 +191,16 @@ std::vector<double> flatten(const FrameMeasures& measures) {
   return numbers;
 }
 
-FrameMeasures unflatten(const Model& model, const std::vector<double>& numbers) {
+FrameMeasures unflatten(const Model& model, const std::vector<std::string>& names,
+                        const std::vector<double>& numbers) {
+  std::map<std::string, double> by_name;
+  for (size_t i = 0; i < std::min(names.size(), numbers.size()); ++i)
+    by_name[names[i]] = numbers[i];
+  std::vector<std::string> muscles;
+  for (const Muscle& muscle : model.muscles) muscles.push_back(muscle.name);
   FrameMeasures measures;
-  measures.muscles.resize(model.muscles.size());
-  size_t at = 0;
-  visit(std::vector<std::string>(model.muscles.size()), measures,
-        [&](const std::string&, double& value) {
-          if (at < numbers.size()) value = numbers[at++];
-        });
+  measures.muscles.resize(muscles.size());
+  visit(muscles, measures, [&](const std::string& name, double& value) { value = by_name[name]; });
   return measures;
 }
 

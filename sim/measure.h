@@ -39,6 +39,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial);
 /// The same as numbers with names, for the cache: "volume_error/biceps_long", ...
 std::vector<std::string> measure_names(const Model& model);
 std::vector<double> flatten(const FrameMeasures& measures);
-FrameMeasures unflatten(const Model& model, const std::vector<double>& numbers);
+FrameMeasures unflatten(const Model& model, const std::vector<std::string>& names,
+                        const std::vector<double>& numbers);
 
 }  // namespace thew

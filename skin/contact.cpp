@@ -16,11 +16,14 @@ bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
   return true;
 }
 
-// Deep inside, the nearest way out may be the far side. A node that presses in looks against the
-// surface it came through; one that looks along with the contact's normal did not come that way.
-bool sensible(const Collider& mover, int node, const Contact& contact, double margin) {
-  if (contact.distance > -margin) return true;
-  return node_normal(*mover.surface, *mover.x, node).dot(contact.normal) < 0.2;
+// Halfway between the other surface's normal and straight back into the mover. Past the middle of
+// something thin (a tendon, an edge of bone) the nearest way out flips to the far side; the mover's
+// own normal does not, so contacts neither tunnel nor flicker.
+Vec3 steady_normal(const Collider& mover, int node, const Vec3& normal) {
+  const Vec3 back = -node_normal(*mover.surface, *mover.x, node);
+  const Vec3 sum = normal + back;
+  const double length = sum.norm();
+  return length > 0.1 ? Vec3(sum / length) : back;
 }
 
 }  // namespace
@@ -57,9 +60,10 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
       if (near.triangle < 0) continue;
       hint = near.triangle;
       if (near.distance >= settings.margin || near.distance <= -settings.max_depth) continue;
-      Contact contact{node, other, near.triangle, {}, contact_normal(near, p), near.distance};
+      const Vec3 normal = steady_normal(self, node, contact_normal(near, p));
+      Contact contact{node, other, near.triangle, {}, normal, normal.dot(p - near.point)};
       std::copy(near.barycentric, near.barycentric + 3, contact.barycentric);
-      if (sensible(self, node, contact, settings.margin)) contacts.push_back(contact);
+      contacts.push_back(contact);
     }
   }
 }

@@ -17,30 +17,41 @@ static double kReach = getenv("RE") ? atof(getenv("RE")) : 0.03;        // m, fl
 constexpr double kLeastAlong = 0.3;  // cosine that a step along an oblique way is divided by at least
 constexpr double kLongestStep = 0.003;
 static double kShortest = getenv("KS") ? atof(getenv("KS")) : 0.2;
+constexpr double kCover = 0.001, kCoverReach = 0.006;
 static double kSlack = getenv("SL") ? atof(getenv("SL")) : 0.01;      // m above its level at which the skin is no longer drawn in
-// of the positions).
+// A rigid motion as a dual quaternion, turn + eps shift, shift = 1/2 (0, t) turn.
+struct DualQuaternion {
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero(), shift = Eigen::Vector4d::Zero();
+};
+
+DualQuaternion dual_quaternion(const Transform& motion) {
+  const Eigen::Quaterniond turn(motion.linear());
+  const Vec3 t = 0.5 * motion.translation();
+  return {turn.coeffs(), (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * turn).coeffs()};
+}
+
+// Turn and bound position of each node, blended over its bodies (Kavan et al. 2008: unlike a linear
+// blend of positions it keeps the limb's thickness around a bent joint).
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
-  const size_t bodies = pose.size();
-  std::vector<Eigen::Quaterniond> turn(bodies);
-  std::vector<Transform> motion(bodies);
-  for (size_t b = 0; b < bodies; ++b) {
-    motion[b] = pose[b] * model.bind_pose[b].inverse();
-    turn[b] = Eigen::Quaterniond(motion[b].linear());
+  std::vector<DualQuaternion> motions;
+  for (size_t b = 0; b < pose.size(); ++b) {
+    motions.push_back(dual_quaternion(pose[b] * model.bind_pose[b].inverse()));
   }
   for (size_t i = 0; i < model.rest.size(); ++i) {
-    const Vec3 rest = to_vec(model.rest[i]);
-    Vec3 bound = Vec3::Zero();
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    const Eigen::Vector4d main = turn[model.bodies[i][0]].coeffs();
+    DualQuaternion sum;
+    const Eigen::Vector4d& main = motions[model.bodies[i][0]].turn;
     for (int k = 0; k < 4 && model.bodies[i][k] >= 0; ++k) {
-      const int body = model.bodies[i][k];
-      const double share = model.shares[i][k];
-      bound += share * (motion[body] * rest);
-      const Eigen::Vector4d q = turn[body].coeffs();
-      sum += (q.dot(main) < 0.0 ? -share : share) * q;
+      const DualQuaternion& q = motions[model.bodies[i][k]];
+      const double share = q.turn.dot(main) < 0.0 ? -model.shares[i][k] : model.shares[i][k];
+      sum.turn += share * q.turn;
+      sum.shift += share * q.shift;
     }
-    state.bound[i] = to_row(bound);
-    state.turns[i] = Eigen::Quaterniond(Eigen::Vector4d(sum / sum.norm())).toRotationMatrix();
+    const double length = sum.turn.norm();
+    const Eigen::Quaterniond turn(Eigen::Vector4d(sum.turn / length));
+    const Eigen::Quaterniond shift(Eigen::Vector4d(sum.shift / length));
+    state.turns[i] = turn.toRotationMatrix();
+    state.bound[i] =
+        to_row(state.turns[i] * to_vec(model.rest[i]) + 2.0 * (shift * turn.conjugate()).vec());
   }
 }
 
@@ -96,7 +107,7 @@ void find_normals(const SkinModel& model, SkinState& state) {
 // Out of the flesh: between the field's gradient and the skin's own normal, which alone counts where
 // the gradient is lost in a crevice or leads inwards.
 Vec3 way_out(const Vec3& gradient, const Vec3& normal) {
-  static double kN = getenv("KN") ? atof(getenv("KN")) : 0.2;
+  static double kN = getenv("KN") ? atof(getenv("KN")) : 0.1;
   return (gradient + kN * normal).normalized();
 }
 
@@ -160,11 +171,40 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   state.x[i] = to_row(x);
 }
 
+// Flesh nodes that come near a skin triangle from within, or through it.
+void look_above(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  refit_bvh(model.surface, state.x, state.bvh);
+  state.covers.clear();
+  for (const Collider& flesh : below) {
+    for (const Row& p : *flesh.x) {
+      const ClosestPoint near =
+          closest_point(model.surface, state.bvh, state.x, to_vec(p), kCoverReach);
+      if (near.triangle < 0 || near.distance < -2.0 * kCover) continue;
+      const double* b = near.barycentric;
+      state.covers.push_back({near.triangle, {b[0], b[1], b[2]}, near.normal, near.normal.dot(to_vec(p)) + kCover});
+    }
+  }
+}
+
+// Moves skin triangles out over flesh nodes.
+void cover_flesh(const SkinModel& model, SkinState& state) {
+  for (const SkinState::Cover& cover : state.covers) {
+    const Triangle& t = model.surface.triangles[cover.triangle];
+    const auto& b = cover.barycentric;
+    const Row q = b[0] * state.x[t[0]] + b[1] * state.x[t[1]] + b[2] * state.x[t[2]];
+    const double lack = cover.level - cover.normal.dot(to_vec(q));
+    if (lack <= 0.0) continue;
+    const Row push = to_row(lack / (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) * cover.normal);
+    for (int k = 0; k < 3; ++k) state.x[t[k]] += b[k] * push;
+  }
+}
+
 void relax(const SkinModel& model, SkinState& state) {
   const int nodes = static_cast<int>(state.x.size());
   find_normals(model, state);
   for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
+  cover_flesh(model, state);
 }
 
 // What the flesh pushes or draws each node with, along its way out, in equilibrium.
@@ -208,23 +248,6 @@ void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
   }
 }
 
-// Moves skin triangles out over flesh nodes that poke through them.
-void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  constexpr double kDeepest = 0.01, kCover = 2e-4;  // m
-  refit_bvh(model.surface, state.x, state.bvh);
-  for (const Collider& flesh : below) {
-    for (const Row& p : *flesh.x) {
-      const ClosestPoint near =
-          closest_point(model.surface, state.bvh, state.x, to_vec(p), kDeepest);
-      if (near.triangle < 0 || near.distance < -kCover) continue;
-      const double* b = near.barycentric;
-      const double share = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
-      const Row push = to_row((near.distance + kCover) / share * near.normal);
-      for (int k = 0; k < 3; ++k) state.x[model.surface.triangles[near.triangle][k]] += b[k] * push;
-    }
-  }
-}
-
 }  // namespace
 
 SkinState initial_skin(const SkinModel& model) {
@@ -261,12 +284,11 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
     state.x[i] = state.elastic[i] + to_row(state.turns[i] * to_vec(state.offset[i]));
   }
   for (int k = 0; k < model.settings.iterations; ++k) {
-    if (k % 4 == 0) look_below(model, below, state);
+    if (k % 4 == 0) look_below(model, below, state), look_above(model, below, state);
     relax(model, state);
   }
   look_below(model, below, state);
   if (getenv("CLEAR")) clear_flesh(model, below, state);
-  if (getenv("COVER")) cover_flesh(model, below, state);
   find_forces(model, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row moved = state.x[i] - state.elastic[i];

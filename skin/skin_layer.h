@@ -37,7 +37,7 @@ struct SkinModel {
 };
 
 /// Weights of the elastic energy: of an edge, and of the flesh's pull on a node.
-inline double kFleshPull = getenv("FP") ? atof(getenv("FP")) : 0.2;
+inline double kFleshPull = getenv("FP") ? atof(getenv("FP")) : 0.05;
 inline double edge_stiffness(const SkinSettings& settings) { return 2.0 * settings.smoothing; }
 
 struct SkinState {
@@ -53,6 +53,13 @@ struct SkinState {
   Rows turned;  ///< edge from each neighbour at rest, turned
   std::vector<Mat3> turns;
   FleshPlanes planes;
+  struct Cover {
+    int triangle;
+    std::array<double, 3> barycentric;
+    Vec3 normal;
+    double level;
+  };
+  std::vector<Cover> covers;
   std::vector<int> hints;
   RowPairs solution;
 };

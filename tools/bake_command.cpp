@@ -142,18 +142,15 @@ void write_failure(const std::filesystem::path& folder, const std::string& what)
   write_durably(folder / "failure.json", nlohmann::json{{"error", what}}.dump(2) + "\n");
 }
 
-// The pictures of a bake that is there already.
-ExitCode complete_pictures(const std::filesystem::path& cache, Pictures& pictures,
-                           Progress& progress) {
-  const BakeReader reader(cache);
-  const int count = static_cast<int>(reader.info().frames.size());
-  for (int i = 0; i < count; ++i) {
-    pictures.draw(reader.read(i));
-    progress.step(i + 1, reader.info().frames[i]);
-    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+// What a killed bake may lack when its cache is complete: pictures and report.
+BakeResult read_result(const Model& model, const BakeReader& reader) {
+  BakeResult result;
+  result.hash = reader.info().hash;
+  result.resumed_frames = static_cast<int>(reader.info().frames.size());
+  for (int i = 0; i < result.resumed_frames; ++i) {
+    result.measures.push_back(unflatten(model, reader.info().metric_names, reader.read(i).metrics));
   }
-  pictures.finish();
-  return ExitCode::kDone;
+  return result;
 }
 
 }  // namespace
@@ -178,51 +175,64 @@ ExitCode bake_command(const CommandOptions& options) {
     return ExitCode::kDone;
   }
   const BakeInfo info = bake_info(model, frames);
-  const std::filesystem::path cache = options.out / "bake.h5";
-  const ProgressStyle style = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
-  const int count = static_cast<int>(frames.size());
+  const std::filesystem::path cache = options.out / "bake.h5", drawings = options.out / "frames";
+  const bool draws = options.pictures && !model.scene.render.views.empty();
   std::optional<Pictures> pictures;
-  const auto open_pictures = [&] {
-    if (!options.pictures || model.scene.render.views.empty()) return;
-    pictures.emplace(options.out / "frames", info.scene_hash, model.scene.render.width,
-                     model.scene.render.height, model.scene.render.views, info.meshes);
+  const auto draw = [&](const std::vector<BakeMesh>& meshes, const BakeFrame& frame) {
+    if (!draws) return;
+    const auto& render = model.scene.render;
+    if (!pictures) {  // not before the bake holds its lock
+      pictures.emplace(drawings, info.scene_hash, render.width, render.height, render.views,
+                       meshes);
+    }
+    pictures->draw(frame);
   };
-  if (options.resume && already_baked(cache, info) &&
-      std::filesystem::exists(options.out / "report.json")) {
-    const BakeReader reader(cache);
-    if (options.pictures && !model.scene.render.views.empty()) {
-      Pictures kept(options.out / "frames", info.scene_hash, model.scene.render.width,
-                    model.scene.render.height, model.scene.render.views, reader.info().meshes);
-      if (!kept.complete(frames)) {
-        Progress progress(style, "drawing", count, stderr);
-        return complete_pictures(cache, kept, progress);
+  const auto go_on = [&](Progress& progress, int done, int frame) {
+    progress.step(done, frame);
+    return !interrupted();
+  };
+  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
+                    static_cast<int>(frames.size()), stderr);
+  BakeResult result;
+  std::optional<BakeReader> reader;  // whose meshes the pictures refer to
+  if (options.resume && already_baked(cache, info)) {
+    reader.emplace(cache);
+    const bool reported = std::filesystem::exists(options.out / "report.json");
+    if (draws) {
+      const auto& render = model.scene.render;
+      pictures.emplace(drawings, info.scene_hash, render.width, render.height, render.views,
+                       reader->info().meshes);
+    }
+    if (reported && (!pictures || pictures->complete(frames))) {
+      std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
+      return ExitCode::kDone;
+    }
+    for (size_t i = 0; i < frames.size(); ++i) {
+      draw(reader->info().meshes, reader->read(static_cast<int>(i)));
+      if (!go_on(progress, static_cast<int>(i) + 1, frames[i])) {
+        throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
       }
     }
-    std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
-    return ExitCode::kDone;
-  }
-
-  BakeResult result;
-  try {
-    Progress progress(style, "baking", count, stderr);
+    result = read_result(model, *reader);
+  } else {
     int done = 0;
-    result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
-                  [&](const BakeFrame& frame) {
-                    if (!pictures) open_pictures();
-                    if (pictures) pictures->draw(frame);
-                    progress.step(++done, frame.frame);
-                    return !interrupted();
-                  });
-  } catch (const Error& error) {
-    if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
-    throw;
+    try {
+      result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
+                    [&](const BakeFrame& frame) {
+                      draw(info.meshes, frame);
+                      return go_on(progress, ++done, frame.frame);
+                    });
+    } catch (const Error& error) {
+      if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
+      throw;
+    }
   }
-  if (pictures) pictures->finish();
 
   Report report = make_report(model, options, frames, result);
   std::filesystem::path sheet;
   if (pictures && !frames.empty()) {
-    sheet = options.out / "frames" / "contact_sheet.png";
+    pictures->finish();
+    sheet = drawings / "contact_sheet.png";
     write_png(sheet, pictures->sheet(frames));
   }
   const StageSeconds& stages = result.seconds;

@@ -107,6 +107,17 @@ TEST_F(Command, ASecondBakeWithResumeDoesNothing) {
   EXPECT_EQ(fs::last_write_time(options.out / "bake.h5"), written);
 }
 
+TEST_F(Command, AReportThatAKillTookIsMadeFromTheCache) {
+  bake_command(options);
+  const nlohmann::json before = report();
+  fs::remove(options.out / "report.json");
+  options.resume = true;
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  nlohmann::json after = report();
+  for (const char* key : {"hash", "muscles", "bounds", "frames"})
+    EXPECT_EQ(after[key], before[key]);
+}
+
 TEST_F(Command, ADryRunWritesNothing) {
   options.dry_run = true;
   EXPECT_EQ(bake_command(options), ExitCode::kDone);
@@ -153,11 +164,12 @@ TEST_F(Command, AnUnknownKey) {
 }
 
 TEST_F(Command, AMeshWithOneTriangleMissing) {
-  edit("[muscle.profile]\naround = 12\nrings = 11\nradius = [[0, 0.004], [0.2, 0.006], [0.5, 0.018], "
-       "[0.8, 0.006], [1, 0.004]]",
-       "mesh = \"open.obj\"");
-  write("scene/open.obj",
-        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  edit(
+      "[muscle.profile]\naround = 12\nrings = 11\nradius = [[0, 0.004], [0.2, 0.006], [0.5, "
+      "0.018], "
+      "[0.8, 0.006], [1, 0.004]]",
+      "mesh = \"open.obj\"");
+  write("scene/open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
   expect_error(ExitCode::kInput, "open");
 }
 

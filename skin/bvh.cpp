@@ -286,4 +286,35 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x
   return best;
 }
 
+void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int>& triangles) {
+  triangles.clear();
+  if (bvh.order.empty()) return;
+  const BoxQuery query(p);
+  int stack[kStack], top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Bvh::Node& node = bvh.nodes[stack[--top]];
+    if (box_distance2(node, query) > reach * reach) continue;
+    triangles.insert(triangles.end(), bvh.order.begin() + node.first,
+                     bvh.order.begin() + node.first + node.count);
+    if (node.count > 0) continue;
+    stack[top++] = node.first;
+    stack[top++] = node.first + 1;
+  }
+}
+
+ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle, const Vec3& p) {
+  const Triangle& t = surface.triangles[triangle];
+  const Vec3 a = to_vec(x[t[0]]), b = to_vec(x[t[1]]), c = to_vec(x[t[2]]);
+  const OnTriangle near = nearest_on_triangle(a, b, c, p);
+  ClosestPoint point;
+  point.triangle = triangle;
+  std::copy(near.b, near.b + 3, point.barycentric);
+  point.point = near.b[0] * a + near.b[1] * b + near.b[2] * c;
+  point.normal = face_normal(surface, x, triangle);
+  point.distance = std::sqrt(near.distance2);
+  if (point.normal.dot(p - point.point) < 0.0) point.distance = -point.distance;
+  return point;
+}
+
 }  // namespace thew

@@ -186,6 +186,49 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, Skin
   }
 }
 
+// Skin nodes that come near the other wall of a fold, or through it.
+void look_across(const SkinModel& model, SkinState& state) {
+  static double kFoldReach = getenv("FR") ? atof(getenv("FR")) : 0.004;
+  static double kOpp = getenv("OP") ? atof(getenv("OP")) : 0.0;
+  state.folds.clear();
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Vec3 p = to_vec(state.x[i]);
+    const Vec3 normal = to_vec(state.normals[i]);
+    triangles_near(state.bvh, p, kFoldReach, state.nearby);
+    ClosestPoint best;
+    double nearest = kFoldReach;
+    for (int t : state.nearby) {
+      const Triangle& c = model.surface.triangles[t];
+      const Vec3 facing = to_vec(state.normals[c[0]]) + to_vec(state.normals[c[1]]) + to_vec(state.normals[c[2]]);
+      if (facing.dot(normal) > 3.0 * kOpp) continue;
+      const int node = static_cast<int>(i);
+      if (c[0] == node || c[1] == node || c[2] == node) continue;
+      const ClosestPoint point = closest_on_triangle(model.surface, state.x, t, p);
+      const double away = std::abs(point.distance);
+      if (away > nearest || (away == nearest && best.triangle >= 0 && best.triangle < t)) continue;
+      nearest = away;
+      best = point;
+    }
+    if (best.triangle < 0) continue;
+    const double* b = best.barycentric;
+    state.folds.push_back({static_cast<int>(i), {best.triangle, {b[0], b[1], b[2]}, best.normal, model.settings.fold_gap}});
+  }
+}
+
+// Moves the walls of folds apart.
+void part_folds(const SkinModel& model, SkinState& state) {
+  for (const SkinState::Fold& fold : state.folds) {
+    const Triangle& t = model.surface.triangles[fold.wall.triangle];
+    const auto& b = fold.wall.barycentric;
+    const Row q = b[0] * state.x[t[0]] + b[1] * state.x[t[1]] + b[2] * state.x[t[2]];
+    const double lack = fold.wall.level - fold.wall.normal.dot(to_vec(Row(state.x[fold.node] - q)));
+    if (lack <= 0.0) continue;
+    const Row push = to_row(lack / (1.0 + b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) * fold.wall.normal);
+    state.x[fold.node] += push;
+    for (int k = 0; k < 3; ++k) state.x[t[k]] -= b[k] * push;
+  }
+}
+
 // Moves skin triangles out over flesh nodes.
 void cover_flesh(const SkinModel& model, SkinState& state) {
   for (const SkinState::Cover& cover : state.covers) {
@@ -204,6 +247,7 @@ void relax(const SkinModel& model, SkinState& state) {
   find_normals(model, state);
   for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
+  part_folds(model, state);
   cover_flesh(model, state);
 }
 
@@ -284,7 +328,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
     state.x[i] = state.elastic[i] + to_row(state.turns[i] * to_vec(state.offset[i]));
   }
   for (int k = 0; k < model.settings.iterations; ++k) {
-    if (k % 4 == 0) look_below(model, below, state), look_above(model, below, state);
+    if (k % 4 == 0) look_below(model, below, state), look_above(model, below, state), look_across(model, state);
     relax(model, state);
   }
   look_below(model, below, state);

@@ -60,6 +60,12 @@ struct SkinState {
     double level;
   };
   std::vector<Cover> covers;
+  struct Fold {
+    int node;
+    Cover wall;
+  };
+  std::vector<Fold> folds;
+  std::vector<int> nearby;
   std::vector<int> hints;
   RowPairs solution;
 };

@@ -261,14 +261,16 @@ void expect_no_jump(const std::string& name, size_t nodes, Position&& position) 
       double moved = 0.0;
       for (size_t f = 1; f < run.poses.size(); ++f) {
         moved += (run.poses[f][b].inverse() * position(f, i) -
-                  run.poses[f - 1][b].inverse() * position(f - 1, i)).norm();
+                  run.poses[f - 1][b].inverse() * position(f - 1, i))
+                     .norm();
       }
       if (moved < least) least = moved, body = b;
     }
     std::vector<double> step(run.poses.size(), 0.0);
     for (size_t f = 1; f < step.size(); ++f) {
       step[f] = (run.poses[f][body].inverse() * position(f, i) -
-                 run.poses[f - 1][body].inverse() * position(f - 1, i)).norm();
+                 run.poses[f - 1][body].inverse() * position(f - 1, i))
+                    .norm();
     }
     for (size_t f = 2; f + 1 < step.size(); ++f) {
       const double neighbours = std::max(step[f - 1], step[f + 1]);

@@ -38,8 +38,8 @@ Motion simulate(const std::vector<std::string>& overrides, int frames = 24, int 
 double worst_distance(const Motion& a, const Motion& b) {
   double worst = 0.0;
   for (size_t i = 0; i < a.state.muscles[0].x.size(); ++i) {
-    worst = std::max(
-        worst, (to_vec(a.state.muscles[0].x[i]) - to_vec(b.state.muscles[0].x[i])).norm());
+    worst =
+        std::max(worst, (to_vec(a.state.muscles[0].x[i]) - to_vec(b.state.muscles[0].x[i])).norm());
   }
   return worst;
 }
@@ -60,7 +60,9 @@ TEST(Step, ExplicitHoldsItAtTheFramesEnds) {
 }
 
 TEST(Step, BothIntegratorsEndInTheSameShape) {
-  EXPECT_LT(worst_distance(simulate({"solver.integrator=explicit"}), simulate({"solver.substeps=4"})), 5e-4);
+  EXPECT_LT(
+      worst_distance(simulate({"solver.integrator=explicit"}), simulate({"solver.substeps=4"})),
+      5e-4);
 }
 
 TEST(Step, RefinementConverges) {
@@ -72,12 +74,12 @@ TEST(Step, RefinementConverges) {
 }
 
 TEST(Step, ThePrintedMultiplierDivergesOnBellyWeights) {
-  const std::string belly =
-      "muscle.flexor.weights={profile=[[0.15,0.05],[0.5,1],[0.85,0.05]]}";
+  const std::string belly = "muscle.flexor.weights={profile=[[0.15,0.05],[0.5,1],[0.85,0.05]]}";
   const Motion mended = simulate({belly, "solver.volume=linear", "solver.integrator=explicit"}, 3);
   EXPECT_LT(mended.worst_substep, 1e-4);
   try {
-    const Motion printed = simulate({belly, "solver.volume=printed", "solver.integrator=explicit"}, 3);
+    const Motion printed =
+        simulate({belly, "solver.volume=printed", "solver.integrator=explicit"}, 3);
     EXPECT_GT(printed.worst_substep, 0.01);
   } catch (const Error& error) {  // it diverged so far that the step was refused
     EXPECT_EQ(error.code(), ExitCode::kSolver);
@@ -123,8 +125,8 @@ TEST(Step, ActivationTightensTheFibres) {
 TEST(Step, WeightsAloneShapeTheBellyToo) {
   const Motion alone = simulate({"muscle.flexor.shape=weights"});
   EXPECT_LE(alone.worst_volume, 1e-12);
-  EXPECT_GT(worst_distance(alone, simulate({"muscle.flexor.shape=weights",
-                                       "muscle.flexor.weights=right"})),
+  EXPECT_GT(worst_distance(
+                alone, simulate({"muscle.flexor.shape=weights", "muscle.flexor.weights=right"})),
             1e-4);
 }
 

@@ -6,9 +6,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <thread>
 
 #include "sim/bake.h"
@@ -153,6 +152,48 @@ BakeResult read_result(const Model& model, const BakeReader& reader) {
   return result;
 }
 
+// Pictures of those frames of a cache that are not there yet.
+void draw_all(const BakeReader& reader, const std::vector<int>& frames,
+              const CommandOptions& options, Pictures& pictures) {
+  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
+                    static_cast<int>(frames.size()), stderr);
+  const std::vector<int>& baked = reader.info().frames;
+  int done = 0;
+  for (size_t i = 0; i < baked.size(); ++i) {
+    if (!std::binary_search(frames.begin(), frames.end(), baked[i])) continue;
+    pictures.draw(reader.read(static_cast<int>(i)));
+    progress.step(++done, baked[i]);
+    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+  }
+}
+
+// Report, and whether the scene's bounds are met.
+ExitCode conclude(const Model& model, const CommandOptions& options, const std::vector<int>& frames,
+                  const BakeResult& result, Pictures& pictures,
+                  std::chrono::steady_clock::time_point begin) {
+  Report report = make_report(model, options, frames, result);
+  std::filesystem::path sheet;
+  pictures.finish();
+  if (const Image image = pictures.sheet(frames); image.width > 0) {
+    sheet = options.out / "frames" / "contact_sheet.png";
+    write_png(sheet, image);
+  }
+  const StageSeconds& stages = result.seconds;
+  const std::chrono::duration<double> total = std::chrono::steady_clock::now() - begin;
+  report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
+                    stages.skin,   result.write_seconds, pictures.seconds()};
+  write_report(options.out, report, sheet);
+  if (options.json) std::printf("%s\n", report_as_json(report).c_str());
+  ExitCode code = ExitCode::kDone;
+  for (const Report::Bound& bound : report.bounds) {
+    if (bound.met()) continue;
+    std::fprintf(stderr, "thew: bound not met: %s is %.3g, the limit is %.3g\n",
+                 bound.quantity.c_str(), bound.measured, bound.limit);
+    code = ExitCode::kDifferent;
+  }
+  return code;
+}
+
 }  // namespace
 
 bool interrupted() { return signal_seen != 0; }
@@ -175,105 +216,54 @@ ExitCode bake_command(const CommandOptions& options) {
     return ExitCode::kDone;
   }
   const BakeInfo info = bake_info(model, frames);
-  const std::filesystem::path cache = options.out / "bake.h5", drawings = options.out / "frames";
-  const bool draws = options.pictures && !model.scene.render.views.empty();
-  std::optional<Pictures> pictures;
-  const auto draw = [&](const std::vector<BakeMesh>& meshes, const BakeFrame& frame) {
-    if (!draws) return;
-    const auto& render = model.scene.render;
-    if (!pictures) {  // not before the bake holds its lock
-      pictures.emplace(drawings, info.scene_hash, render.width, render.height, render.views,
-                       meshes);
-    }
-    pictures->draw(frame);
+  const std::vector<SceneView> views =
+      options.pictures ? model.scene.render.views : std::vector<SceneView>{};
+  const auto pictures_of = [&](const std::vector<BakeMesh>& meshes) {
+    return std::make_unique<Pictures>(options.out / "frames", info.scene_hash,
+                                      model.scene.render.width, model.scene.render.height, views,
+                                      meshes);
   };
-  const auto go_on = [&](Progress& progress, int done, int frame) {
-    progress.step(done, frame);
-    return !interrupted();
-  };
-  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
-                    static_cast<int>(frames.size()), stderr);
-  BakeResult result;
-  std::optional<BakeReader> reader;  // whose meshes the pictures refer to
-  if (options.resume && already_baked(cache, info)) {
-    reader.emplace(cache);
-    const bool reported = std::filesystem::exists(options.out / "report.json");
-    if (draws) {
-      const auto& render = model.scene.render;
-      pictures.emplace(drawings, info.scene_hash, render.width, render.height, render.views,
-                       reader->info().meshes);
-    }
-    if (reported && (!pictures || pictures->complete(frames))) {
+  if (options.resume && already_baked(options.out / "bake.h5", info)) {
+    const BakeReader reader(options.out / "bake.h5");
+    const auto pictures = pictures_of(reader.info().meshes);
+    if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json")) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
       return ExitCode::kDone;
     }
-    for (size_t i = 0; i < frames.size(); ++i) {
-      draw(reader->info().meshes, reader->read(static_cast<int>(i)));
-      if (!go_on(progress, static_cast<int>(i) + 1, frames[i])) {
-        throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
-      }
-    }
-    result = read_result(model, *reader);
-  } else {
+    draw_all(reader, frames, options, *pictures);
+    return conclude(model, options, frames, read_result(model, reader), *pictures, begin);
+  }
+  const auto pictures = pictures_of(info.meshes);
+  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
+                    static_cast<int>(frames.size()), stderr);
+  BakeResult result;
+  try {
     int done = 0;
-    try {
-      result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
-                    [&](const BakeFrame& frame) {
-                      draw(info.meshes, frame);
-                      return go_on(progress, ++done, frame.frame);
-                    });
-    } catch (const Error& error) {
-      if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
-      throw;
-    }
+    result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
+                  [&](const BakeFrame& frame) {
+                    pictures->draw(frame);
+                    progress.step(++done, frame.frame);
+                    return !interrupted();
+                  });
+  } catch (const Error& error) {
+    if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
+    throw;
   }
-
-  Report report = make_report(model, options, frames, result);
-  std::filesystem::path sheet;
-  if (pictures && !frames.empty()) {
-    pictures->finish();
-    sheet = drawings / "contact_sheet.png";
-    write_png(sheet, pictures->sheet(frames));
-  }
-  const StageSeconds& stages = result.seconds;
-  report.seconds = {std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-                    stages.rig,
-                    stages.muscles,
-                    stages.contact,
-                    stages.skin,
-                    result.write_seconds,
-                    pictures ? pictures->seconds() : 0.0};
-  write_report(options.out, report, sheet);
-  if (options.json) std::printf("%s\n", report_as_json(report).c_str());
-  ExitCode code = ExitCode::kDone;
-  for (const Report::Bound& bound : report.bounds) {
-    if (bound.met()) continue;
-    std::fprintf(stderr, "thew: bound not met: %s is %.3g, the limit is %.3g\n",
-                 bound.quantity.c_str(), bound.measured, bound.limit);
-    code = ExitCode::kDifferent;
-  }
-  return code;
+  return conclude(model, options, frames, result, *pictures, begin);
 }
 
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file) {
-  const Scene scene = read_scene(scene_file, options.overrides);
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
+  auto render = Scene{}.render;
+  if (!scene_file.empty()) render = read_scene(scene_file, options.overrides).render;
+  if (render.views.empty()) render.views = views_of(reader);
   const std::vector<int> frames =
       options.frames.empty()
           ? info.frames
           : parse_frames(options.frames, info.frames.front(), info.frames.back());
-  Pictures pictures(options.out, info.hash, scene.render.width, scene.render.height,
-                    scene.render.views, info.meshes);
-  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
-                    static_cast<int>(frames.size()), stderr);
-  int done = 0;
-  for (size_t i = 0; i < info.frames.size(); ++i) {
-    if (!std::binary_search(frames.begin(), frames.end(), info.frames[i])) continue;
-    pictures.draw(reader.read(static_cast<int>(i)));
-    progress.step(++done, info.frames[i]);
-    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again");
-  }
+  Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
+  draw_all(reader, frames, options, pictures);
   pictures.finish();
   return ExitCode::kDone;
 }

@@ -21,7 +21,7 @@ struct CommandOptions {
 
 /// Scene -> cache, pictures, report.
 ExitCode bake_command(const CommandOptions& options);
-/// Cache -> pictures, by the views of a scene.
+/// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
 ExitCode inspect_command(const CommandOptions& options);
 

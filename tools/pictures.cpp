@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "sim/durable_file.h"
 #include "sim/hash.h"
 #include "tools/contact_sheet.h"
 
@@ -29,32 +30,68 @@ std::string drawn_line(const std::string& bake, int width, int height,
   return hash.hex();
 }
 
+constexpr const char* kNote = ".drawn";
+
+std::string read_note(const std::filesystem::path& folder) {
+  std::string note;
+  std::ifstream(folder / kNote) >> note;
+  return note;
+}
+
 }  // namespace
+
+std::vector<SceneView> views_of(const BakeReader& bake) {
+  Vec3 low = Vec3::Constant(1e30), high = -low;
+  for (size_t i = 0; i < bake.info().frames.size(); ++i) {
+    const BakeFrame frame = bake.read(static_cast<int>(i));
+    for (const auto& mesh : frame.positions) {
+      for (const Vec3& p : mesh) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+      }
+    }
+  }
+  SceneView view;
+  view.target = 0.5 * (low + high);
+  const double half_tangent = 0.268;  // of 30 degrees
+  view.eye = view.target + 0.55 * (high - low).norm() / half_tangent * Vec3(0.6, 0.15, 0.79);
+  std::vector<SceneView> views;
+  for (const BakeMesh& mesh : bake.info().meshes) {
+    if (mesh.kind == BakeMesh::Kind::kSkin) view.name = view.show = "skin";
+  }
+  if (view.name == "skin") views.push_back(view);
+  for (const char* show : {"muscles", "weights"}) {
+    view.name = view.show = show;
+    views.push_back(view);
+  }
+  return views;
+}
 
 Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake, int width,
                    int height, const std::vector<SceneView>& views,
                    const std::vector<BakeMesh>& meshes)
-    : folder_(folder), width_(width), height_(height), views_(views), meshes_(meshes) {
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
-  if (code) {
-    throw Error(ExitCode::kOutput,
-                folder.string() + ": cannot be made: " + code.message() + "; choose another --out");
-  }
-  const std::filesystem::path note = folder / ".drawn";
-  const std::string drawn = drawn_line(bake, width, height, views);
-  std::string before;
-  std::ifstream(note) >> before;
-  if (before == drawn) return;
-  for (const SceneView& view : views) {  // of another bake or camera: not to be mistaken for these
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const std::string name = entry.path().filename().string();
+    : folder_(folder),
+      drawn_(drawn_line(bake, width, height, views)),
+      width_(width),
+      height_(height),
+      views_(views),
+      meshes_(meshes) {}
+
+// The folder, without pictures of another bake or camera that could be mistaken for these.
+void Pictures::prepare() {
+  create_folders(folder_);
+  renderer_ = std::make_unique<Renderer>(width_, height_, meshes_);
+  if (read_note(folder_) == drawn_) return;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename().string();
+    for (const SceneView& view : views_) {
       if (name.starts_with(view.name + ".") && name.ends_with(".png")) {
-        std::filesystem::remove(entry.path(), code);
+        remove_durably(entry.path());
+        break;
       }
     }
   }
-  std::ofstream(note) << drawn << "\n";
+  write_durably(folder_ / kNote, drawn_ + "\n");
 }
 
 std::filesystem::path Pictures::file_of(const SceneView& view, int frame) const {
@@ -65,16 +102,17 @@ std::filesystem::path Pictures::file_of(const SceneView& view, int frame) const 
 
 void Pictures::draw(const BakeFrame& frame) {
   const auto begin = std::chrono::steady_clock::now();
+  if (!views_.empty() && !renderer_) prepare();
   for (const SceneView& view : views_) {
     const std::filesystem::path file = file_of(view, frame.frame);
     if (std::filesystem::exists(file)) continue;
-    if (!renderer_) renderer_ = std::make_unique<Renderer>(width_, height_, meshes_);
     writer_.add(file, renderer_->draw(view, frame.positions));
   }
   seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 bool Pictures::complete(const std::vector<int>& frames) const {
+  if (!views_.empty() && read_note(folder_) != drawn_) return false;
   for (int frame : frames) {
     for (const SceneView& view : views_) {
       if (!std::filesystem::exists(file_of(view, frame))) return false;

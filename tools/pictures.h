@@ -13,11 +13,16 @@
 
 namespace thew {
 
+/// Views for a bake whose scene is not at hand: skin, muscles and weights, from the front and the side, so far
+/// away that all meshes of all frames are seen.
+std::vector<SceneView> views_of(const BakeReader& bake);
+
 /// The pictures of a bake, FOLDER/VIEW.####.png. Those of an earlier run are kept where bake and
 /// views are the same (FOLDER/.drawn says of what they are).
 class Pictures {
  public:
-  /// `bake` names what is drawn: the solver's hash, or a packed bake's.
+  /// `bake` names what is drawn: the solver's hash, or a packed bake's. Nothing is touched before
+  /// the first picture is drawn. Without views nothing is ever drawn.
   Pictures(const std::filesystem::path& folder, const std::string& bake, int width, int height,
            const std::vector<SceneView>& views, const std::vector<BakeMesh>& meshes);
 
@@ -31,9 +36,11 @@ class Pictures {
   double seconds() const { return seconds_; }
 
  private:
+  void prepare();
   std::filesystem::path file_of(const SceneView& view, int frame) const;
 
   std::filesystem::path folder_;
+  std::string drawn_;  ///< what .drawn holds for these pictures
   int width_, height_;
   std::vector<SceneView> views_;
   const std::vector<BakeMesh>& meshes_;

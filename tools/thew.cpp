@@ -34,7 +34,7 @@ int run(int argc, char** argv) {
 
   CLI::App* render = app.add_subcommand("render", "frames again from a cache, no simulation");
   render->add_option("BAKE", options.input, "bake.h5")->required();
-  render->add_option("--scene", scene, "scene whose views are drawn")->required();
+  render->add_option("--scene", scene, "scene whose views are drawn");
   render->add_option("--out", options.out, "folder of the pictures")->required();
   add_common(*render, options);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "skin/skin_layer.h"
 
@@ -35,13 +36,35 @@ double mean_edge(const SkinModel& model) {
 Skyline laplacian(const SkinModel& model, double stiffness, const std::vector<double>& diagonal) {
   const int nodes = static_cast<int>(model.rest.size());
   Skyline matrix = make_skyline(nodes, model.edges, std::vector<char>(nodes, 0));
-  for (const auto& [a, b] : model.edges) {
-    add_entry(matrix, a, a, stiffness);
-    add_entry(matrix, b, b, stiffness);
-    add_entry(matrix, a, b, -stiffness);
+  for (size_t e = 0; e < model.edges.size(); ++e) {
+    const auto& [a, b] = model.edges[e];
+    const double k = stiffness * model.edge_weights[e];
+    add_entry(matrix, a, a, k);
+    add_entry(matrix, b, b, k);
+    add_entry(matrix, a, b, -k);
   }
   for (int i = 0; i < nodes; ++i) add_entry(matrix, i, i, diagonal[i]);
   return matrix;
+}
+
+// Half the cotangents of the angles across each edge: such a Laplacian leaves evenly stretched skin
+// even, whichever way the mesh's diagonals run (Pinkall and Polthier 1993). Kept positive.
+std::vector<double> cotangent_weights(const SkinModel& model) {
+  constexpr double kLeast = 0.02, kMost = 5.0;
+  std::vector<double> weights(model.edges.size(), 0.0);
+  std::map<std::array<int, 2>, size_t> index;
+  for (size_t e = 0; e < model.edges.size(); ++e) index[model.edges[e]] = e;
+  for (const Triangle& t : model.surface.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[(k + 1) % 3], b = t[(k + 2) % 3];
+      const Vec3 u = to_vec(model.rest[a]) - to_vec(model.rest[t[k]]);
+      const Vec3 v = to_vec(model.rest[b]) - to_vec(model.rest[t[k]]);
+      const double cross = u.cross(v).norm();
+      if (cross > 0.0) weights[index[{std::min(a, b), std::max(a, b)}]] += 0.5 * u.dot(v) / cross;
+    }
+  }
+  for (double& w : weights) w = std::clamp(w, kLeast, kMost);
+  return weights;
 }
 
 // Distance of each node from the bones of each body, and the body that is nearest.
@@ -143,14 +166,19 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   model.bind_pose = bind_pose;
   model.settings = settings;
   model.edges = edges_of(model.surface);
-  std::vector<std::vector<int>> across(model.rest.size());
-  for (const auto& [a, b] : model.edges) {
-    across[a].push_back(b);
-    across[b].push_back(a);
+  model.edge_weights = cotangent_weights(model);
+  std::vector<std::vector<std::pair<int, double>>> across(model.rest.size());
+  for (size_t e = 0; e < model.edges.size(); ++e) {
+    const auto& [a, b] = model.edges[e];
+    across[a].push_back({b, model.edge_weights[e]});
+    across[b].push_back({a, model.edge_weights[e]});
   }
   model.first_neighbour.push_back(0);
-  for (const std::vector<int>& nodes : across) {
-    model.neighbours.insert(model.neighbours.end(), nodes.begin(), nodes.end());
+  for (const auto& nodes : across) {
+    for (const auto& [node, weight] : nodes) {
+      model.neighbours.push_back(node);
+      model.weights.push_back(edge_stiffness(settings) * weight);
+    }
     model.first_neighbour.push_back(static_cast<int>(model.neighbours.size()));
   }
   share_out(nearest_bodies(model, below, bodies_of), skeleton.size(), model);

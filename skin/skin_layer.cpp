@@ -57,7 +57,6 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
 
 // Right-hand side that does not change within a step: turned edges and anchors.
 void elastic_pull(const SkinModel& model, SkinState& state) {
-  const double stiffness = edge_stiffness(model.settings);
   for (size_t i = 0; i < model.rest.size(); ++i) {
     static double kSlip = getenv("LM") ? atof(getenv("LM")) : 0.012;
     const Vec3 slip = state.turns[i] * to_vec(state.slip[i]);
@@ -72,7 +71,7 @@ void elastic_pull(const SkinModel& model, SkinState& state) {
       static double kMax = getenv("SX") ? atof(getenv("SX")) : 3;
       const double stretch = std::clamp(bound / edge.norm(), 1.0, kMax);
       state.turned[k] = to_row(0.5 * stretch * (state.turns[i] + state.turns[j]) * edge);
-      sum += stiffness * state.turned[k];
+      sum += model.weights[k] * state.turned[k];
     }
     state.elastic[i] = sum;
   }
@@ -133,15 +132,14 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
 }
 
 void relax_node(const SkinModel& model, SkinState& state, int i) {
-  const double stiffness = edge_stiffness(model.settings);
   const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
   Row sum{};
+  double weight = model.anchor[i];
   for (int k = first; k < last; ++k) {
     const int j = model.neighbours[k];
-    sum += state.x[j] - state.elastic[j];
+    sum += model.weights[k] * (state.x[j] - state.elastic[j]);
+    weight += model.weights[k];
   }
-  double weight = stiffness * (last - first) + model.anchor[i];
-  sum = stiffness * sum;
   const Vec3 before = to_vec(state.x[i]);
   FleshValue flesh = flesh_value(state.planes, i, before, model.settings.bridging);
   const Vec3 normal = to_vec(state.normals[i]);
@@ -253,14 +251,13 @@ void relax(const SkinModel& model, SkinState& state) {
 
 // What the flesh pushes or draws each node with, along its way out, in equilibrium.
 void find_forces(const SkinModel& model, SkinState& state) {
-  const double stiffness = edge_stiffness(model.settings);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
     const Row d = state.x[i] - state.elastic[i];
-    Row sum = (stiffness * (last - first) + model.anchor[i]) * d;
+    Row sum = model.anchor[i] * d;
     for (int k = first; k < last; ++k) {
       const int j = model.neighbours[k];
-      sum -= stiffness * (state.x[j] - state.elastic[j]);
+      sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
     }
     const FleshValue flesh = flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
     Vec3 force = Vec3::Zero();

@@ -31,6 +31,8 @@ struct SkinModel {
   std::vector<double> least;  ///< m, distance that each node keeps from the flesh
   std::vector<std::array<int, 2>> edges;
   std::vector<int> first_neighbour, neighbours;  ///< nodes across the edges of each node
+  std::vector<double> edge_weights;              ///< by edge
+  std::vector<double> weights;                   ///< by neighbour
   std::vector<double> anchor;  ///< pull towards the bound shape, against 1 per edge
   Skyline matrix;              ///< elasticity, anchors and pull of the flesh
   SkylineFactor factor;

@@ -79,8 +79,10 @@ double smooth_max(double a, double b, double k) {
   return std::max(a, b) + 0.25 * k * h * h;
 }
 
-// How deep a tendon may enter a bone: only where it is attached to it.
-double allowed_depth(const SectionedMuscle& muscle, int body, const Vec3& p) {
+// How deep a tendon may enter a bone: only where it is attached to it. Bellies never do: contact
+// would press them out again.
+double allowed_depth(const SectionedMuscle& muscle, bool belly, int body, const Vec3& p) {
+  if (belly) return 0.0;
   double share = 0.0;
   if (body == muscle.origin_body) share = 1.0 - (p - muscle.origin).norm() / kPatch;
   if (body == muscle.insertion_body) {
@@ -122,7 +124,7 @@ double outside(const Packing& packing, const SectionedMuscle& mine, const Sectio
                section.radius;
   const double corner = std::min(kCorner, 0.6 * section.radius);
   for (int b : around.bones) {
-    const double depth = allowed_depth(mine, b, p);
+    const double depth = allowed_depth(mine, section.belly, b, p);
     out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
   }
   const Near near = near_of(mine, p);
@@ -138,11 +140,11 @@ constexpr double kThin = 6e-5;  // m^2: sections of tendon
 // tendons are nearly round.
 void round_off(Section& section) {
   const size_t n = section.reach.size();
-  for (int pass = 0; pass < 2; ++pass) {
+  for (int pass = 0; pass < 6; ++pass) {
     const std::vector<double> before = section.reach;
     for (size_t k = 0; k < n; ++k) {
       const double mean = 0.5 * (before[(k + 1) % n] + before[(k + n - 1) % n]);
-      section.reach[k] = std::min(before[k], 1.04 * mean);
+      section.reach[k] = std::min(before[k], 1.02 * mean);
     }
   }
   if (section.area > kThin) return;
@@ -267,23 +269,30 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
     double& limit = section.limit[(node - 1) % around];
     limit = std::min(limit, section.reach[(node - 1) % around] - by);
   };
-  const auto missing = [&](const ClosestPoint& near, const Vec3& p) {
-    const double allowed = is_bone ? allowed_depth(muscle, body, p) : 0.0;
+  const auto is_belly = [&](int node) {
+    return node != 0 && node != last && muscle.sections[(node - 1) / around].belly;
+  };
+  const auto missing = [&](const ClosestPoint& near, const Vec3& p, bool belly) {
+    const double allowed = is_bone ? allowed_depth(muscle, belly, body, p) : 0.0;
     return kGap - allowed - near.distance;
   };
   const double share = is_bone ? 0.8 : 0.4;
   const auto check = [&](const Vec3& p, int a, int b) {  // a node of mine, or an edge's middle
     const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, kReach);
-    if (near.triangle < 0 || missing(near, p) <= 0.0) return;
-    shorten(a, share * missing(near, p));
-    shorten(b, share * missing(near, p));
+    if (near.triangle < 0) return;
+    const double by = missing(near, p, is_belly(a) && is_belly(b));
+    if (by <= 0.0) return;
+    shorten(a, share * by);
+    shorten(b, share * by);
   };
   const auto check_other = [&](const Vec3& p) {
     const ClosestPoint near = closest_point(mine.surface, mine.bvh, mine.x, p, kReach);
-    if (near.triangle < 0 || missing(near, p) <= 0.0) return;
+    if (near.triangle < 0) return;
+    const Triangle& corners = mine.mesh.triangles[near.triangle];
+    const double by = missing(near, p, std::all_of(corners.begin(), corners.end(), is_belly));
+    if (by <= 0.0) return;
     for (int k = 0; k < 3; ++k) {
-      if (near.barycentric[k] < 0.15) continue;
-      shorten(mine.mesh.triangles[near.triangle][k], share * missing(near, p));
+      if (near.barycentric[k] >= 0.15) shorten(corners[k], share * by);
     }
   };
   for (int node = 1; node < last; ++node) check(mine.mesh.vertices[node], node, node);

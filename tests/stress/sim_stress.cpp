@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What should break the step and does not: each ends recovered, within 1 % of the belly of the calm
+// run.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/health.h"
+#include "sim/step.h"
+
+namespace thew {
+namespace {
+
+struct Motion {
+  Model model;
+  State state;
+  double worst_volume = 0.0;
+
+  explicit Motion(const std::vector<std::string>& overrides = {}) {
+    model =
+        build_model(read_scene(THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml", overrides));
+    state = initial_state(model);
+    Parallel parallel(1);
+    settle(model, parallel, state);
+  }
+  void go(int frames) {
+    Parallel parallel(1);
+    StageSeconds seconds;
+    for (int f = 0; f < frames; ++f) {
+      step_frame(model, state.time + 1.0 / model.scene.fps, parallel, state, seconds);
+      worst_volume = std::max(worst_volume, state.muscles[0].volume_error);
+    }
+  }
+  double distance(const Motion& other) const {
+    double worst = 0.0;
+    for (size_t i = 0; i < state.muscles[0].x.size(); ++i) {
+      worst = std::max(
+          worst, (to_vec(state.muscles[0].x[i]) - to_vec(other.state.muscles[0].x[i])).norm());
+    }
+    return worst;
+  }
+  double belly() const { return model.muscles[0].shape.belly[1] - model.muscles[0].shape.belly[0]; }
+};
+
+// Moves every free node of a settled muscle, then lets it go for a second.
+template <typename Move>
+void expect_recovery(Move move) {
+  Motion calm, stressed;
+  for (size_t i = 0; i < stressed.state.muscles[0].x.size(); ++i) {
+    if (!stressed.model.muscles[0].driven[i]) {
+      stressed.state.muscles[0].x[i] = to_row(move(to_vec(stressed.state.muscles[0].x[i]), i));
+    }
+  }
+  calm.go(24);
+  stressed.go(24);
+  EXPECT_LT(stressed.distance(calm), 0.01 * calm.belly());
+  EXPECT_LE(stressed.state.muscles[0].volume_error, 1e-12);
+}
+
+TEST(Stress, AllNodesInAPlane) {
+  expect_recovery([](Vec3 p, size_t) { return Vec3(p.x(), p.y(), 0.0); });
+}
+
+TEST(Stress, AllNodesMirrored) {
+  expect_recovery([](Vec3 p, size_t) { return Vec3(p.x(), p.y(), -p.z()); });
+}
+
+TEST(Stress, AllNodesScrambled) {
+  expect_recovery([](Vec3 p, size_t i) {
+    const auto random = [&](size_t k) {  // a linear congruence: the same on every machine
+      return ((i * 6364136223846793005ull + k * 1442695040888963407ull) >> 40) % 1000 / 1000.0 -
+             0.5;
+    };
+    return Vec3(p + 0.1 * Vec3(random(1), random(2), random(3)));
+  });
+}
+
+TEST(Stress, NodesScaledTenfold) {
+  expect_recovery([](Vec3 p, size_t) { return Vec3(3.0 * p); });
+}
+
+TEST(Stress, BonesTeleport) {
+  Motion run(
+      {"rig.clip.keys={elbow=[[1,0],[2,130],[3,0],[24,0]]}", "rig.clip.interpolation=linear"});
+  Motion calm({"rig.clip.keys={elbow=[[1,0],[24,0]]}"});
+  run.go(23);
+  calm.go(23);
+  EXPECT_LE(run.worst_volume, 1e-12);
+  EXPECT_LT(run.distance(calm), 0.01 * run.belly());
+}
+
+TEST(Stress, AFrameASecondAndTenThousand) {
+  for (const char* fps : {"scene.fps=0.5", "scene.fps=10000"}) {
+    Motion run({fps});
+    run.go(23);
+    EXPECT_LE(run.worst_volume, 1e-12) << fps;
+  }
+}
+
+TEST(Stress, StiffnessOverTenDecades) {
+  for (const char* young : {"1e-3", "1", "1e3", "1e7"}) {
+    Motion run({std::string("muscle.flexor.material.young=") + young});
+    run.go(23);
+    EXPECT_LE(run.worst_volume, 1e-12) << young;
+  }
+}
+
+TEST(Stress, ActivationFlickersForAThousandFrames) {
+  std::string keys = "[1,0]";
+  for (int f = 2; f <= 1000; ++f)
+    keys += ",[" + std::to_string(f) + "," + (f % 2 ? "0" : "1") + "]";
+  Motion run({"scene.frames=\"1-1100\"", "muscle.flexor.f_max=600",
+              "muscle.flexor.activation=[" + keys + ",[1001,0]]",
+              "rig.clip.keys={elbow=[[1,0],[1100,0]]}"});
+  const Motion calm({"rig.clip.keys={elbow=[[1,0],[24,0]]}"});
+  run.go(1050);
+  EXPECT_LE(run.worst_volume, 1e-12);
+  EXPECT_LT(run.distance(calm), 1e-5);
+}
+
+TEST(Stress, WhatIsNotANumberIsNamedAndTakenBack) {
+  Motion run;
+  run.go(2);
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e30}) {
+    State state = run.state;
+    state.muscles[0].x[40][1] = bad;
+    const std::string trouble = find_trouble(run.model, 1.0 / 24, state);
+    EXPECT_NE(trouble.find("flexor"), std::string::npos) << bad;
+    EXPECT_NE(trouble.find("node 40"), std::string::npos) << trouble;
+  }
+}
+
+}  // namespace
+}  // namespace thew

@@ -83,7 +83,9 @@ void walk(Archive& archive, State& state) {
     archive.number(muscle.zone_radius);
     walk(archive, muscle.weights);
   }
-  walk(archive, state.skin.x);
+  for (Rows* rows : {&state.skin.x, &state.skin.offset, &state.skin.force, &state.skin.slip}) {
+    walk(archive, *rows);
+  }
 }
 
 }  // namespace

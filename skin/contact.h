@@ -35,7 +35,7 @@ struct Contact {
 };
 
 struct ContactSettings {
-  double margin = 0.002;    ///< m, how far ahead contacts are looked for
+  double margin = 0.004;    ///< m, how far ahead contacts are looked for
   double max_depth = 0.006; ///< m, deeper ones are looked for as well
   double gap = 2e-4;        ///< m, kept between surfaces
 };

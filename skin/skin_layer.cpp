@@ -269,22 +269,53 @@ void find_forces(const SkinModel& model, SkinState& state) {
   }
 }
 
-// Moves what is still too near the flesh out of it.
-void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+// Moves a node that is too near the flesh out of it.
+void clear_node(const SkinModel& model, const std::vector<Collider>& below, SkinState& state, int i) {
   constexpr int kRounds = 8;
-  find_normals(model, state);
-  for (size_t i = 0; i < state.x.size(); ++i) {
-    for (int round = 0; round < kRounds; ++round) {
-      const Vec3 x = to_vec(state.x[i]);
-      const FleshValue flesh =
-          flesh_value(state.planes, static_cast<int>(i), x, model.settings.bridging);
-      if (flesh.nearest_plane < 0 || flesh.nearest >= model.least[i]) break;
-      const Vec3& normal = state.planes.planes[i][flesh.nearest_plane].normal;
-      const Vec3 way = way_out(flesh.gradient, to_vec(state.normals[i]));
-      const double along = std::max(normal.dot(way), kLeastAlong);
-      state.x[i] = to_row(x + (model.least[i] - flesh.nearest + 1e-6) / along * way);
-      find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, static_cast<int>(i),
-                 state.hints, state.planes);
+  for (int round = 0; round < kRounds; ++round) {
+    find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, i, state.hints, state.planes);
+    const Vec3 x = to_vec(state.x[i]);
+    const FleshValue flesh = flesh_value(state.planes, i, x, model.settings.bridging);
+    if (flesh.nearest_plane < 0 || flesh.nearest >= model.least[i]) return;
+    const Vec3& normal = state.planes.planes[i][flesh.nearest_plane].normal;
+    const Vec3 way = way_out(flesh.gradient, to_vec(state.normals[i]));
+    const double along = std::max(normal.dot(way), kLeastAlong);
+    state.x[i] = to_row(x + (model.least[i] - flesh.nearest + 1e-6) / along * way);
+  }
+}
+
+// Evens out what still crosses, with the ring around it, until nothing does.
+void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  static int kRounds = getenv("UR") ? atoi(getenv("UR")) : 10;
+  std::vector<char> tangled(state.x.size(), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    refit_bvh(model.surface, state.x, state.bvh);
+    const auto pairs = crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
+    if (pairs.empty()) return;
+    for (const auto& pair : pairs) {
+      for (int t : pair) {
+        for (int node : model.surface.triangles[t]) {
+          tangled[node] = 1;
+          for (int k = model.first_neighbour[node]; k < model.first_neighbour[node + 1]; ++k) {
+            tangled[model.neighbours[k]] = 1;
+          }
+        }
+      }
+    }
+    for (int sweep = 0; sweep < 4; ++sweep) {
+      for (size_t i = 0; i < state.x.size(); ++i) {
+        if (!tangled[i]) continue;
+        Row sum{};
+        double weight = 0.0;
+        for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+          sum += model.weights[k] * state.x[model.neighbours[k]];
+          weight += model.weights[k];
+        }
+        state.x[i] = sum * (1.0 / weight);
+      }
+    }
+    for (size_t i = 0; i < state.x.size(); ++i) {
+      if (tangled[i]) clear_node(model, below, state, static_cast<int>(i));
     }
   }
 }
@@ -329,7 +360,11 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
     relax(model, state);
   }
   look_below(model, below, state);
-  if (getenv("CLEAR")) clear_flesh(model, below, state);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const FleshValue flesh = flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
+    if (flesh.nearest_plane >= 0 && flesh.nearest < model.least[i]) clear_node(model, below, state, static_cast<int>(i));
+  }
+  untangle(model, below, state);
   find_forces(model, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row moved = state.x[i] - state.elastic[i];

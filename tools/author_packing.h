@@ -14,6 +14,7 @@ namespace thew {
 /// then the pole at the insertion, numbered in the order in which the triangles name them. Each
 /// encloses the table's volume.
 std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& muscles, const Pose& rest,
-                                  const Vec3& humerus, const std::vector<BoneShape>& bones);
+                                  const Vec3& humerus, const std::vector<BoneShape>& bones,
+                                  const std::vector<Pose>& poses);
 
 }  // namespace thew

@@ -37,7 +37,7 @@ struct Contact {
 struct ContactSettings {
   double margin = 0.004;    ///< m, how far ahead contacts are looked for
   double max_depth = 0.006; ///< m, deeper ones are looked for as well
-  double gap = 2e-4;        ///< m, kept between surfaces
+  double gap = 6e-4;        ///< m, kept between surfaces
 };
 
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.

@@ -9,7 +9,7 @@ namespace thew {
 namespace {
 
 constexpr double kFarthestBone = 1.0;   // m
-static double kAnchorLength = getenv("AL") ? atof(getenv("AL")) : 0.08;  // m over which a held patch draws its neighbours along
+static double kAnchorLength = getenv("AL") ? atof(getenv("AL")) : 0.12;  // m over which a held patch draws its neighbours along
 constexpr double kFatReach = 0.03;      // m beyond which flesh does not carry the skin
 
 std::vector<std::array<int, 2>> edges_of(const Surface& surface) {

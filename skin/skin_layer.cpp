@@ -58,7 +58,7 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
 // Right-hand side that does not change within a step: turned edges and anchors.
 void elastic_pull(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < model.rest.size(); ++i) {
-    static double kSlip = getenv("LM") ? atof(getenv("LM")) : 0.012;
+    static double kSlip = getenv("LM") ? atof(getenv("LM")) : 0.006;
     const Vec3 slip = state.turns[i] * to_vec(state.slip[i]);
     const double far = slip.norm();
     const double yielded = far > kSlip ? 1.0 - kSlip / far : 0.0;
@@ -187,7 +187,7 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, Skin
 // Skin nodes that come near the other wall of a fold, or through it.
 void look_across(const SkinModel& model, SkinState& state) {
   static double kFoldReach = getenv("FR") ? atof(getenv("FR")) : 0.004;
-  static double kOpp = getenv("OP") ? atof(getenv("OP")) : 0.0;
+  static double kOpp = getenv("OP") ? atof(getenv("OP")) : -0.3;
   state.folds.clear();
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Vec3 p = to_vec(state.x[i]);
@@ -347,7 +347,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
     state.force[i] = to_row(state.turns[i] * to_vec(state.force[i]));
   }
   solve_elastic(model, state);
-  static double kBeta = getenv("BE") ? atof(getenv("BE")) : 0.3;
+  static double kBeta = getenv("BE") ? atof(getenv("BE")) : 0.1;
   for (size_t i = 0; i < state.x.size(); ++i) {
     Row back = to_row(state.turns[i].transpose() * to_vec(state.force[i])) - state.offset[i];
     const double far = kBeta * to_vec(back).norm();

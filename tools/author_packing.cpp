@@ -16,7 +16,7 @@ constexpr double kGap = 0.0008;        // m, kept between surfaces
 constexpr double kCorner = 0.010;      // m, over which the edges of sections are rounded
 constexpr double kMovingGap = 0.0004;  // m, the same where they are carried to another pose
 constexpr double kPatch = 0.010;       // m, round an attachment: there tendons may enter their bone
-constexpr int kPasses = 40, kSettlingPasses = 30;
+constexpr int kPasses = 40, kSettlingPasses = 32, kMovingPasses = 16;
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
 struct Near {
@@ -279,7 +279,8 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
     if (node == 0 || node == last) return;
     Section& section = muscle.sections[(node - 1) / around];
     double& limit = section.limit[(node - 1) % around];
-    limit = std::min(limit, section.reach[(node - 1) % around] - by);
+    const double low = moved ? 0.9 * std::sqrt(section.area / kPi) : 0.0;
+    limit = std::min(limit, std::max(section.reach[(node - 1) % around] - by, low));
   };
   const auto is_belly = [&](int node) {
     return node != 0 && node != last && muscle.sections[(node - 1) / around].belly;
@@ -289,7 +290,7 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
     const double allowed = is_bone ? allowed_depth(muscle, belly, body, p) : 0.0;
     return kGap - allowed - near.distance;
   };
-  const double share = is_bone ? 0.8 : 0.4;
+  const double share = moved ? 0.2 : is_bone ? 0.8 : 0.4;
   const auto check = [&](const Vec3& p, int a, int b) {  // a node of mine, or an edge's middle
     const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, reach);
     if (near.triangle < 0) return;
@@ -318,9 +319,37 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
   }
 }
 
+// No node stands out far from one that was drawn back: dents stay shallow.
+void spread_limits(SectionedMuscle& muscle) {
+  constexpr double kSlope = 0.6;
+  const int n = muscle.around, rings = static_cast<int>(muscle.sections.size());
+  const auto point = [&](int i, int k) {
+    const Section& section = muscle.sections[i];
+    return Vec3(section.centre + section.reach[k] * section.directions[k]);
+  };
+  const auto spread = [&](int i, int k, int j, int l) {
+    double& limit = muscle.sections[i].limit[k];
+    const double slope = kSlope * (point(i, k) - point(j, l)).norm();
+    limit = std::min(limit, muscle.sections[j].limit[l] + slope);
+  };
+  for (int pass = 0; pass < 4; ++pass) {
+    for (int i = 0; i < rings; ++i) {
+      if (!muscle.sections[i].belly) continue;
+      for (int k = 0; k < n; ++k) {
+        spread(i, k, i, (k + 1) % n);
+        spread(i, k, i, (k + n - 1) % n);
+        if (i > 0 && muscle.sections[i - 1].belly) spread(i, k, i - 1, k);
+        if (i + 1 < rings && muscle.sections[i + 1].belly) spread(i, k, i + 1, k);
+      }
+    }
+  }
+}
+
+// `moved`: only muscles that do not shorten; those that swell press on one another as living ones do.
 void draw_all_back(const std::vector<Measured>& muscles, const std::vector<Measured>& bones,
                    bool moved, Packing& packing) {
   for (size_t m = 0; m < muscles.size(); ++m) {
+    if (moved && packing.muscles[m].shortens) continue;
     for (size_t j = 0; j < muscles.size(); ++j) {
       if (j != m) draw_back(muscles[j], false, -1, muscles[m], moved, packing.muscles[m]);
     }
@@ -342,7 +371,9 @@ void draw_back_at(const Pose& pose, const Motion& motion, const std::vector<TriM
     const CarriedShape shape =
         make_carried_shape(mesh, row.path, motion.rest, row.belly, preset_profile(row.weights));
     Rows x;
-    carried_positions(shape, carry_pose(shape, pose), 1.0, true, x);
+    const CarriedPose carried = carry_pose(shape, pose);
+    packing.muscles[m].shortens = carried.change < 0.0;
+    carried_positions(shape, carried, 1.0, true, x);
     for (size_t i = 0; i < x.size(); ++i) mesh.vertices[i] = to_vec(x[i]);
     moved.emplace_back(std::move(mesh));
   }
@@ -355,7 +386,8 @@ void draw_back_at(const Pose& pose, const Motion& motion, const std::vector<TriM
   draw_all_back(moved, bones, true, packing);
 }
 
-void settle(const std::vector<Measured>& bones, const Motion& motion, bool last, Packing& packing) {
+void settle(const std::vector<Measured>& bones, const Motion& motion, int pass, Packing& packing) {
+  const bool last = pass == kSettlingPasses;
   std::vector<Measured> measured;
   std::vector<TriMesh> meshes;
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
@@ -373,7 +405,12 @@ void settle(const std::vector<Measured>& bones, const Motion& motion, bool last,
   }
   if (last) return;
   draw_all_back(measured, bones, false, packing);
-  for (const Pose& pose : motion.poses) draw_back_at(pose, motion, meshes, packing);
+  if (pass < kMovingPasses) {
+    for (const Pose& pose : motion.poses) draw_back_at(pose, motion, meshes, packing);
+  }
+  for (SectionedMuscle& muscle : packing.muscles) {
+    if (!muscle.shortens) spread_limits(muscle);
+  }
 }
 
 }  // namespace
@@ -398,7 +435,7 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const P
     measured.emplace_back(motion.bones.back());
   }
   for (int pass = 0; pass <= kSettlingPasses; ++pass) {
-    settle(measured, motion, pass == kSettlingPasses, packing);
+    settle(measured, motion, pass, packing);
   }
   std::vector<TriMesh> meshes;
   for (const SectionedMuscle& muscle : packing.muscles) {

@@ -101,7 +101,7 @@ struct Scene {
     std::string integrator = "local_global";  ///< explicit | local_global
     std::string volume = "exact";             ///< none | printed | linear | exact
     int substeps = 1;  ///< a frame; explicit: at least, raised to the stable count
-    int iterations = 4;
+    int iterations = 3;
     Place place;
   } solver;
   struct {

@@ -303,7 +303,8 @@ void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int
   }
 }
 
-ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle, const Vec3& p) {
+ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle,
+                                 const Vec3& p) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 a = to_vec(x[t[0]]), b = to_vec(x[t[1]]), c = to_vec(x[t[2]]);
   const OnTriangle near = nearest_on_triangle(a, b, c, p);

@@ -16,8 +16,8 @@ struct Collider {
   double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
 };
 
-/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each node and
-/// collider, and a distance (m) within which there surely is nothing of it.
+/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
+/// node and collider, and a distance (m) within which there surely is nothing of it.
 struct ContactMemory {
   std::vector<int> triangle;
   std::vector<double> clear;
@@ -35,9 +35,9 @@ struct Contact {
 };
 
 struct ContactSettings {
-  double margin = 0.004;    ///< m, how far ahead contacts are looked for
-  double max_depth = 0.006; ///< m, deeper ones are looked for as well
-  double gap = 6e-4;        ///< m, kept between surfaces
+  double margin = 0.004;     ///< m, how far ahead contacts are looked for
+  double max_depth = 0.006;  ///< m, deeper ones are looked for as well
+  double gap = 6e-4;         ///< m, kept between surfaces
 };
 
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.

@@ -67,7 +67,8 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
     d[at] = {distance, k};
   }
   value.nearest = d[0].away;
-  value.nearest_plane = d[0].plane;
+  value.found = true;
+  value.normal_of_nearest = near[d[0].plane].normal;
   // n f^2 + 2 S1 f + S2 = R^2 over the n nearest, with a_j = R - d_j, S1 = sum a_j, S2 = sum a_j^2.
   // Shifted by the nearest distance, so that nothing large cancels.
   double s1 = 0.0, s2 = 0.0, f = 0.0;
@@ -84,10 +85,10 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
   double total = 0.0;
   for (int k = 0; k < active; ++k) {
     const double weight = std::max(bridging - (d[k].away - d[0].away) + f, 0.0);
-    value.gradient += weight * near[d[k].plane].normal;
+    value.gradient_of_level += weight * near[d[k].plane].normal;
     total += weight;
   }
-  value.gradient /= total;
+  value.gradient_of_level /= total;
   value.level = d[0].away + f;
   return value;
 }

@@ -24,10 +24,11 @@ struct FleshPlanes {
 };
 
 struct FleshValue {
-  double level = 0.0;            ///< f, m
-  Vec3 gradient = Vec3::Zero();  ///< weighted mean of the normals; short in a crevice
-  double nearest = 0.0;          ///< least d_j, m
-  int nearest_plane = -1;        ///< -1: no surface within reach
+  bool found = false;                     ///< false: no surface within reach
+  double level = 0.0;                     ///< f, m
+  double nearest = 0.0;                   ///< least d_j, m
+  Vec3 gradient_of_level = Vec3::Zero();  ///< weighted mean of the normals; short in a crevice
+  Vec3 normal_of_nearest = Vec3::Zero();
 };
 
 /// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there.

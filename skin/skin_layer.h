@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "muscles/skyline.h"
@@ -29,46 +30,46 @@ struct SkinModel {
   SkinSettings settings;
   std::vector<double> fat;    ///< m, level of the flesh field under each node at rest
   std::vector<double> least;  ///< m, distance that each node keeps from the flesh
-  std::vector<std::array<int, 2>> edges;
-  std::vector<int> first_neighbour, neighbours;  ///< nodes across the edges of each node
-  std::vector<double> edge_weights;              ///< by edge
-  std::vector<double> weights;                   ///< by neighbour
-  std::vector<double> anchor;  ///< pull towards the bound shape, against 1 per edge
-  Skyline matrix;              ///< elasticity, anchors and pull of the flesh
+  // The elastic energy, sum_ij w_ij |x_i - x_j - e_ij|^2 + sum_i a_i |x_i - b_i|^2.
+  std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
+  std::vector<double> weights;                   ///< w by neighbour
+  std::vector<double> anchor;                    ///< a
+  Skyline matrix;
   SkylineFactor factor;
 };
 
-/// Weights of the elastic energy: of an edge, and of the flesh's pull on a node.
-inline double kFleshPull = getenv("FP") ? atof(getenv("FP")) : 0.05;
-inline double edge_stiffness(const SkinSettings& settings) { return 2.0 * settings.smoothing; }
+/// A point of a skin triangle and a plane: normal . point >= level.
+struct SkinPlane {
+  int triangle;
+  std::array<double, 3> barycentric;
+  Vec3 normal;
+  double level;
+};
+
+/// A node and the other wall of a fold: plane.normal . (x_node - point) >= plane.level.
+struct SkinFold {
+  int node;
+  SkinPlane wall;
+};
 
 struct SkinState {
   Rows x;
-  Rows offset;  ///< m, of x from the bound shape, turned back to the bind pose: all that a step
-                ///< reads
-  Rows slip, carried;
-  Rows force;   ///< of the flesh on each node, over the stiffness of an edge, m, turned back likewise
+  // What a step reads of the step before, turned back to the bind pose.
+  Rows offset;  ///< m, of x from the elastic shape
+  Rows force;   ///< of the flesh on each node, in m of stretch of an edge of weight 1
+  Rows slip;    ///< m, of x from the bound shape
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
-  Rows bound, elastic, normals;
-  Rows solution_scratch;
-  Rows turned;  ///< edge from each neighbour at rest, turned
+  Rows bound;    ///< carried by the bodies alone
+  Rows elastic;  ///< least elastic energy, without the flesh
+  Rows turned;   ///< e by neighbour
+  Rows normals;  ///< of the skin, evened out
+  Rows looked;   ///< x when the flesh below was last looked up
   std::vector<Mat3> turns;
   FleshPlanes planes;
-  struct Cover {
-    int triangle;
-    std::array<double, 3> barycentric;
-    Vec3 normal;
-    double level;
-  };
-  std::vector<Cover> covers;
-  struct Fold {
-    int node;
-    Cover wall;
-  };
-  std::vector<Fold> folds;
-  std::vector<int> nearby;
-  std::vector<int> hints;
+  std::vector<SkinPlane> covers;
+  std::vector<SkinFold> folds;
+  std::vector<int> hints, nearby;
   RowPairs solution;
 };
 

@@ -49,7 +49,8 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x
 /// Triangles whose boxes come within `reach` (m) of p, in no particular order but always the same.
 void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int>& triangles);
 /// The nearest point of one triangle; the normal is the face's.
-ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle, const Vec3& p);
+ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle,
+                                 const Vec3& p);
 
 /// Pairs (i, j), i < j for one surface with itself, of properly crossing triangles; triangles that
 /// share a vertex are left out. For reports and checks, not for the solver.

@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kSkinClearance = 0.0025;  // m; the scene asks for 2 mm
-constexpr double kBent[] = {65.0, 130.0};  // degrees of the elbow at which muscles are to fit
 
 void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
@@ -127,13 +126,7 @@ void write_arm(const fs::path& table, const fs::path& folder) {
     write_text(folder / "bones" / (bone.body + ".obj"),
                obj_text(bone.body + " in its own frame", below.back(), shift));
   }
-  std::vector<Pose> poses;
-  for (double degrees : kBent) {
-    std::vector<double> joints(skeleton.size(), 0.0);
-    joints[find_body(skeleton, "ulna")] = degrees * kDegree;
-    forward_kinematics(skeleton, joints, poses.emplace_back());
-  }
-  const std::vector<TriMesh> meshes = pack_muscles(muscles, rest, humerus, bones, poses);
+  const std::vector<TriMesh> meshes = pack_muscles(muscles, rest, humerus, bones);
   std::string blocks;
   for (size_t m = 0; m < muscles.size(); ++m) {
     const std::string& name = muscles[m].name;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "muscles/carried_shape.h"
 #include "rig/math.h"
 #include "skin/surface.h"
 #include "tools/author_sections.h"
@@ -12,11 +11,10 @@
 namespace thew {
 namespace {
 
-constexpr double kGap = 0.0008;        // m, kept between surfaces
-constexpr double kCorner = 0.010;      // m, over which the edges of sections are rounded
-constexpr double kMovingGap = 0.0004;  // m, the same where they are carried to another pose
-constexpr double kPatch = 0.010;       // m, round an attachment: there tendons may enter their bone
-constexpr int kPasses = 40, kSettlingPasses = 32, kMovingPasses = 16;
+constexpr double kGap = 0.0008;    // m, kept between surfaces
+constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
+constexpr double kPatch = 0.010;   // m, round an attachment: there tendons may enter their bone
+constexpr int kPasses = 40, kSettlingPasses = 30;
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
 struct Near {
@@ -259,40 +257,28 @@ struct Measured {
   }
 };
 
-// Where the arm will move to, in the root's frame.
-struct Motion {
-  const std::vector<TableMuscle>& table;
-  const Pose& rest;
-  Vec3 humerus;
-  std::vector<TriMesh> bones;  // at rest, in the frame of the humerus
-  std::vector<Pose> poses;
-};
-
 // The sections part the muscles at their nodes; between nodes triangles still cut corners. Draws
-// back the nodes (and the corners of the triangles) that come closer than the gap. `moved`: away
-// from rest, where only bellies count.
-void draw_back(const Measured& other, bool is_bone, int body, const Measured& mine, bool moved,
+// back the nodes (and the corners of the triangles) that come closer than the gap.
+void draw_back(const Measured& other, bool is_bone, int body, const Measured& mine,
                SectionedMuscle& muscle) {
-  const double reach = moved ? 0.012 : 0.004;  // m, how deep crossings are looked for
+  constexpr double kReach = 0.004;  // m, how deep crossings are looked for
   const int around = muscle.around, last = static_cast<int>(mine.mesh.vertices.size()) - 1;
   const auto shorten = [&](int node, double by) {
     if (node == 0 || node == last) return;
     Section& section = muscle.sections[(node - 1) / around];
     double& limit = section.limit[(node - 1) % around];
-    const double low = moved ? 0.9 * std::sqrt(section.area / kPi) : 0.0;
-    limit = std::min(limit, std::max(section.reach[(node - 1) % around] - by, low));
+    limit = std::min(limit, section.reach[(node - 1) % around] - by);
   };
   const auto is_belly = [&](int node) {
     return node != 0 && node != last && muscle.sections[(node - 1) / around].belly;
   };
   const auto missing = [&](const ClosestPoint& near, const Vec3& p, bool belly) {
-    if (moved) return belly ? kMovingGap - near.distance : 0.0;
     const double allowed = is_bone ? allowed_depth(muscle, belly, body, p) : 0.0;
     return kGap - allowed - near.distance;
   };
-  const double share = moved ? 0.2 : is_bone ? 0.8 : 0.4;
+  const double share = is_bone ? 0.8 : 0.4;
   const auto check = [&](const Vec3& p, int a, int b) {  // a node of mine, or an edge's middle
-    const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, reach);
+    const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, kReach);
     if (near.triangle < 0) return;
     const double by = missing(near, p, is_belly(a) && is_belly(b));
     if (by <= 0.0) return;
@@ -300,7 +286,7 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
     shorten(b, share * by);
   };
   const auto check_other = [&](const Vec3& p) {
-    const ClosestPoint near = closest_point(mine.surface, mine.bvh, mine.x, p, reach);
+    const ClosestPoint near = closest_point(mine.surface, mine.bvh, mine.x, p, kReach);
     if (near.triangle < 0) return;
     const Triangle& corners = mine.mesh.triangles[near.triangle];
     const double by = missing(near, p, std::all_of(corners.begin(), corners.end(), is_belly));
@@ -319,77 +305,8 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
   }
 }
 
-// No node stands out far from one that was drawn back: dents stay shallow.
-void spread_limits(SectionedMuscle& muscle) {
-  constexpr double kSlope = 0.6;
-  const int n = muscle.around, rings = static_cast<int>(muscle.sections.size());
-  const auto point = [&](int i, int k) {
-    const Section& section = muscle.sections[i];
-    return Vec3(section.centre + section.reach[k] * section.directions[k]);
-  };
-  const auto spread = [&](int i, int k, int j, int l) {
-    double& limit = muscle.sections[i].limit[k];
-    const double slope = kSlope * (point(i, k) - point(j, l)).norm();
-    limit = std::min(limit, muscle.sections[j].limit[l] + slope);
-  };
-  for (int pass = 0; pass < 4; ++pass) {
-    for (int i = 0; i < rings; ++i) {
-      if (!muscle.sections[i].belly) continue;
-      for (int k = 0; k < n; ++k) {
-        spread(i, k, i, (k + 1) % n);
-        spread(i, k, i, (k + n - 1) % n);
-        if (i > 0 && muscle.sections[i - 1].belly) spread(i, k, i - 1, k);
-        if (i + 1 < rings && muscle.sections[i + 1].belly) spread(i, k, i + 1, k);
-      }
-    }
-  }
-}
-
-// `moved`: only muscles that do not shorten; those that swell press on one another as living ones do.
-void draw_all_back(const std::vector<Measured>& muscles, const std::vector<Measured>& bones,
-                   bool moved, Packing& packing) {
-  for (size_t m = 0; m < muscles.size(); ++m) {
-    if (moved && packing.muscles[m].shortens) continue;
-    for (size_t j = 0; j < muscles.size(); ++j) {
-      if (j != m) draw_back(muscles[j], false, -1, muscles[m], moved, packing.muscles[m]);
-    }
-    for (size_t b = 0; b < bones.size(); ++b) {
-      draw_back(bones[b], true, static_cast<int>(b), muscles[m], moved, packing.muscles[m]);
-    }
-  }
-}
-
-// The same with everything carried to another pose, as the simulation will: bellies that have
-// swollen and slid must find room as well.
-void draw_back_at(const Pose& pose, const Motion& motion, const std::vector<TriMesh>& muscles,
-                  Packing& packing) {
-  std::vector<Measured> moved, bones;
-  for (size_t m = 0; m < muscles.size(); ++m) {
-    const TableMuscle& row = motion.table[m];
-    TriMesh mesh = muscles[m];
-    for (Vec3& p : mesh.vertices) p += motion.humerus;
-    const CarriedShape shape =
-        make_carried_shape(mesh, row.path, motion.rest, row.belly, preset_profile(row.weights));
-    Rows x;
-    const CarriedPose carried = carry_pose(shape, pose);
-    packing.muscles[m].shortens = carried.change < 0.0;
-    carried_positions(shape, carried, 1.0, true, x);
-    for (size_t i = 0; i < x.size(); ++i) mesh.vertices[i] = to_vec(x[i]);
-    moved.emplace_back(std::move(mesh));
-  }
-  for (size_t b = 0; b < packing.bones.size(); ++b) {
-    TriMesh mesh = motion.bones[b];
-    const Transform there = pose[b] * motion.rest[b].inverse();
-    for (Vec3& p : mesh.vertices) p = there * (p + motion.humerus);
-    bones.emplace_back(std::move(mesh));
-  }
-  draw_all_back(moved, bones, true, packing);
-}
-
-void settle(const std::vector<Measured>& bones, const Motion& motion, int pass, Packing& packing) {
-  const bool last = pass == kSettlingPasses;
+void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
   std::vector<Measured> measured;
-  std::vector<TriMesh> meshes;
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
     SectionedMuscle& muscle = packing.muscles[m];
     for (Section& section : muscle.sections) {
@@ -399,25 +316,24 @@ void settle(const std::vector<Measured>& bones, const Motion& motion, int pass, 
       if (last) continue;
       press(0.03, muscle, section);
     }
-    meshes.push_back(mesh_of(muscle));
-    measured.emplace_back(meshes.back());
-    muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(meshes.back()));
+    measured.emplace_back(mesh_of(muscle));
+    muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
   }
   if (last) return;
-  draw_all_back(measured, bones, false, packing);
-  if (pass < kMovingPasses) {
-    for (const Pose& pose : motion.poses) draw_back_at(pose, motion, meshes, packing);
-  }
-  for (SectionedMuscle& muscle : packing.muscles) {
-    if (!muscle.shortens) spread_limits(muscle);
+  for (size_t m = 0; m < measured.size(); ++m) {
+    for (size_t j = 0; j < measured.size(); ++j) {
+      if (j != m) draw_back(measured[j], false, -1, measured[m], packing.muscles[m]);
+    }
+    for (size_t b = 0; b < bones.size(); ++b) {
+      draw_back(bones[b], true, static_cast<int>(b), measured[m], packing.muscles[m]);
+    }
   }
 }
 
 }  // namespace
 
 std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const Pose& rest,
-                                  const Vec3& humerus, const std::vector<BoneShape>& bones,
-                                  const std::vector<Pose>& poses) {
+                                  const Vec3& humerus, const std::vector<BoneShape>& bones) {
   Packing packing{{}, bones};
   for (const TableMuscle& muscle : table) {
     packing.muscles.push_back(make_sections(muscle, rest, humerus));
@@ -428,14 +344,10 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const P
       for (Section& section : muscle.sections) even_out(section);
     }
   }
-  Motion motion{table, rest, humerus, {}, poses};
   std::vector<Measured> measured;
-  for (const BoneShape& bone : bones) {
-    motion.bones.push_back(bone_mesh(bone));
-    measured.emplace_back(motion.bones.back());
-  }
+  for (const BoneShape& bone : bones) measured.emplace_back(bone_mesh(bone));
   for (int pass = 0; pass <= kSettlingPasses; ++pass) {
-    settle(measured, motion, pass, packing);
+    settle(measured, pass == kSettlingPasses, packing);
   }
   std::vector<TriMesh> meshes;
   for (const SectionedMuscle& muscle : packing.muscles) {

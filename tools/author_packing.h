@@ -14,7 +14,6 @@ namespace thew {
 /// then the pole at the insertion, numbered in the order in which the triangles name them. Each
 /// encloses the table's volume.
 std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& muscles, const Pose& rest,
-                                  const Vec3& humerus, const std::vector<BoneShape>& bones,
-                                  const std::vector<Pose>& poses);
+                                  const Vec3& humerus, const std::vector<BoneShape>& bones);
 
 }  // namespace thew

@@ -134,7 +134,6 @@ SectionedMuscle make_sections(const TableMuscle& table, const Pose& rest, const 
                          table.around,
                          table.volume,
                          1.0,
-                         false,
                          {}};
   const std::vector<double> places = ring_places(table, path.length);
   const auto [from, to] = table.belly;

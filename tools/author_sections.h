@@ -33,7 +33,6 @@ struct SectionedMuscle {
   int around = 0;
   double volume = 0.0;  ///< m^3, wanted
   double fill = 1.0;    ///< by which areas are to exceed `area` for the mesh to hold it
-  bool shortens = false;  ///< as the elbow bends
   std::vector<Section> sections;
 };
 

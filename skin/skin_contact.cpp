@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "skin/skin_passes.h"
+
+namespace thew {
+namespace {
+
+constexpr double kReach = 0.03;        // m, flesh farther from the skin is not felt
+constexpr double kStale = 3e-4;        // m of motion after which the flesh is looked up again
+constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
+constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
+constexpr double kFoldReach = 0.004;   // m between the walls of a fold
+constexpr double kFacing = -0.3;       // cosine between the normals of walls that face each other
+constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
+constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
+constexpr int kRounds = 10;            // of what is repeated until it holds
+
+Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
+  const Triangle& t = model.surface.triangles[plane.triangle];
+  const auto& b = plane.barycentric;
+  return to_vec(b[0] * state.x[t[0]] + b[1] * state.x[t[1]] + b[2] * state.x[t[2]]);
+}
+
+double squared(const std::array<double, 3>& b) { return b[0] * b[0] + b[1] * b[1] + b[2] * b[2]; }
+
+void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, SkinState& state) {
+  for (int k = 0; k < 3; ++k) {
+    state.x[model.surface.triangles[plane.triangle][k]] += to_row(plane.barycentric[k] * by);
+  }
+}
+
+SkinPlane plane_at(const ClosestPoint& near, double level) {
+  const double* b = near.barycentric;
+  return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
+}
+
+// The nearest triangle that faces the node, among those around it.
+ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int node) {
+  ClosestPoint best;
+  double nearest = kFoldReach;
+  for (int t : state.nearby) {
+    const Triangle& c = model.surface.triangles[t];
+    if (c[0] == node || c[1] == node || c[2] == node) continue;
+    const Row sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
+    if (to_vec(sum).dot(to_vec(state.normals[node])) > 3.0 * kFacing) continue;
+    const ClosestPoint point =
+        closest_on_triangle(model.surface, state.x, t, to_vec(state.x[node]));
+    const double away = std::abs(point.distance);
+    if (away > nearest || (away == nearest && best.triangle >= 0 && best.triangle < t)) continue;
+    nearest = away;
+    best = point;
+  }
+  return best;
+}
+
+void look_below_node(const SkinModel& model, const std::vector<Collider>& below, int i,
+                     SkinState& state) {
+  find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, i, state.hints,
+             state.planes);
+  state.looked[i] = state.x[i];
+}
+
+double moved(const SkinState& state, int i) { return to_vec(state.x[i] - state.looked[i]).norm(); }
+
+void clear_node(const SkinModel& model, const std::vector<Collider>& below, int i,
+                SkinState& state) {
+  for (int round = 0; round < kRounds; ++round) {
+    const Vec3 x = to_vec(state.x[i]);
+    FleshValue flesh = flesh_value(state.planes, i, x, model.settings.bridging);
+    const double away = moved(state, i);
+    if (!flesh.found || flesh.nearest - away >= model.least[i]) return;
+    if (away > 0.0) {
+      look_below_node(model, below, i, state);
+      continue;
+    }
+    if (flesh.nearest >= model.least[i]) return;
+    flesh.gradient_of_level = flesh.normal_of_nearest;
+    const Vec3 way = way_out(flesh, state.normals[i]);
+    state.x[i] = to_row(x + climb(flesh, way, model.least[i] - flesh.nearest + 1e-6) * way);
+  }
+}
+
+// Nodes of crossing triangles and their neighbours.
+void mark(const SkinModel& model, const std::vector<std::array<int, 2>>& pairs,
+          std::vector<char>& marked) {
+  for (const auto& pair : pairs) {
+    for (int t : pair) {
+      for (int node : model.surface.triangles[t]) {
+        marked[node] = 1;
+        for (int k = model.first_neighbour[node]; k < model.first_neighbour[node + 1]; ++k) {
+          marked[model.neighbours[k]] = 1;
+        }
+      }
+    }
+  }
+}
+
+void even_out(const SkinModel& model, int i, SkinState& state) {
+  Row sum{};
+  double weight = 0.0;
+  for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+    sum += model.weights[k] * state.x[model.neighbours[k]];
+    weight += model.weights[k];
+  }
+  state.x[i] = sum * (1.0 / weight);
+}
+
+}  // namespace
+
+Vec3 way_out(const FleshValue& flesh, const Row& normal) {
+  const Vec3 way = flesh.gradient_of_level + kNormalShare * to_vec(normal);
+  const double length = way.norm();
+  return length > 0.0 ? Vec3(way / length) : to_vec(normal);
+}
+
+double climb(const FleshValue& flesh, const Vec3& way, double lack) {
+  return lack / std::max(flesh.gradient_of_level.dot(way), kLeastAlong);
+}
+
+void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
+                SkinState& state) {
+  state.hints.resize(state.x.size() * below.size(), -1);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const int node = static_cast<int>(i);
+    if (first || moved(state, node) > kStale) look_below_node(model, below, node, state);
+  }
+}
+
+void look_above(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  refit_bvh(model.surface, state.x, state.bvh);
+  state.covers.clear();
+  for (const Collider& flesh : below) {
+    for (const Row& row : *flesh.x) {
+      const Vec3 p = to_vec(row);
+      const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, kCoverReach);
+      if (near.triangle < 0 || near.distance < -2.0 * kCover) continue;
+      state.covers.push_back(plane_at(near, near.normal.dot(p) + kCover));
+    }
+  }
+}
+
+void look_across(const SkinModel& model, SkinState& state) {
+  state.folds.clear();
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const int node = static_cast<int>(i);
+    triangles_near(state.bvh, to_vec(state.x[i]), kFoldReach, state.nearby);
+    const ClosestPoint wall = facing_wall(model, state, node);
+    if (wall.triangle < 0) continue;
+    state.folds.push_back({node, plane_at(wall, model.settings.fold_gap)});
+  }
+}
+
+void part_and_cover(const SkinModel& model, SkinState& state) {
+  for (const SkinFold& fold : state.folds) {
+    const SkinPlane& wall = fold.wall;
+    const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
+    const double lack = wall.level - wall.normal.dot(apart);
+    if (lack <= 0.0) continue;
+    const Vec3 by = lack / (1.0 + squared(wall.barycentric)) * wall.normal;
+    state.x[fold.node] += to_row(by);
+    push(model, wall, -by, state);
+  }
+  for (const SkinPlane& cover : state.covers) {
+    const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
+    if (lack <= 0.0) continue;
+    push(model, cover, lack / squared(cover.barycentric) * cover.normal, state);
+  }
+}
+
+void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  for (size_t i = 0; i < state.x.size(); ++i) clear_node(model, below, static_cast<int>(i), state);
+}
+
+void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  constexpr int kSweeps = 4;
+  std::vector<char> marked(state.x.size(), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    refit_bvh(model.surface, state.x, state.bvh);
+    const auto pairs =
+        crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
+    if (pairs.empty()) return;
+    mark(model, pairs, marked);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (size_t i = 0; i < marked.size(); ++i) {
+        if (marked[i]) even_out(model, static_cast<int>(i), state);
+      }
+    }
+    clear_flesh(model, below, state);
+  }
+}
+
+}  // namespace thew

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "skin/skin_passes.h"
+
+namespace thew {
+namespace {
+
+constexpr double kYield = 0.006;          // m from its bound place beyond which an anchor slips
+constexpr double kMostStretch = 3.0;      // of an edge over a joint's outer side
+constexpr double kReturn = 0.1;           // share of the way to equilibrium with last step's forces
+constexpr double kLongestReturn = 0.001;  // m
+constexpr double kShortest = 0.2;         // of an edge's length, along its turned direction
+constexpr double kInwardPull = 0.05;      // weight of the flesh's pull on skin above its level
+constexpr double kSlack = 0.01;           // m above it at which the pull has faded
+constexpr double kLongestStep = 0.003;    // m, of one projection onto the level
+constexpr int kNormalRounds = 4;
+
+double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Row turn(const Mat3& rotation, const Row& v) { return to_row(rotation * to_vec(v)); }
+Row turn_back(const Mat3& rotation, const Row& v) {
+  return to_row(rotation.transpose() * to_vec(v));
+}
+
+// A rigid motion as a dual quaternion, turn + eps shift, with shift = 1/2 (0, t) turn.
+struct DualQuaternion {
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero(), shift = Eigen::Vector4d::Zero();
+};
+
+DualQuaternion dual_quaternion(const Transform& motion) {
+  const Eigen::Quaterniond turn(motion.linear());
+  const Vec3 t = 0.5 * motion.translation();
+  return {turn.coeffs(), (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * turn).coeffs()};
+}
+
+// The skin's normals, averaged over a few rings so that no single triangle can turn one over.
+void find_normals(const SkinModel& model, SkinState& state) {
+  Rows& normals = state.normals;
+  std::fill(normals.begin(), normals.end(), Row{});
+  for (const Triangle& t : model.surface.triangles) {
+    const Vec3 a = to_vec(state.x[t[0]]);
+    const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
+    for (int corner : t) normals[corner] += n;
+  }
+  for (int round = 0;; ++round) {
+    for (Row& n : normals) {
+      const double length = std::sqrt(dot(n, n));
+      if (length > 0.0) n = n * (1.0 / length);
+    }
+    if (round == kNormalRounds) return;
+    for (size_t i = 0; i < normals.size(); ++i) {
+      for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+        normals[i] += normals[model.neighbours[k]];
+      }
+    }
+  }
+}
+
+void relax_node(const SkinModel& model, SkinState& state, int i) {
+  const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
+  const double bridging = model.settings.bridging, fat = model.fat[i];
+  Row sum{};  // of weighted displacements from the elastic shape
+  double weight = model.anchor[i];
+  for (int k = first; k < last; ++k) {
+    const int j = model.neighbours[k];
+    sum += model.weights[k] * (state.x[j] - state.elastic[j]);
+    weight += model.weights[k];
+  }
+  FleshValue flesh = flesh_value(state.planes, i, to_vec(state.x[i]), bridging);
+  if (flesh.found && flesh.level > fat) {
+    const Vec3 way = way_out(flesh, state.normals[i]);
+    const double step = climb(flesh, way, fat - flesh.level);
+    const double pull = kInwardPull * std::max(1.0 + step / kSlack, 0.0);
+    sum += pull * (state.x[i] + to_row(step * way) - state.elastic[i]);
+    weight += pull;
+  }
+  Row x = state.elastic[i] + sum * (1.0 / weight);
+  for (int k = first; k < last; ++k) {  // neighbours do not pass one another
+    const Row& e = state.turned[k];
+    const double lack = kShortest - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
+    if (lack > 0.0) x += 0.5 * lack * e;
+  }
+  for (int round = 0; round < 2; ++round) {
+    flesh = flesh_value(state.planes, i, to_vec(x), bridging);
+    if (!flesh.found || flesh.level >= fat) break;
+    const Vec3 way = way_out(flesh, state.normals[i]);
+    x += to_row(std::min(climb(flesh, way, fat - flesh.level), kLongestStep) * way);
+  }
+  state.x[i] = x;
+}
+
+}  // namespace
+
+void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
+  // Kavan et al. 2008: unlike a linear blend it keeps the limb's thickness around a bent joint.
+  std::vector<DualQuaternion> motions;
+  for (size_t b = 0; b < pose.size(); ++b) {
+    motions.push_back(dual_quaternion(pose[b] * model.bind_pose[b].inverse()));
+  }
+  for (size_t i = 0; i < model.rest.size(); ++i) {
+    DualQuaternion sum;
+    const Eigen::Vector4d& main = motions[model.bodies[i][0]].turn;
+    for (int k = 0; k < 4 && model.bodies[i][k] >= 0; ++k) {
+      const DualQuaternion& q = motions[model.bodies[i][k]];
+      const double share = q.turn.dot(main) < 0.0 ? -model.shares[i][k] : model.shares[i][k];
+      sum.turn += share * q.turn;
+      sum.shift += share * q.shift;
+    }
+    const double length = sum.turn.norm();
+    const Eigen::Quaterniond turn(Eigen::Vector4d(sum.turn / length));
+    const Eigen::Quaterniond shift(Eigen::Vector4d(sum.shift / length));
+    state.turns[i] = turn.toRotationMatrix();
+    state.bound[i] =
+        to_row(state.turns[i] * to_vec(model.rest[i]) + 2.0 * (shift * turn.conjugate()).vec());
+  }
+}
+
+void solve_elastic(const SkinModel& model, SkinState& state) {
+  const size_t nodes = model.rest.size();
+  for (size_t i = 0; i < nodes; ++i) {
+    // Where the flesh holds it far from its bound place, an anchor yields and pulls no more than at
+    // the limit: skin squeezed out of a fold slides, instead of wanting through.
+    const Row slip = turn(state.turns[i], state.slip[i]);
+    const double far = std::sqrt(dot(slip, slip));
+    Row anchored = state.bound[i];
+    if (far > kYield) anchored += (1.0 - kYield / far) * slip;
+    Row sum = model.anchor[i] * anchored;
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      const int j = model.neighbours[k];
+      const Row edge = model.rest[i] - model.rest[j], bound = state.bound[i] - state.bound[j];
+      // Edges turn with the bodies and stretch with them, but are not pressed together.
+      const double stretch =
+          std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMostStretch);
+      state.turned[k] = to_row(0.5 * stretch * (state.turns[i] + state.turns[j]) * to_vec(edge));
+      sum += model.weights[k] * state.turned[k];
+    }
+    state.elastic[i] = sum;
+    state.force[i] = turn(state.turns[i], state.force[i]);
+  }
+  for (size_t k = 0; k < nodes; ++k) {
+    const Row &a = state.elastic[model.matrix.order[k]], &b = state.force[model.matrix.order[k]];
+    state.solution[k] = RowPair{a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0};
+  }
+  solve(model.matrix, model.factor, state.solution);
+  for (size_t k = 0; k < nodes; ++k) {
+    const RowPair& x = state.solution[k];
+    state.elastic[model.matrix.order[k]] = Row{x[0], x[1], x[2], 0.0};
+    state.force[model.matrix.order[k]] = Row{x[4], x[5], x[6], 0.0};
+  }
+}
+
+void predict_skin(SkinState& state) {
+  // Sweeps even out what is local. What is wide they hardly reach: there the displacement goes a
+  // part of the way to what the forces of the step before hold in balance.
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Row offset = turn(state.turns[i], state.offset[i]);
+    const Row back = state.force[i] - offset;
+    const double far = std::sqrt(dot(back, back));
+    const double share = std::min(kReturn, kLongestReturn / std::max(far, kLongestReturn));
+    state.x[i] = state.elastic[i] + offset + share * back;
+  }
+}
+
+void relax(const SkinModel& model, SkinState& state) {
+  const int nodes = static_cast<int>(state.x.size());
+  find_normals(model, state);
+  for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
+  for (int i = nodes; i-- > 0;) relax_node(model, state, i);
+}
+
+void remember(const SkinModel& model, SkinState& state) {
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Row d = state.x[i] - state.elastic[i];
+    Row sum = model.anchor[i] * d;
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      const int j = model.neighbours[k];
+      sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
+    }
+    // Flesh does not rub: of what the sweeps have left unbalanced, it bears the part along its way.
+    const FleshValue flesh =
+        flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
+    const Row way = flesh.found ? to_row(way_out(flesh, state.normals[i])) : Row{};
+    state.force[i] = turn_back(state.turns[i], dot(way, sum) * way);
+    state.offset[i] = turn_back(state.turns[i], d);
+    state.slip[i] = turn_back(state.turns[i], state.x[i] - state.bound[i]);
+  }
+}
+
+}  // namespace thew

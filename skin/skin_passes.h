@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "skin/skin_layer.h"
+
+namespace thew {
+
+// The passes of one step of the skin, in the order in which step_skin calls them.
+
+/// Sets turns and bound: each node's rotation and place as its bodies carry it.
+void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
+/// Sets elastic; turns force into the displacement that it would cause.
+void solve_elastic(const SkinModel& model, SkinState& state);
+/// Sets x: where the step before left it, relative to the elastic shape.
+void predict_skin(SkinState& state);
+
+/// Flesh under each node that has moved since it was looked up; all of them at first.
+void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
+                SkinState& state);
+/// Flesh nodes that come near a skin triangle from within, or through it.
+void look_above(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+/// Skin nodes that come near the other wall of a fold, or through it.
+void look_across(const SkinModel& model, SkinState& state);
+
+/// One sweep there and back: each node to its elastic balance, then onto its level of the flesh.
+void relax(const SkinModel& model, SkinState& state);
+/// Moves apart what look_across found, then triangles out over what look_above found.
+void part_and_cover(const SkinModel& model, SkinState& state);
+
+/// Moves nodes that are too near the flesh out of it.
+void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+/// Evens out what still crosses, with the ring around it, until nothing does.
+void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+
+/// Sets force, slip and offset for the step to come.
+void remember(const SkinModel& model, SkinState& state);
+
+/// Out of the flesh, a unit vector: along the field's gradient, with a little of the skin's normal
+/// for where the gradient vanishes.
+Vec3 way_out(const FleshValue& flesh, const Row& normal);
+/// How far a node is moved along `way` for its field to rise by `lack` (m).
+double climb(const FleshValue& flesh, const Vec3& way, double lack);
+
+}  // namespace thew

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "skin/skin_layer.h"
@@ -9,7 +10,7 @@ namespace thew {
 namespace {
 
 constexpr double kFarthestBone = 1.0;   // m
-constexpr double kAnchorLength = 0.12;  // m over which a held patch draws its neighbours along
+static const double kAnchorLength = getenv("kAnchorLength") ? atof(getenv("kAnchorLength")) : 0.12;  // m over which a held patch draws its neighbours along
 constexpr double kFatReach = 0.03;      // m beyond which flesh does not carry the skin
 
 struct Edges {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <cstdio>
+#include <cstdlib>
 
 #include "skin/skin_passes.h"
 
@@ -8,13 +11,13 @@ namespace thew {
 namespace {
 
 constexpr double kReach = 0.03;        // m, flesh farther from the skin is not felt
-constexpr double kStale = 3e-4;        // m of motion after which the flesh is looked up again
+static const double kStale = getenv("kStale") ? atof(getenv("kStale")) : 3e-4;        // m of motion after which the flesh is looked up again
 constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
 constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
-constexpr double kFoldReach = 0.004;   // m between the walls of a fold
-constexpr double kFacing = -0.3;       // cosine between the normals of walls that face each other
-constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
-constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
+static const double kFoldReach = getenv("kFoldReach") ? atof(getenv("kFoldReach")) : 0.004;   // m between the walls of a fold
+static const double kFacing = getenv("kFacing") ? atof(getenv("kFacing")) : -0.3;       // cosine between the normals of walls that face each other
+static const double kNormalShare = getenv("kNormalShare") ? atof(getenv("kNormalShare")) : 0.1;   // of the skin's normal in the way out of the flesh
+static const double kLeastAlong = getenv("kLeastAlong") ? atof(getenv("kLeastAlong")) : 0.3;    // cosine that a step along an oblique way is divided by
 constexpr int kRounds = 10;            // of what is repeated until it holds
 
 Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
@@ -152,7 +155,7 @@ void look_across(const SkinModel& model, SkinState& state) {
   }
 }
 
-void part_and_cover(const SkinModel& model, SkinState& state) {
+void part_folds(const SkinModel& model, SkinState& state) {
   for (const SkinFold& fold : state.folds) {
     const SkinPlane& wall = fold.wall;
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
@@ -162,6 +165,9 @@ void part_and_cover(const SkinModel& model, SkinState& state) {
     state.x[fold.node] += to_row(by);
     push(model, wall, -by, state);
   }
+}
+
+void cover_triangles(const SkinModel& model, SkinState& state) {
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
@@ -173,6 +179,20 @@ void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
   for (size_t i = 0; i < state.x.size(); ++i) clear_node(model, below, static_cast<int>(i), state);
 }
 
+void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  constexpr int kCoverRounds = 4;
+  for (int round = 0; round < kCoverRounds; ++round) {
+    clear_flesh(model, below, state);
+    look_above(model, below, state);
+    const auto pierces = [&](const SkinPlane& cover) {
+      return cover.normal.dot(point_of(model, state, cover)) < cover.level - kCover;
+    };
+    if (std::none_of(state.covers.begin(), state.covers.end(), pierces)) return;
+    cover_triangles(model, state);
+  }
+  clear_flesh(model, below, state);
+}
+
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kSweeps = 4;
   std::vector<char> marked(state.x.size(), 0);
@@ -181,6 +201,7 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
     const auto pairs =
         crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
     if (pairs.empty()) return;
+    if (getenv("UD")) printf("  untangle round %d pairs %zu first %d %d\n",round,pairs.size(),(model.surface.triangles[pairs[0][0]][0]-1)/64,(model.surface.triangles[pairs[0][0]][0]-1)%64);
     mark(model, pairs, marked);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (size_t i = 0; i < marked.size(); ++i) {

@@ -39,9 +39,10 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
       look_across(model, state);
     }
     relax(model, state);
-    part_and_cover(model, state);
+    part_folds(model, state);
+    cover_triangles(model, state);
   }
-  clear_flesh(model, below, state);
+  cover_flesh(model, below, state);
   untangle(model, below, state);
   remember(model, state);
   refit_bvh(model.surface, state.x, state.bvh);

@@ -24,11 +24,15 @@ void look_across(const SkinModel& model, SkinState& state);
 
 /// One sweep there and back: each node to its elastic balance, then onto its level of the flesh.
 void relax(const SkinModel& model, SkinState& state);
-/// Moves apart what look_across found, then triangles out over what look_above found.
-void part_and_cover(const SkinModel& model, SkinState& state);
+/// Moves apart what look_across found.
+void part_folds(const SkinModel& model, SkinState& state);
+/// Moves triangles out over what look_above found.
+void cover_triangles(const SkinModel& model, SkinState& state);
 
 /// Moves nodes that are too near the flesh out of it.
 void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+/// Both ways, until no node of the skin is too near the flesh and none of the flesh pierces the skin.
+void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 /// Evens out what still crosses, with the ring around it, until nothing does.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 

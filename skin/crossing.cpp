@@ -21,7 +21,15 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3* t) {
   return same_sign(u, v) && same_sign(v, orientation(p, q, t[2], t[0]));
 }
 
+// All of t on one side of the plane of s, which then is nowhere crossed.
+bool one_side(const Vec3* s, const Vec3* t) {
+  const Vec3 n = (s[1] - s[0]).cross(s[2] - s[0]);
+  const double a = n.dot(t[0] - s[0]), b = n.dot(t[1] - s[0]), c = n.dot(t[2] - s[0]);
+  return same_sign(a, b) && same_sign(b, c);
+}
+
 bool cross(const Vec3* s, const Vec3* t) {
+  if (one_side(s, t) || one_side(t, s)) return false;
   for (int k = 0; k < 3; ++k) {
     if (pierces(s[k], s[(k + 1) % 3], t) || pierces(t[k], t[(k + 1) % 3], s)) return true;
   }
@@ -53,11 +61,12 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
   if (bvh_a.order.empty() || bvh_b.order.empty()) return pairs;
   const bool itself = &a == &b && &xa == &xb;
   const auto test = [&](int i, int j) {
-    if (itself && (i >= j || share_node(a.triangles[i], b.triangles[j]))) return;
+    if (itself && share_node(a.triangles[i], b.triangles[j])) return;
     Vec3 s[3], t[3];
     corners(a, xa, i, s);
     corners(b, xb, j, t);
-    if (cross(s, t)) pairs.push_back({i, j});
+    if (!cross(s, t)) return;
+    pairs.push_back(itself ? std::array{std::min(i, j), std::max(i, j)} : std::array{i, j});
   };
   std::vector<std::array<int, 2>> stack{{0, 0}};
   while (!stack.empty()) {
@@ -65,12 +74,17 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
     stack.pop_back();
     const Bvh::Node &one = bvh_a.nodes[n], &two = bvh_b.nodes[m];
     if (!overlap(one, two)) continue;
+    const bool same = itself && n == m;  // each pair within once
     if (one.count > 0 && two.count > 0) {
       for (int i = 0; i < one.count; ++i) {
-        for (int j = 0; j < two.count; ++j) {
+        for (int j = same ? i + 1 : 0; j < two.count; ++j) {
           test(bvh_a.order[one.first + i], bvh_b.order[two.first + j]);
         }
       }
+    } else if (same) {
+      stack.push_back({one.first, one.first});
+      stack.push_back({one.first + 1, one.first + 1});
+      stack.push_back({one.first, one.first + 1});
     } else if (one.count == 0 && (two.count > 0 || n <= m)) {
       stack.push_back({one.first, m});
       stack.push_back({one.first + 1, m});

@@ -24,29 +24,40 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
                 int node, std::vector<int>& hints, FleshPlanes& planes) {
   struct Found {
     double distance;
+    int other;
     FleshPlanes::Plane plane;
   };
   std::array<Found, FleshPlanes::kMost + 1> found;  // by distance; the last place is overflow
   int count = 0;
   const int others = static_cast<int>(below.size());
-  for (int j = 0; j < others; ++j) {
+  int* hint = hints.data() + static_cast<size_t>(node) * (others + 1);
+  const auto look = [&](int j) {
     const Collider& flesh = below[j];
-    if (flesh.bvh->order.empty()) continue;
     // Beyond the nearest by the bridging radius a surface has no weight.
-    const bool inside = count > 0 && found[0].distance < 0.0;
-    const double bound =
-        count > 0 && !inside ? std::min(reach, found[0].distance + bridging) : reach;
-    if (box_distance(*flesh.bvh, p) > bound) continue;
-    int& hint = hints[static_cast<size_t>(node) * others + j];
-    const ClosestPoint near = closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint);
-    if (near.triangle < 0) continue;
-    hint = near.triangle;
+    const bool outside = count > 0 && found[0].distance >= 0.0;
+    const double bound = outside ? std::min(reach, found[0].distance + bridging) : reach;
+    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, p) > bound) return;
+    const ClosestPoint near =
+        closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
+    if (near.triangle < 0) return;
+    hint[j] = near.triangle;
     const Vec3 normal = contact_normal(near, p);
+    const auto before = [&](const Found& one) {
+      return one.distance < near.distance || (one.distance == near.distance && one.other < j);
+    };
     int at = count;
-    for (; at > 0 && found[at - 1].distance > near.distance; --at) found[at] = found[at - 1];
-    found[at] = {near.distance, {normal, normal.dot(p) - near.distance}};
+    for (; at > 0 && !before(found[at - 1]); --at) found[at] = found[at - 1];
+    found[at] = {near.distance, j, {normal, normal.dot(p) - near.distance}};
     count = std::min(count + 1, FleshPlanes::kMost);
+  };
+  const int first = hint[others];  // the nearest of the last time: it spares most of the others
+  if (first >= 0) look(first);
+  for (int j = 0; j < others; ++j) {
+    if (j != first) look(j);
   }
+  if (count > 0) hint[others] = found[0].other;
+  // What lies farther was found or not as the order had it; the result must not depend on that.
+  while (count > 1 && found[count - 1].distance > found[0].distance + bridging) --count;
   for (int k = 0; k < count; ++k) planes.planes[node][k] = found[k].plane;
   planes.count[node] = count;
 }

@@ -32,6 +32,7 @@ struct FleshValue {
 };
 
 /// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there.
+/// `hints` only speed it up; by node, one for each surface and one more, -1 at first.
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
                 int node, std::vector<int>& hints, FleshPlanes& planes);
 

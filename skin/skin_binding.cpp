@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 
 #include "skin/skin_layer.h"
@@ -10,7 +9,7 @@ namespace thew {
 namespace {
 
 constexpr double kFarthestBone = 1.0;   // m
-static const double kAnchorLength = getenv("kAnchorLength") ? atof(getenv("kAnchorLength")) : 0.12;  // m over which a held patch draws its neighbours along
+constexpr double kAnchorLength = 0.12;  // m over which a held patch draws its neighbours along
 constexpr double kFatReach = 0.03;      // m beyond which flesh does not carry the skin
 
 struct Edges {
@@ -139,7 +138,7 @@ void measure_fat(const std::vector<Collider>& below, SkinModel& model) {
   FleshPlanes planes;
   planes.planes.resize(nodes);
   planes.count.resize(nodes);
-  std::vector<int> hints(nodes * below.size(), -1);
+  std::vector<int> hints(nodes * (below.size() + 1), -1);
   const double bridging = model.settings.bridging;
   for (size_t i = 0; i < nodes; ++i) {
     const int node = static_cast<int>(i);

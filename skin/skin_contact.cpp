@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
-#include <cstdlib>
 
 #include "skin/skin_passes.h"
 
@@ -11,13 +8,13 @@ namespace thew {
 namespace {
 
 constexpr double kReach = 0.03;        // m, flesh farther from the skin is not felt
-static const double kStale = getenv("kStale") ? atof(getenv("kStale")) : 3e-4;        // m of motion after which the flesh is looked up again
+constexpr double kStale = 3e-4;        // m of motion after which the flesh is looked up again
 constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
 constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
-static const double kFoldReach = getenv("kFoldReach") ? atof(getenv("kFoldReach")) : 0.004;   // m between the walls of a fold
-static const double kFacing = getenv("kFacing") ? atof(getenv("kFacing")) : -0.3;       // cosine between the normals of walls that face each other
-static const double kNormalShare = getenv("kNormalShare") ? atof(getenv("kNormalShare")) : 0.1;   // of the skin's normal in the way out of the flesh
-static const double kLeastAlong = getenv("kLeastAlong") ? atof(getenv("kLeastAlong")) : 0.3;    // cosine that a step along an oblique way is divided by
+constexpr double kFoldReach = 0.004;   // m between the walls of a fold
+constexpr double kFacing = -0.3;       // cosine between the normals of walls that face each other
+constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
+constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
 constexpr int kRounds = 10;            // of what is repeated until it holds
 
 Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
@@ -124,7 +121,7 @@ double climb(const FleshValue& flesh, const Vec3& way, double lack) {
 
 void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
                 SkinState& state) {
-  state.hints.resize(state.x.size() * below.size(), -1);
+  state.hints.resize(state.x.size() * (below.size() + 1), -1);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
     if (first || moved(state, node) > kStale) look_below_node(model, below, node, state);
@@ -201,7 +198,6 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
     const auto pairs =
         crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
     if (pairs.empty()) return;
-    if (getenv("UD")) printf("  untangle round %d pairs %zu first %d %d\n",round,pairs.size(),(model.surface.triangles[pairs[0][0]][0]-1)/64,(model.surface.triangles[pairs[0][0]][0]-1)%64);
     mark(model, pairs, marked);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (size_t i = 0; i < marked.size(); ++i) {

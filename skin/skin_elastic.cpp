@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "skin/skin_passes.h"
 
 namespace thew {
 namespace {
 
-static const double kYield = getenv("kYield") ? atof(getenv("kYield")) : 0.006;          // m from its bound place beyond which an anchor slips
+constexpr double kYield = 0.006;          // m from its bound place beyond which an anchor slips
 constexpr double kMostStretch = 3.0;      // of an edge over a joint's outer side
-static const double kReturn = getenv("kReturn") ? atof(getenv("kReturn")) : 0.1;           // share of the way to equilibrium with last step's forces
-static const double kLongestReturn = getenv("kLongestReturn") ? atof(getenv("kLongestReturn")) : 0.001;  // m
-static const double kShortest = getenv("kShortest") ? atof(getenv("kShortest")) : 0.1;         // of an edge's length, along its turned direction
-static const double kInwardPull = getenv("kInwardPull") ? atof(getenv("kInwardPull")) : 0.05;      // weight of the flesh's pull on skin above its level
-static const double kSlack = getenv("kSlack") ? atof(getenv("kSlack")) : 0.01;           // m above it at which the pull has faded
-static const double kLongestStep = getenv("kLongestStep") ? atof(getenv("kLongestStep")) : 0.003;    // m, of one projection onto the level
+constexpr double kReturn = 0.1;           // share of the way to equilibrium with last step's forces
+constexpr double kLongestReturn = 0.001;  // m
+constexpr double kShortest = 0.1;         // of an edge's length, along its turned direction
+constexpr double kInwardPull = 0.05;      // weight of the flesh's pull on skin above its level
+constexpr double kSlack = 0.01;           // m above it at which the pull has faded
+constexpr double kLongestStep = 0.003;    // m, of one projection onto the level
 constexpr int kNormalRounds = 4;
 
 double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -77,7 +76,7 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
     sum += pull * (state.x[i] + to_row(step * way) - state.elastic[i]);
     weight += pull;
   }
-  static const double kOver = getenv("kOver") ? atof(getenv("kOver")) : 1.0;
+  constexpr double kOver = 1.0;
   Row x = state.x[i] + kOver * (state.elastic[i] + sum * (1.0 / weight) - state.x[i]);
   for (int k = first; k < last; ++k) {  // neighbours do not pass one another
     const Row& e = state.turned[k];

@@ -31,7 +31,8 @@ void cover_triangles(const SkinModel& model, SkinState& state);
 
 /// Moves nodes that are too near the flesh out of it.
 void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
-/// Both ways, until no node of the skin is too near the flesh and none of the flesh pierces the skin.
+/// Both ways, until no node of the skin is too near the flesh and none of the flesh pierces the
+/// skin.
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 /// Evens out what still crosses, with the ring around it, until nothing does.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);

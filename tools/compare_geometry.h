@@ -30,13 +30,17 @@ struct GeometryComparison {
   }
 };
 
-/// What the rounding of positions to float32 leaves of a metre, and a little more.
-inline constexpr double kDistanceTolerance = 2e-7;
+/// m. More than the last digit of a float32 below a metre, so that a change in the order of sums
+/// may pass; a stiffness changed by 1 % moves a muscle by more.
+inline constexpr double kDistanceTolerance = 1e-7;
 
 /// `frames`: those to be compared; empty: all.
 GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader& actual,
                                     const std::vector<int>& frames,
                                     double tolerance = kDistanceTolerance);
+
+/// Rounded to float32, as a cache keeps it.
+double as_float(double value);
 
 /// "17-19, 25"
 std::string frame_list(const std::vector<int>& frames);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -49,10 +50,21 @@ std::string geometry_as_text(const GeometryComparison& geometry) {
   return text + more(count, "meshes that moved");
 }
 
+std::string shift_as_text(const PixelMeasures& m) {
+  // Less is what a limb that moves makes of it.
+  constexpr double kSeen = 0.02;  // pixels
+  if (std::hypot(m.shift_x, m.shift_y) < kSeen) return "";
+  const auto by = [](double pixels, const char* to, const char* fro) {
+    return readable(std::round(100.0 * std::abs(pixels)) / 100.0) + " pixels " + (pixels > 0.0 ? to : fro);
+  };
+  return ", as if the picture had moved by " + by(m.shift_x, "right", "left") + " and " +
+         by(m.shift_y, "down", "up");
+}
+
 std::string measures_as_text(const PixelMeasures& m) {
   return "largest difference " + std::to_string(m.largest) + " of 255 at (" + std::to_string(m.x) +
          ", " + std::to_string(m.y) + "), RMSE " + readable(m.rmse) + ", SSIM " +
-         readable(m.ssim, 4) + ", FLIP " + readable(m.flip);
+         readable(m.ssim, 4) + ", FLIP " + readable(m.flip) + shift_as_text(m);
 }
 
 std::string images_as_text(const Comparison& comparison) {
@@ -119,6 +131,7 @@ json image_as_json(const ImageComparison& image) {
   out["rmse"] = m.rmse;
   out["ssim"] = m.ssim;
   out["flip"] = m.flip;
+  out["shift"] = {m.shift_x, m.shift_y};
   return out;
 }
 

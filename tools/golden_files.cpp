@@ -5,6 +5,7 @@
 
 #include "sim/cache.h"
 #include "sim/durable_file.h"
+#include "tools/compare_geometry.h"
 #include "tools/image.h"
 
 namespace thew {
@@ -20,8 +21,8 @@ constexpr int kSmallest = 9;                     // zlib's level
 // What a comparison does not look at, and digits beyond float32, would only be bytes to keep.
 void shorten(BakeMesh& mesh) {
   mesh.coordinates.clear();
-  for (double& weight : mesh.weights) weight = static_cast<float>(weight);
-  for (Vec3& p : mesh.rest.vertices) p = p.cast<float>().cast<double>();
+  for (double& weight : mesh.weights) weight = as_float(weight);
+  for (Vec3& p : mesh.rest.vertices) p = p.unaryExpr(&as_float);
 }
 
 void keep_bake(const fs::path& file, const fs::path& golden) {

@@ -69,6 +69,34 @@ Plane structural_similarity(const Image& expected, const Image& actual) {
   return out;
 }
 
+// The shift d of the whole picture that explains the difference best: b - a = -grad I . d in least
+// squares (Lucas and Kanade 1981), I the mean of both. Zero unless it explains more than half.
+Eigen::Vector2d find_shift(const Plane& a, const Plane& b) {
+  const std::vector<double> slope = {-0.5, 0.0, 0.5}, here = {1.0};
+  Plane mean = a;
+  for (std::size_t i = 0; i < mean.values.size(); ++i) {
+    mean.values[i] = 0.5 * (a.values[i] + b.values[i]);
+  }
+  const Plane gx = filter(mean, slope, here), gy = filter(mean, here, slope);
+  Eigen::Matrix2d matrix = Eigen::Matrix2d::Identity() * 1e-9;
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  double all = 0.0, left = 0.0;
+  for (std::size_t i = 0; i < mean.values.size(); ++i) {
+    const Eigen::Vector2d g(gx.values[i], gy.values[i]);
+    const double change = b.values[i] - a.values[i];
+    matrix += g * g.transpose();
+    right -= change * g;
+    all += change * change;
+  }
+  const Eigen::Vector2d shift = matrix.inverse() * right;
+  for (std::size_t i = 0; i < mean.values.size(); ++i) {
+    const double change = b.values[i] - a.values[i];
+    const double rest = change + gx.values[i] * shift.x() + gy.values[i] * shift.y();
+    left += rest * rest;
+  }
+  return left < 0.5 * all ? shift : Eigen::Vector2d(Eigen::Vector2d::Zero());
+}
+
 }  // namespace
 
 Image masked(const Image& expected, Image actual, const Image* mask) {
@@ -117,6 +145,8 @@ PixelMeasures measure_pixels(const Image& expected, const Image& actual_unmasked
   measures.rmse = std::sqrt(squares / (3.0 * static_cast<double>(count)));
   measures.ssim = masked_mean(structural_similarity(expected, actual), mask);
   measures.flip = masked_mean(flip(expected, actual), mask);
+  const Eigen::Vector2d shift = find_shift(luma(expected), luma(actual));
+  measures.shift_x = shift.x(), measures.shift_y = shift.y();
   return measures;
 }
 

@@ -26,6 +26,7 @@ struct PixelMeasures {
   double rmse = 0.0;   ///< levels, over all channels
   double ssim = 1.0;   ///< mean structural similarity (Wang et al. 2004), 1: the same
   double flip = 0.0;   ///< mean LDR-FLIP, 0: the same
+  double shift_x = 0.0, shift_y = 0.0;  ///< pixels right and down that explain most of it, else 0
 };
 
 /// Where `mask` (of the same size; null: everywhere) is darker than half grey nothing is compared.

@@ -125,7 +125,7 @@ std::string pixel_chart(const Comparison& comparison, const std::string& title,
     if (!image.frame || image.expected.empty() || image.actual.empty()) continue;
     views[image.view][*image.frame] = value(image.measures);
   }
-  if (views.empty()) return "";
+  if (views.empty() || views.begin()->second.size() < 2) return "";  // no curve
   LineChart chart{title, unit, {}, {}, false, {}};
   for (const auto& [frame, unused] : views.begin()->second) chart.x.push_back(frame);
   for (const auto& [view, by_frame] : views) {

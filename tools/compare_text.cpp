@@ -51,14 +51,10 @@ std::string geometry_as_text(const GeometryComparison& geometry) {
 }
 
 std::string shift_as_text(const PixelMeasures& m) {
-  // Less is what a limb that moves makes of it.
-  constexpr double kSeen = 0.02;  // pixels
+  constexpr double kSeen = 0.02;  // pixels; less is what a limb that moves makes of it
   if (std::hypot(m.shift_x, m.shift_y) < kSeen) return "";
-  const auto by = [](double pixels, const char* to, const char* fro) {
-    return readable(std::round(100.0 * std::abs(pixels)) / 100.0) + " pixels " + (pixels > 0.0 ? to : fro);
-  };
-  return ", as if the picture had moved by " + by(m.shift_x, "right", "left") + " and " +
-         by(m.shift_y, "down", "up");
+  const auto rounded = [](double pixels) { return readable(std::round(100.0 * pixels) / 100.0); };
+  return ", as if shifted by (" + rounded(m.shift_x) + ", " + rounded(m.shift_y) + ") pixels";
 }
 
 std::string measures_as_text(const PixelMeasures& m) {

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 
 #include "sim/durable_file.h"
 #include "sim/scene.h"
@@ -17,13 +14,6 @@ namespace fs = std::filesystem;
 
 // Small enough for a repository, large enough for a camera nudged by half a pixel to show.
 constexpr const char* kSize = "render.size=[320, 180]";
-
-fs::path new_folder() {
-  std::string name = (fs::temp_directory_path() / "thew_golden_XXXXXX").string();
-  if (mkdtemp(name.data())) return name;
-  throw Error(ExitCode::kOutput,
-              name + ": cannot be made (" + std::strerror(errno) + "); name a folder with --out");
-}
 
 // First, middle and last frame.
 std::string some_frames(const CommandOptions& options) {
@@ -97,7 +87,7 @@ bool tell_what_moves(const fs::path& golden, const fs::path& baked) {
 
 ExitCode golden_update_command(const CommandOptions& options, const fs::path& golden) {
   const GoldenRecipe recipe = recipe_for_update(options, golden);
-  const fs::path folder = options.out.empty() ? new_folder() : options.out;
+  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
   bake_afresh(options, recipe, folder);
   if (tell_what_moves(golden, folder)) {
     keep_goldens(folder, recipe, golden);
@@ -113,7 +103,7 @@ ExitCode golden_check_command(const CommandOptions& options, const fs::path& gol
                               const CompareOptions& limits) {
   GoldenRecipe recipe = read_recipe(golden);
   recipe.set.insert(recipe.set.end(), options.overrides.begin(), options.overrides.end());
-  const fs::path folder = options.out.empty() ? new_folder() : options.out;
+  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
   const ExitCode bounds = bake_afresh(options, recipe, folder);
   const Comparison comparison = compare(golden, folder, limits);
   std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()

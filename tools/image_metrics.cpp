@@ -71,7 +71,10 @@ Plane structural_similarity(const Image& expected, const Image& actual) {
 
 // The shift d of the whole picture that explains the difference best: b - a = -grad I . d in least
 // squares (Lucas and Kanade 1981), I the mean of both. Zero unless it explains more than half.
-Eigen::Vector2d find_shift(const Plane& a, const Plane& b) {
+// Smoothed, since differences of neighbours say too little of how steep a sharp edge is.
+Eigen::Vector2d find_shift(const Image& expected, const Image& actual) {
+  const std::vector<double> smooth = gaussian(1.5, 5);
+  const Plane a = filter(luma(expected), smooth, smooth), b = filter(luma(actual), smooth, smooth);
   const std::vector<double> slope = {-0.5, 0.0, 0.5}, here = {1.0};
   Plane mean = a;
   for (std::size_t i = 0; i < mean.values.size(); ++i) {
@@ -145,7 +148,7 @@ PixelMeasures measure_pixels(const Image& expected, const Image& actual_unmasked
   measures.rmse = std::sqrt(squares / (3.0 * static_cast<double>(count)));
   measures.ssim = masked_mean(structural_similarity(expected, actual), mask);
   measures.flip = masked_mean(flip(expected, actual), mask);
-  const Eigen::Vector2d shift = find_shift(luma(expected), luma(actual));
+  const Eigen::Vector2d shift = find_shift(expected, actual);
   measures.shift_x = shift.x(), measures.shift_y = shift.y();
   return measures;
 }

@@ -46,7 +46,7 @@ std::string page_of(Comparison comparison) {
   }
   const fs::path folder = new_temporary_folder("compare");
   comparison.images = draw_worst_frame(comparison, folder);
-  const std::string page = comparison_as_html(comparison);
+  std::string page = comparison_as_html(comparison);
   remove_durably(folder);
   return page;
 }

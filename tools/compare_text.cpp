@@ -10,7 +10,7 @@
 namespace thew {
 namespace {
 
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 
 constexpr std::size_t kLines = 10;  // of each kind
 
@@ -93,8 +93,8 @@ std::string images_as_text(const Comparison& comparison) {
   return text + more(different, "pictures") + renderer_note(comparison);
 }
 
-json geometry_as_json(const GeometryComparison& geometry) {
-  json meshes = json::array();
+ordered_json geometry_as_json(const GeometryComparison& geometry) {
+  ordered_json meshes = ordered_json::array();
   for (const MeshDistance& mesh : geometry.meshes) {
     meshes.push_back({{"name", mesh.name},
                       {"max_distance_mm", 1e3 * mesh.largest},
@@ -112,14 +112,14 @@ json geometry_as_json(const GeometryComparison& geometry) {
           {"meshes", meshes}};
 }
 
-json image_as_json(const ImageComparison& image) {
-  json out = {{"name", image.name},
-              {"same", image.fault.empty()},
-              {"fault", image.fault},
-              {"view", image.view},
-              {"frame", image.frame ? json(*image.frame) : json(nullptr)},
-              {"expected_renderer", image.expected_renderer},
-              {"actual_renderer", image.actual_renderer}};
+ordered_json image_as_json(const ImageComparison& image) {
+  ordered_json out = {{"name", image.name},
+                      {"same", image.fault.empty()},
+                      {"fault", image.fault},
+                      {"view", image.view},
+                      {"frame", image.frame ? ordered_json(*image.frame) : ordered_json(nullptr)},
+                      {"expected_renderer", image.expected_renderer},
+                      {"actual_renderer", image.actual_renderer}};
   const PixelMeasures& m = image.measures;
   out["share"] = m.share;
   out["largest"] = m.largest;
@@ -154,10 +154,10 @@ std::string comparison_as_text(const Comparison& comparison) {
 }
 
 std::string comparison_as_json(const Comparison& comparison) {
-  json images = json::array();
+  ordered_json images = ordered_json::array();
   for (const ImageComparison& image : comparison.images) images.push_back(image_as_json(image));
   const PixelLimits& limits = comparison.limits;
-  json out = {
+  ordered_json out = {
       {"same", comparison.same()},
       {"expected", comparison.expected.string()},
       {"actual", comparison.actual.string()},
@@ -173,7 +173,7 @@ std::string comparison_as_json(const Comparison& comparison) {
   limit("flip", limits.flip);
   if (comparison.geometry) out["geometry"] = geometry_as_json(*comparison.geometry);
   // File names need not be UTF-8.
-  return out.dump(2, ' ', false, json::error_handler_t::replace);
+  return out.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
 
 }  // namespace thew

@@ -22,25 +22,25 @@ using Planes = std::array<Plane, 3>;
 
 // sRGB's primaries and D65; a row's sum is the white point's X, Y or Z.
 const Mat3& xyz_from_rgb() {
-  static const Mat3 matrix =
+  static const Mat3 kMatrix =
       (Mat3() << 10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794,
        2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897, 1425312.0 / 73733382,
        8788810.0 / 73733382, 70074185.0 / 73733382)
           .finished();
-  return matrix;
+  return kMatrix;
 }
 
 // XYZ over the white point.
 Vec3 relative_xyz(const Vec3& rgb) {
-  static const Mat3 matrix =
+  static const Mat3 kMatrix =
       (xyz_from_rgb() * Vec3::Ones()).cwiseInverse().asDiagonal() * xyz_from_rgb();
-  return matrix * rgb;
+  return kMatrix * rgb;
 }
 
 Vec3 rgb_of_relative(const Vec3& xyz) {
-  static const Mat3 matrix =
+  static const Mat3 kMatrix =
       xyz_from_rgb().inverse() * (xyz_from_rgb() * Vec3::Ones()).asDiagonal();
-  return matrix * xyz;
+  return kMatrix * xyz;
 }
 
 // Lightness and two opponent colours from XYZ over white: L*a*b* of its roots, YCxCz of itself.
@@ -71,10 +71,10 @@ double colour_distance(const Vec3& a, const Vec3& b) {
 
 // To 0..1: small differences share most of the range.
 double redistribute(double distance) {
-  static const double most = colour_distance(hunt_lab(Vec3::UnitY()), hunt_lab(Vec3::UnitZ()));
-  const double knee = kKnee * most;
+  static const double kMost = colour_distance(hunt_lab(Vec3::UnitY()), hunt_lab(Vec3::UnitZ()));
+  const double knee = kKnee * kMost;
   if (distance < knee) return kKneeHeight / knee * distance;
-  return kKneeHeight + (distance - knee) / (most - knee) * (1.0 - kKneeHeight);
+  return kKneeHeight + (distance - knee) / (kMost - knee) * (1.0 - kKneeHeight);
 }
 
 Planes opponent_planes(const Image& image) {

@@ -12,7 +12,7 @@ namespace thew {
 namespace {
 
 namespace fs = std::filesystem;
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 
 constexpr const char* kRecipe = "golden.json";
 constexpr std::size_t kLargestRecipe = 1 << 20;  // bytes
@@ -63,9 +63,9 @@ GoldenRecipe read_recipe(const fs::path& golden) {
                                       golden.string());
   }
   try {
-    const json recipe = json::parse(read_whole_file(file, kLargestRecipe));
+    const ordered_json recipe = ordered_json::parse(read_whole_file(file, kLargestRecipe));
     return {recipe.at("frames"), recipe.at("set")};
-  } catch (const json::exception& error) {
+  } catch (const ordered_json::exception& error) {
     throw Error(ExitCode::kInput,
                 file.string() + ": " + error.what() + "; remove it and make the goldens anew");
   }
@@ -75,7 +75,7 @@ void keep_goldens(const fs::path& baked, const GoldenRecipe& recipe, const fs::p
   create_folders(golden);
   keep_bake(baked / "bake.h5", golden);
   keep_pictures(baked / "frames", golden / "frames");
-  const json out = {{"frames", recipe.frames}, {"set", recipe.set}};
+  const ordered_json out = {{"frames", recipe.frames}, {"set", recipe.set}};
   write_durably(golden / kRecipe, out.dump(2) + "\n");
 }
 

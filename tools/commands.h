@@ -36,6 +36,9 @@ ExitCode golden_update_command(const CommandOptions& options, const std::filesys
 ExitCode golden_check_command(const CommandOptions& options, const std::filesystem::path& golden,
                               const CompareOptions& limits);
 
+/// As asked; where 0 is, what the farm or the machine gives.
+int thread_count(int asked);
+
 /// An empty folder under the system's temporary one; whoever asks removes it. Error(kOutput).
 std::filesystem::path new_temporary_folder(const std::string& what);
 

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <set>
 
+#include "sim/parallel.h"
+
 namespace thew {
 namespace {
 
@@ -137,9 +139,9 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   }
   std::optional<Image> mask;
   if (!options.mask.empty()) mask = read_png(options.mask);
-  for (ImageComparison& image : result.images) {
-    compare_image(image, mask ? &*mask : nullptr, options.limits);
-  }
+  Parallel(options.threads).each(static_cast<int>(result.images.size()), [&](int i) {
+    compare_image(result.images[i], mask ? &*mask : nullptr, options.limits);
+  });
   return result;
 }
 

@@ -16,6 +16,7 @@ struct CompareOptions {
   PixelLimits limits;
   std::filesystem::path mask;  ///< a PNG for all pictures; empty: none
   std::vector<int> frames;     ///< empty: all
+  int threads = 1;
 };
 
 /// One picture of both sides.

@@ -31,7 +31,9 @@ std::vector<ImageComparison> draw_worst_frame(const Comparison& comparison,
     if (views.empty()) views = views_of(reader);
     const auto& frames = reader.info().frames;
     const auto at = std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin();
-    Pictures pictures(folder / name, name, kWidth, kHeight, views, reader.info().meshes);
+    std::vector<BakeMesh> meshes = reader.info().meshes;
+    for (BakeMesh& mesh : meshes) mesh.coordinates.clear();  // fibres, which goldens do not keep
+    Pictures pictures(folder / name, name, kWidth, kHeight, views, meshes);
     pictures.draw(reader.read(static_cast<int>(at)));
     pictures.finish();
   }
@@ -63,6 +65,7 @@ fs::path new_temporary_folder(const std::string& what) {
 ExitCode compare_command(const fs::path& expected, const fs::path& actual,
                          const CommandOptions& options, CompareOptions limits) {
   if (!options.frames.empty()) limits.frames = parse_frames(options.frames);
+  limits.threads = thread_count(options.threads);
   const Comparison comparison = compare(expected, actual, limits);
   if (!options.out.empty()) write_durably(options.out, page_of(comparison));
   std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()

@@ -73,6 +73,7 @@ int run(int argc, char** argv) {
   compare->add_option("--frames", options.frames, "those to compare");
   compare->add_option("--html", options.out, "write a page with both, difference and slider");
   compare->add_flag("--json", options.json, "print all measures");
+  compare->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
   add_limits(*compare, limits, millimetres);
 
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");

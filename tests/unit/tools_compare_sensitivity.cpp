@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <random>
 #include <sstream>
 
 #include "tests/unit/rig_temp.h"
 #include "tools/commands.h"
-#include "tools/contact_sheet.h"
 #include "tools/gl_context.h"
 #include "tools/pictures.h"
 
@@ -23,7 +23,6 @@ using Settings = std::vector<std::string>;
 class Sensitivity : public TempFolder {
  protected:
   Sensitivity() {
-    choose_driver("softpipe");
     fs::copy(THEW_SOURCE_DIR "/tests/scenes/one_muscle", folder / "scene");
     scene = folder / "scene/scene.toml";
   }
@@ -77,6 +76,18 @@ TEST_F(Sensitivity, OneWeightMoved) {
       told(bake("b", {write_weights("b.txt", 0.0)}), bake("c", {write_weights("c.txt", 0.1)}));
   EXPECT_HAS(text, "flexor: the weight of vertex 60 is ");
   EXPECT_HAS(text, "  flexor moved ");
+
+  // The page shows both where they are farthest apart, though there are no pictures of them.
+  CommandOptions options;
+  options.out = folder / "page.html";
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(compare_command(folder / "b/bake.h5", folder / "c/bake.h5", options, {}),
+            ExitCode::kDifferent);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), text);
+  std::ifstream in(options.out);
+  const std::string page((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_HAS(page, "<h2>weights.00");
+  EXPECT_HAS(page, "class=\"difference\"");
 }
 
 TEST_F(Sensitivity, AMissingFrame) {
@@ -86,6 +97,8 @@ TEST_F(Sensitivity, AMissingFrame) {
 class Camera : public Sensitivity {
  protected:
   static constexpr int kWidth = 320, kHeight = 180;
+
+  Camera() { choose_driver("softpipe"); }
 
   // Draws frame 12, the camera moved to the right by so many pixels at its target.
   Image draw(const BakeReader& reader, double pixels) const {
@@ -113,6 +126,19 @@ TEST_F(Camera, ANudgeOfHalfAPixel) {
   EXPECT_HAS(text, ", as if shifted by (-0.5");
   EXPECT_NEAR(comparison.images[0].measures.shift_x, -0.5, 0.1);
   EXPECT_NEAR(comparison.images[0].measures.shift_y, 0.0, 0.1);
+}
+
+TEST_F(Camera, TheDriverIsTheOneChosenOrNone) {
+  const BakeReader reader(bake("a"));
+  draw(reader, 0.0);
+  choose_driver("llvmpipe");  // too late
+  try {
+    draw(reader, 0.0);
+    ADD_FAILURE() << "drawn by another driver";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kOutput);
+    EXPECT_HAS(std::string(error.what()), "asked for llvmpipe, Mesa gives softpipe");
+  }
 }
 
 TEST_F(Camera, NoiseOfAnotherProcessorIsNoAlarm) {

@@ -36,8 +36,8 @@ std::string geometry_as_text(const GeometryComparison& geometry) {
            " (largest distance " + readable(1e3 * most) + " mm)\n";
   }
   std::string text = "geometry differs";
-  text += geometry.same_scene ? " (the scene is the same: the program has changed)\n"
-                              : " (scene or inputs have changed)\n";
+  text += geometry.same_scene ? ", though scene and inputs are the same\n"
+                              : "; scene or inputs differ as well\n";
   for (std::size_t i = 0; i < std::min(kLines, geometry.faults.size()); ++i) {
     text += "  " + geometry.faults[i] + "\n";
   }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# find_package(thew CONFIG): thew::rig, thew::muscles, thew::skin, thew::sim. Static libraries hand
-# what they link on to their user, so it has to be found here.
+# find_package(thew CONFIG): thew::rig, thew::muscles, thew::skin, thew::sim, the command thew::thew
+# and thew_add_render_test(). Static libraries hand what they link on to their user, so it has to be
+# found here.
 include(CMakeFindDependencyMacro)
 enable_language(C)  # FindHDF5 needs it
 find_dependency(Eigen3 3.4 NO_MODULE)
@@ -9,3 +10,4 @@ find_dependency(urdfdom)
 find_dependency(HDF5 COMPONENTS C)
 find_dependency(Threads)
 include(${CMAKE_CURRENT_LIST_DIR}/thew-targets.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/thew-render-test.cmake)

@@ -24,13 +24,6 @@ namespace {
 
 volatile std::sig_atomic_t signal_seen = 0;
 
-int thread_count(int asked) {
-  if (asked > 0) return asked;
-  const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
-  if (farm && std::atoi(farm) > 0) return std::atoi(farm);
-  return std::max(1u, std::thread::hardware_concurrency());
-}
-
 std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   if (!options.frames.empty()) {
     return parse_frames(options.frames, scene.first_frame, scene.last_frame);
@@ -195,6 +188,13 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
 }
 
 }  // namespace
+
+int thread_count(int asked) {
+  if (asked > 0) return asked;
+  const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
+  if (farm && std::atoi(farm) > 0) return std::atoi(farm);
+  return std::max(1u, std::thread::hardware_concurrency());
+}
 
 bool interrupted() { return signal_seen != 0; }
 

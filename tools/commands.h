@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rig/types.h"
+#include "tools/compare.h"
 
 namespace thew {
 
@@ -24,6 +25,22 @@ ExitCode bake_command(const CommandOptions& options);
 /// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
 ExitCode inspect_command(const CommandOptions& options);
+/// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
+/// they moved most. kDifferent where they differ.
+ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,
+                         const CommandOptions& options, CompareOptions limits);
+/// Bakes the scene as its goldens were (or as the options say) and rewrites them; says what moved.
+ExitCode golden_update_command(const CommandOptions& options, const std::filesystem::path& golden);
+/// Bakes the scene as its goldens were, options.overrides on top, and compares. options.out keeps
+/// what was baked; without it only a bake that differs is kept.
+ExitCode golden_check_command(const CommandOptions& options, const std::filesystem::path& golden,
+                              const CompareOptions& limits);
+
+/// As asked; where 0 is, what the farm or the machine gives.
+int thread_count(int asked);
+
+/// An empty folder under the system's temporary one; whoever asks removes it. Error(kOutput).
+std::filesystem::path new_temporary_folder(const std::string& what);
 
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();

@@ -21,6 +21,8 @@ namespace {
 
 const char* kInstall = "; install libosmesa6 and link neither libGL nor libGLU beside it";
 
+std::string chosen_driver;  // "": not chosen
+
 OSMesaContext create_context() {
   const char* driver = std::getenv("GALLIUM_DRIVER");
   if (driver && *driver && std::string(driver) != "llvmpipe" && std::string(driver) != "softpipe") {
@@ -46,6 +48,11 @@ OSMesaContext create_context() {
 
 }  // namespace
 
+void choose_driver(const std::string& name) {
+  chosen_driver = name;
+  setenv("GALLIUM_DRIVER", name.c_str(), 1);
+}
+
 GlContext::GlContext(int width, int height)
     : width_(width), height_(height), context_(create_context()) {
   if (!context_) fail(std::string("OSMesa gives no context of GL 3.3") + kInstall);
@@ -62,6 +69,10 @@ GlContext::GlContext(int width, int height)
     if (!version || !renderer) fail(std::string("OSMesa's GL does not answer") + kInstall);
     driver_ = std::string(reinterpret_cast<const char*>(renderer)) + ", " +
               reinterpret_cast<const char*>(version);
+    if (!driver_.starts_with(chosen_driver)) {
+      fail("asked for " + chosen_driver + ", Mesa gives " + driver_ +
+           "; choose it before anything is drawn");
+    }
   } catch (...) {
     OSMesaDestroyContext(context_);
     throw;

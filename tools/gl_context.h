@@ -71,8 +71,13 @@ struct Gl {
 #undef THEW_GL_POINTER
 };
 
+/// Makes "softpipe" or "llvmpipe" the driver of this process, whatever GALLIUM_DRIVER says. Mesa
+/// asks once: only before the first context. Softpipe's pixels are the same on every processor.
+void choose_driver(const std::string& name);
+
 /// An OSMesa context (GL 3.3 core) that draws into memory of its own. Objects of GL die with it.
-/// The driver is Mesa's choice or GALLIUM_DRIVER's. All that knows OSMesa is in gl_context.cpp.
+/// The driver is Mesa's choice, GALLIUM_DRIVER's or choose_driver's. All that knows OSMesa is in
+/// gl_context.cpp.
 class GlContext {
  public:
   /// Error(kOutput) where there is no such context.

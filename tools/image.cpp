@@ -8,6 +8,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "rig/types.h"
@@ -16,6 +17,8 @@ namespace thew {
 namespace {
 
 constexpr png_uint_32 kLargestSide = 16384;
+constexpr const char* kRendererKey = "Renderer";
+constexpr std::size_t kLongestText = 256;  // bytes, of a renderer's name
 
 void remember_error(png_structp png, png_const_charp message) {
   std::snprintf(static_cast<char*>(png_get_error_ptr(png)), 128, "%s", message);
@@ -40,6 +43,13 @@ bool encode(std::FILE* out, const Image& image, int level, char (&why)[128]) {
   png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
   png_set_IHDR(png, info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  if (!image.renderer.empty()) {
+    png_text text{};
+    text.compression = PNG_TEXT_COMPRESSION_NONE;
+    text.key = const_cast<char*>(kRendererKey);  // libpng copies both
+    text.text = const_cast<char*>(image.renderer.c_str());
+    png_set_text(png, info, &text, 1);
+  }
   png_write_info(png, info);
   for (int y = 0; y < image.height; ++y) {
     png_write_row(png, image.rgb.data() + 3ul * image.width * y);
@@ -47,6 +57,38 @@ bool encode(std::FILE* out, const Image& image, int level, char (&why)[128]) {
   png_write_end(png, info);
   png_destroy_write_struct(&png, &info);
   return true;
+}
+
+std::uint32_t big_endian(const unsigned char* bytes) {
+  return std::uint32_t{bytes[0]} << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
+}
+
+// libpng's simplified interface drops texts. A PNG is 8 bytes, then chunks: length, type, data,
+// CRC; those that we write stand before the pixels.
+std::string read_renderer(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string key = std::string(kRendererKey) + '\0';
+  unsigned char head[8];
+  in.ignore(8);
+  while (in.read(reinterpret_cast<char*>(head), sizeof head)) {
+    const std::string type(reinterpret_cast<char*>(head) + 4, 4);
+    const std::uint32_t length = big_endian(head);
+    if (type == "IDAT") break;
+    if (type != "tEXt" || length > kLongestText) {
+      in.ignore(length + 4ll);
+      continue;
+    }
+    std::string data(length, '\0');
+    in.read(data.data(), length);
+    in.ignore(4);
+    if (!in || !data.starts_with(key)) continue;
+    data.erase(0, key.size());
+    for (char& c : data) {
+      if (c < ' ' || c > '~') c = '?';  // it is printed to terminals
+    }
+    return data;
+  }
+  return "";
 }
 
 }  // namespace
@@ -72,6 +114,25 @@ void write_png(const std::filesystem::path& file, const Image& image, int level)
   if (error) fail(error.message());
 }
 
+std::string encode_png(const Image& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = image.width;
+  png.height = image.height;
+  png.format = PNG_FORMAT_RGB;
+  std::string bytes;
+  png_alloc_size_t size = 0;  // the first call only asks for it
+  for (void* to : {static_cast<void*>(nullptr), static_cast<void*>(&bytes)}) {
+    if (to) bytes.resize(size);
+    if (!png_image_write_to_memory(&png, to ? bytes.data() : nullptr, &size, 0, image.rgb.data(), 0,
+                                   nullptr)) {
+      throw Error(ExitCode::kOutput, std::string("cannot encode a picture: ") + png.message +
+                                         "; choose a smaller size");
+    }
+  }
+  return bytes;
+}
+
 Image read_png(const std::filesystem::path& file) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
@@ -85,7 +146,7 @@ Image read_png(const std::filesystem::path& file) {
   if (!png_image_begin_read_from_file(&png, file.c_str())) fail(png.message);
   if (png.width > kLargestSide || png.height > kLargestSide) fail("larger than 16384 pixels");
   png.format = PNG_FORMAT_RGB;
-  Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+  Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}, read_renderer(file)};
   image.rgb.resize(PNG_IMAGE_SIZE(png));
   if (!png_image_finish_read(&png, nullptr, image.rgb.data(), 0, nullptr)) fail(png.message);
   return image;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace thew {
@@ -11,10 +12,14 @@ namespace thew {
 struct Image {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
+  std::string renderer = {};  ///< name and version of what drew it; "" where that is not known
 };
 
-/// Written beside and renamed; Error(kOutput) on failure. `level`: zlib's, 1 is fast.
+/// Written beside and renamed; Error(kOutput) on failure. `level`: zlib's, 1 is fast. The renderer
+/// is kept as a tEXt chunk, "Renderer".
 void write_png(const std::filesystem::path& file, const Image& image, int level = 1);
+/// The same in memory.
+std::string encode_png(const Image& image);
 /// Any PNG up to 16384 x 16384, alpha over black; Error(kInput) on failure.
 Image read_png(const std::filesystem::path& file);
 

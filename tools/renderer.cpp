@@ -344,7 +344,7 @@ void Renderer::Data::draw_picture(const Camera& camera, const Light& light) {
 
 Image Renderer::Data::read_image() {
   const std::uint8_t* rgba = context.finish().data();
-  Image image{width, height, std::vector<std::uint8_t>(3ul * width * height)};
+  Image image{width, height, std::vector<std::uint8_t>(3ul * width * height), context.driver()};
   std::uint8_t* out = image.rgb.data();
   for (int y = height - 1; y >= 0; --y) {
     const std::uint8_t* in = rgba + 4ul * width * y;

@@ -16,6 +16,26 @@ void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
 }
 
+void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) {
+  command.add_option("--distance", millimetres, "mm that a vertex may move")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  PixelLimits& pixels = limits.limits;
+  command.add_option("--threshold", pixels.threshold, "levels of 255 beyond which a pixel changed")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  command.add_option("--share", pixels.share, "of the pixels that may change")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command.add_option("--largest", pixels.largest, "levels by which any pixel may change")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  command.add_option("--rmse", pixels.rmse, "levels at most; not limited unless given");
+  command.add_option("--ssim", pixels.ssim, "at least; not limited unless given");
+  command.add_option("--flip", pixels.flip, "mean FLIP at most; not limited unless given");
+  command.add_option("--mask", limits.mask, "PNG: what is dark in it is not compared");
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
   app.set_version_flag("--version", "thew 0.1.0");
@@ -43,6 +63,37 @@ int run(int argc, char** argv) {
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
 
+  std::filesystem::path actual, golden;
+  CompareOptions limits;
+  double millimetres = 1e3 * kDistanceTolerance;
+  CLI::App* compare = app.add_subcommand(
+      "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
+  compare->add_option("EXPECTED", options.input)->required();
+  compare->add_option("ACTUAL", actual)->required();
+  compare->add_option("--frames", options.frames, "those to compare");
+  compare->add_option("--html", options.out, "write a page with both, difference and slider");
+  compare->add_flag("--json", options.json, "print all measures");
+  compare->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  add_limits(*compare, limits, millimetres);
+
+  CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
+  goldens->require_subcommand(1);
+  CLI::App* update = goldens->add_subcommand("update", "rewrite them on purpose, say what moved");
+  CLI::App* check = goldens->add_subcommand("check", "bake the scene and compare with them");
+  for (CLI::App* command : {update, check}) {
+    command->add_option("SCENE", options.input)->required();
+    command->add_option("--golden", golden, "their folder; else golden/ beside the scene");
+    command->add_option("--out", options.out, "keep what is baked here");
+    command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+    command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+    command->add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
+        ->type_size(1)
+        ->allow_extra_args(false);
+  }
+  update->add_option("--frames", options.frames, "those to keep; else as before");
+  check->add_flag("--json", options.json, "print all measures");
+  add_limits(*check, limits, millimetres);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -52,6 +103,11 @@ int run(int argc, char** argv) {
   listen_for_signals();
   if (*bake) return static_cast<int>(bake_command(options));
   if (*render) return static_cast<int>(render_command(options, scene));
+  limits.distance = 1e-3 * millimetres;
+  if (*compare) return static_cast<int>(compare_command(options.input, actual, options, limits));
+  if (golden.empty()) golden = options.input.parent_path() / "golden";
+  if (*update) return static_cast<int>(golden_update_command(options, golden));
+  if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
   return static_cast<int>(inspect_command(options));
 }
 

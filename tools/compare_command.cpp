@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "sim/durable_file.h"
+#include "tools/commands.h"
+#include "tools/options.h"
+#include "tools/pictures.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kWidth = 640, kHeight = 360;
+
+// Both bakes in the frame in which they are farthest apart, seen alike.
+std::vector<ImageComparison> draw_worst_frame(const Comparison& comparison,
+                                              const fs::path& folder) {
+  const GeometryComparison& geometry = *comparison.geometry;
+  if (geometry.frames.empty() || geometry.meshes.empty()) return {};
+  const MeshDistance& worst = geometry.meshes.front();
+  const int frame = worst.largest > 0.0 ? worst.frame : geometry.frames.front();
+  std::vector<SceneView> views;
+  for (const auto& [name, file] : {std::make_pair("expected", comparison.expected),
+                                   std::make_pair("actual", comparison.actual)}) {
+    const BakeReader reader(fs::is_directory(file) ? file / "bake.h5" : file);
+    if (views.empty()) views = views_of(reader);
+    const auto& frames = reader.info().frames;
+    const auto at = std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin();
+    std::vector<BakeMesh> meshes = reader.info().meshes;
+    for (BakeMesh& mesh : meshes) mesh.coordinates.clear();  // fibres, which goldens do not keep
+    Pictures pictures(folder / name, name, kWidth, kHeight, views, meshes);
+    pictures.draw(reader.read(static_cast<int>(at)));
+    pictures.finish();
+  }
+  CompareOptions options;
+  options.limits = comparison.limits;
+  return compare(folder / "expected", folder / "actual", options).images;
+}
+
+std::string page_of(Comparison comparison) {
+  if (!comparison.geometry || comparison.same() || !comparison.images.empty()) {
+    return comparison_as_html(comparison);
+  }
+  const fs::path folder = new_temporary_folder("compare");
+  comparison.images = draw_worst_frame(comparison, folder);
+  std::string page = comparison_as_html(comparison);
+  remove_durably(folder);
+  return page;
+}
+
+}  // namespace
+
+fs::path new_temporary_folder(const std::string& what) {
+  std::string name = (fs::temp_directory_path() / ("thew_" + what + "_XXXXXX")).string();
+  if (mkdtemp(name.data())) return name;
+  throw Error(ExitCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
+                                     "); set TMPDIR to a folder with space");
+}
+
+ExitCode compare_command(const fs::path& expected, const fs::path& actual,
+                         const CommandOptions& options, CompareOptions limits) {
+  if (!options.frames.empty()) limits.frames = parse_frames(options.frames);
+  limits.threads = thread_count(options.threads);
+  const Comparison comparison = compare(expected, actual, limits);
+  if (!options.out.empty()) write_durably(options.out, page_of(comparison));
+  std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()
+                                 : comparison_as_text(comparison).c_str());
+  return comparison.same() ? ExitCode::kDone : ExitCode::kDifferent;
+}
+
+}  // namespace thew

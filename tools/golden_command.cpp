@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "sim/durable_file.h"
+#include "sim/scene.h"
+#include "tools/commands.h"
+#include "tools/gl_context.h"
+#include "tools/golden_files.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Small enough for a repository, large enough for a camera nudged by half a pixel to show.
+constexpr const char* kSize = "render.size=[320, 180]";
+
+// First, middle and last frame.
+std::string some_frames(const CommandOptions& options) {
+  const Scene scene = read_scene(options.input, options.overrides);
+  const int first = scene.first_frame, last = scene.last_frame;
+  const auto text = [](int frame) { return std::to_string(frame); };
+  return text(first) + "," + text(first + (last - first) / 2) + "," + text(last);
+}
+
+// What the command line says, else what the goldens were made with.
+GoldenRecipe recipe_for_update(const CommandOptions& options, const fs::path& golden) {
+  GoldenRecipe recipe;
+  if (has_goldens(golden)) recipe = read_recipe(golden);
+  if (!options.overrides.empty()) recipe.set = options.overrides;
+  if (!options.frames.empty()) recipe.frames = options.frames;
+  if (recipe.frames.empty()) recipe.frames = some_frames(options);
+  return recipe;
+}
+
+// Bakes the scene and draws it into `folder`, from nothing: an earlier run's pictures may be
+// another program's.
+ExitCode bake_afresh(const CommandOptions& options, const GoldenRecipe& recipe,
+                     const fs::path& folder) {
+  remove_durably(folder / "bake.h5");
+  remove_durably(folder / "frames");
+  CommandOptions bake = options;
+  bake.out = folder;
+  bake.frames = recipe.frames;
+  bake.overrides = recipe.set;
+  bake.overrides.push_back("output.precision=double");
+  bake.pictures = bake.json = false;
+  const ExitCode bounds = bake_command(bake);
+
+  choose_driver("softpipe");  // the same pixels on every processor
+  CommandOptions render = options;
+  render.input = folder / "bake.h5";
+  render.out = folder / "frames";
+  render.frames.clear();
+  render.overrides = {kSize};
+  render.overrides.insert(render.overrides.end(), recipe.set.begin(), recipe.set.end());
+  render_command(render, options.input);
+  return bounds;
+}
+
+bool nothing_moved(const Comparison& comparison) {
+  if (!comparison.geometry->exact || !comparison.same()) return false;
+  for (const ImageComparison& image : comparison.images) {
+    if (image.measures.largest > 0 || image.expected_renderer != image.actual_renderer)
+      return false;
+  }
+  return true;
+}
+
+// Says what moves; false where nothing does.
+bool tell_what_moves(const fs::path& golden, const fs::path& baked) {
+  if (!has_goldens(golden)) {
+    std::printf("%s: first goldens\n", golden.c_str());
+    return true;
+  }
+  try {
+    const Comparison comparison = compare(golden, baked, {});
+    std::printf("%s", comparison_as_text(comparison).c_str());
+    return !nothing_moved(comparison);
+  } catch (const Error& error) {
+    std::printf("the old goldens cannot be compared: %s\n", error.what());
+    return true;
+  }
+}
+
+}  // namespace
+
+ExitCode golden_update_command(const CommandOptions& options, const fs::path& golden) {
+  const GoldenRecipe recipe = recipe_for_update(options, golden);
+  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
+  bake_afresh(options, recipe, folder);
+  if (tell_what_moves(golden, folder)) {
+    keep_goldens(folder, recipe, golden);
+    std::printf("%s: rewritten\n", golden.c_str());
+  } else {
+    std::printf("%s: nothing moved, left as they are\n", golden.c_str());
+  }
+  if (options.out.empty()) remove_durably(folder);
+  return ExitCode::kDone;
+}
+
+ExitCode golden_check_command(const CommandOptions& options, const fs::path& golden,
+                              const CompareOptions& limits) {
+  GoldenRecipe recipe = read_recipe(golden);
+  recipe.set.insert(recipe.set.end(), options.overrides.begin(), options.overrides.end());
+  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
+  const ExitCode bounds = bake_afresh(options, recipe, folder);
+  const Comparison comparison = compare(golden, folder, limits);
+  std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()
+                                 : comparison_as_text(comparison).c_str());
+  if (comparison.same()) {
+    if (options.out.empty()) remove_durably(folder);
+    return bounds;
+  }
+  write_durably(folder / "compare.html", comparison_as_html(comparison));
+  std::fprintf(stderr,
+               "thew: expected, actual and difference: %s\n"
+               "thew: if this is meant: thew golden update %s --golden %s\n",
+               (folder / "compare.html").c_str(), options.input.c_str(), golden.c_str());
+  return ExitCode::kDifferent;
+}
+
+}  // namespace thew

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace thew {
+
+/// The style sheet that our pages share: nothing in them comes from a network.
+extern const char* const kPageStyle;
+
+std::string base64(const std::string& bytes);
+
+}  // namespace thew

@@ -92,10 +92,16 @@ std::vector<Vec3> minus(std::vector<Vec3> a, const std::vector<Vec3>& b) {
   return a;
 }
 
-// Displacements from what the base is rounded to, so that their sum is rounded once.
-std::vector<Vec3> rounded(std::vector<Vec3> values) {
-  for (Vec3& value : values) value = value.cast<float>().cast<double>();
-  return values;
+// As the file will hold them: displacements are from the rounded base, so that a sum is rounded
+// once. By way of the bytes, since GCC 12 vectorises a cast to float and back into nothing.
+std::vector<Vec3> rounded(const std::vector<Vec3>& values) {
+  std::string bytes;
+  for (const Vec3& value : values) put_floats(bytes, value);
+  std::vector<Eigen::Vector3f> floats(values.size());
+  std::memcpy(floats.data(), bytes.data(), bytes.size());
+  std::vector<Vec3> result;
+  for (const Eigen::Vector3f& value : floats) result.push_back(value.cast<double>());
+  return result;
 }
 
 Morphs exact_morphs(const Shot& shot, const BakeMesh& mesh, const Frames& frames) {

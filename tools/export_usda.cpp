@@ -73,7 +73,8 @@ std::string topology(const TriMesh& rest) {
          indices + "]\n";
 }
 
-// One attribute's values at all frames; a time code is a frame's number.
+// One attribute's values at all frames; a time code is a frame's number. Its default, the rest
+// pose, has to follow: three.js's reader forgets one that comes before.
 void write_samples(ExportFile& out, const std::string& declaration, const Shot& shot,
                    const std::function<std::vector<Vec3>(std::size_t)>& at) {
   out.append("        " + declaration + ".timeSamples = {\n");
@@ -104,10 +105,12 @@ Exported export_usda(const Shot& shot, const std::filesystem::path& file) {
     out.append(topology(mesh.rest));
     write_samples(out, "normal3f[] normals", shot,
                   [&](auto i) { return unit_normals(mesh.rest, positions(i)); });
-    out.append("        uniform token normals:interpolation = \"vertex\"\n");
+    out.append(
+        "        normal3f[] normals = " + tuples(unit_normals(mesh.rest, mesh.rest.vertices)) +
+        " (\n            interpolation = \"vertex\"\n        )\n");
     out.append("        uniform token orientation = \"rightHanded\"\n");
-    out.append("        point3f[] points = " + tuples(mesh.rest.vertices) + "\n");
     write_samples(out, "point3f[] points", shot, positions);
+    out.append("        point3f[] points = " + tuples(mesh.rest.vertices) + "\n");
     out.append("        uniform token subdivisionScheme = \"none\"\n");
     write_samples(out, "vector3f[] velocities", shot, [&](auto i) { return velocity[i][m]; });
     out.append("    }\n");

@@ -14,7 +14,7 @@ bake() {  # FOLDER SCENE MESH [arguments]
   local folder=$out/$1 scene=$2 mesh=$3 file
   shift 3
   "$thew" bake "$scene" --out "$folder" --no-render --progress none "$@"
-  for file in all.glb all.usda all.xdmf obj/all.####.obj; do
+  for file in all.glb all.usda all.xdmf all.abc obj/all.####.obj; do
     "$thew" export "$folder/bake.h5" "$folder/$file" --progress none >/dev/null
   done
   for file in one.pc2 one.mdd ply/one.####.ply; do

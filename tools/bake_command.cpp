@@ -18,6 +18,7 @@
 #include "tools/pictures.h"
 #include "tools/progress.h"
 #include "tools/report.h"
+#include "tools/report_viewer.h"
 
 namespace thew {
 namespace {
@@ -182,7 +183,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   const std::chrono::duration<double> total = std::chrono::steady_clock::now() - begin;
   report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
                     stages.skin,   result.write_seconds, pictures.seconds()};
-  write_report(options.out, report, sheet);
+  write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
   if (options.json) std::printf("%s\n", report_as_json(report).c_str());
   ExitCode code = ExitCode::kDone;
   for (const Report::Bound& bound : report.bounds) {

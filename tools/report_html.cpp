@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sim/durable_file.h"
+#include "tools/base64.h"
 #include "tools/report.h"
 #include "tools/svg_chart.h"
 
@@ -54,24 +55,6 @@ td i { display: inline-block; width: 10px; height: 10px; border-radius: 2px; mar
 footer { margin-top: 36px; color: var(--soft); font-size: 13.5px; }
 @media print { body { background: #fff; } figure, .wide { break-inside: avoid; } }
 )css";
-
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t some = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < some ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= some ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
-}
 
 std::string count(std::size_t n, const std::string& thing) {
   return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
@@ -287,13 +270,14 @@ std::string warnings(const Report& report) {
 
 }  // namespace
 
-std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet) {
+std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet,
+                           const std::string& viewer) {
   const std::string name = escape_html(report.scene);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
          name + " – bake report</title>\n<style>" + kStyle + "</style></head>\n<body><main>\n<h1>" +
          name + "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
-         facts(report) + picture(contact_sheet) + charts(report) + table(report) +
+         facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
          contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
          ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
          "measured on the written meshes, in SI units unless stated.</footer>\n"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lets one client read the exports: run.sh blender|paraview|web BUILD, BUILD/clients being what
+# Lets one client read the exports: run.sh blender|paraview|web|chromium BUILD, BUILD/clients being what
 # prepare.sh made. Exits with 77 where the client is not installed.
 set -euo pipefail
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
@@ -25,4 +25,8 @@ case "$client" in
     npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
       skip "npm could not install gltf-validator and three"
     node "$here/web_read.mjs" "$modules" "${folders[@]}" ;;
+  chromium)
+    command -v chromium >/dev/null || skip "chromium is not installed"
+    command -v node >/dev/null || skip "node is not installed"
+    node "$here/viewer_read.mjs" "${folders[@]}" ;;
 esac

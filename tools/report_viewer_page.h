@@ -200,6 +200,7 @@ function draw() {
     gl.bindVertexArray(mesh.array);
     let base = [...colours[mesh.kind], 1], level = -1;
     if (mesh.kind === 'muscle' && by === 'muscle') base = [...rgb(mesh.colour), 1];
+    if (mesh.kind === 'bone' && (by === 'weight' || by === 'error')) base = [0.62, 0.66, 0.70, 1];
     if (mesh.kind === 'muscle' && by === 'weight') level = -2;
     if (mesh.kind === 'muscle' && by === 'error' && mesh.errors.length) level = decade(mesh.errors[frame]);
     mesh.paint = () => {
@@ -226,10 +227,13 @@ function draw() {
   told.textContent = 'frame ' + head.frames[frame];
   const scale = box.querySelector('.scale');
   scale.style.display = by === 'weight' || by === 'error' ? 'flex' : 'none';
-  const worst = Math.max(0, ...head.meshes.map((mesh) => mesh.errors.length ? mesh.errors[frame] : 0));
+  let worst = {name: '', error: -1};
+  for (const {name, errors} of head.meshes) {
+    if (errors.length && errors[frame] > worst.error) worst = {name, error: errors[frame]};
+  }
   scale.firstChild.textContent = by === 'weight' ? '0' : '1e-17';
   scale.lastChild.textContent = by === 'weight' ? 'heaviest'
-      : '1e-2; largest in this frame ' + worst.toExponential(1);
+      : `1e-2 \u2003 largest in this frame: ${worst.error.toExponential(1)}, ${worst.name.replaceAll('_', ' ')}`;
 }
 function ask() { if (!asked) { asked = true; requestAnimationFrame(draw); } }
 function tick(now) {

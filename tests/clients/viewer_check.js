@@ -32,8 +32,7 @@
     return look();
   };
   const range = box.querySelector('input[type=range]');
-  for (let i = 0; i < 100 && Number(range.max) === 100; ++i) await wait(50);  // until it is unpacked
-  await wait(200);
+  for (let i = 0; i < 200 && !box.querySelector('output').textContent; ++i) await wait(50);
   const first = await go(0);
   const last = await go(Number(range.max));
   expect(`something is drawn (${(100 * first.share).toFixed(1)} % of the pixels)`, first.share > 0.005);
@@ -44,7 +43,7 @@
   }
   await set('colour', 'flesh');
   const bare = await set('muscle', false);
-  expect('fewer pixels without muscles', bare.share < first.share || bare.sum !== first.sum);
+  expect('another picture without muscles', bare.sum !== first.sum);
   await set('muscle', true);
   canvas.dispatchEvent(new PointerEvent('pointermove', {buttons: 1, movementX: 80, movementY: 20}));
   expect('turned by a drag', (await look()).sum !== first.sum);

@@ -175,6 +175,8 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   Report report = make_report(model, options, frames, result);
   std::filesystem::path sheet;
   pictures.finish();
+  const std::string no_movie = pictures.movies(frames, model.scene.fps);
+  if (!no_movie.empty()) report.warnings.push_back(no_movie);
   if (const Image image = pictures.sheet(frames); image.width > 0) {
     sheet = options.out / "frames" / "contact_sheet.png";
     write_png(sheet, image);
@@ -266,6 +268,8 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
   draw_all(reader, frames, options, pictures);
   pictures.finish();
+  const std::string no_movie = pictures.movies(frames, info.fps);
+  if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
   return ExitCode::kDone;
 }
 

@@ -41,14 +41,14 @@ int run(const std::vector<std::string>& words) {
 }
 
 // ffmpeg's list of files: numbers may have gaps, which its patterns do not allow.
-std::string list_of(const std::vector<std::filesystem::path>& pictures, double fps) {
+std::string list_of(const std::vector<MoviePicture>& pictures, double fps) {
   std::string list = "ffconcat version 1.0\n";
-  for (const std::filesystem::path& picture : pictures) {
+  for (const MoviePicture& picture : pictures) {
     std::string quoted;
-    for (const char c : std::filesystem::absolute(picture).string()) {
+    for (const char c : std::filesystem::absolute(picture.file).string()) {
       quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
     }
-    list += "file '" + quoted + "'\nduration " + digits(1.0 / fps) + "\n";
+    list += "file '" + quoted + "'\nduration " + digits(picture.frames / fps) + "\n";
   }
   return list;
 }
@@ -56,7 +56,7 @@ std::string list_of(const std::vector<std::filesystem::path>& pictures, double f
 }  // namespace
 
 std::string write_movie(const std::filesystem::path& file,
-                        const std::vector<std::filesystem::path>& pictures, double fps) {
+                        const std::vector<MoviePicture>& pictures, double fps) {
   const std::filesystem::path list = std::filesystem::path(file) += ".list";
   write_durably(list, list_of(pictures, fps));
   const std::string out = beside(file).string();

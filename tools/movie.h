@@ -7,9 +7,15 @@
 
 namespace thew {
 
+/// A picture and how many frames it stands for.
+struct MoviePicture {
+  std::filesystem::path file;
+  int frames = 1;
+};
+
 /// Pictures as an mp4, by ffmpeg; written beside and renamed. Says what went wrong, "" for nothing:
 /// that ffmpeg is not installed is nothing either, and then no movie is written.
 std::string write_movie(const std::filesystem::path& file,
-                        const std::vector<std::filesystem::path>& pictures, double fps);
+                        const std::vector<MoviePicture>& pictures, double fps);
 
 }  // namespace thew

@@ -127,8 +127,11 @@ void Pictures::finish() { writer_.finish(); }
 std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
   std::string wrong;
   for (const SceneView& view : frames.size() > 1 ? views_ : std::vector<SceneView>{}) {
-    std::vector<std::filesystem::path> pictures;
-    for (const int frame : frames) pictures.push_back(file_of(view, frame));
+    std::vector<MoviePicture> pictures;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const int until = i + 1 < frames.size() ? frames[i + 1] : frames[i] + 1;
+      pictures.push_back({file_of(view, frames[i]), until - frames[i]});
+    }
     wrong = write_movie(folder_ / (view.name + ".mp4"), pictures, fps);
     if (!wrong.empty()) break;
   }

@@ -18,8 +18,8 @@ class Movie : public TempFolder {
     for (int i = 0; i < 6; i += 2) {
       Image image{33, 21,
                   std::vector<std::uint8_t>(33 * 21 * 3, static_cast<std::uint8_t>(40 * i))};
-      pictures.push_back(folder / ("it's." + std::to_string(i) + ".png"));
-      write_png(pictures.back(), image);
+      pictures.push_back({folder / ("it's." + std::to_string(i) + ".png"), i < 4 ? 2 : 1});
+      write_png(pictures.back().file, image);
     }
   }
   ~Movie() override { setenv("PATH", path.c_str(), 1); }
@@ -34,7 +34,7 @@ class Movie : public TempFolder {
   }
 
   std::string path;
-  std::vector<fs::path> pictures;
+  std::vector<MoviePicture> pictures;
 };
 
 TEST_F(Movie, WithoutFfmpegNothingIsDone) {
@@ -58,7 +58,9 @@ TEST_F(Movie, AListNamesEveryPictureInOrder) {
   const std::string list((std::istreambuf_iterator<char>(in)), {});
   std::size_t at = 0;
   for (const char* number : {"0", "2", "4"}) {
-    at = list.find("it'\\''s." + std::string(number) + ".png'\nduration 0.04\n", at);
+    at = list.find("it'\\''s." + std::string(number) + ".png'\nduration " +
+                       (*number == '4' ? "0.04" : "0.08") + "\n",
+                   at);
     EXPECT_NE(at, std::string::npos) << list;
   }
 }
@@ -70,7 +72,7 @@ TEST_F(Movie, TheRealOneMakesAMovieOfOddSize) {
   const std::string count =
       "test $(ffprobe -v error -count_packets -show_entries "
       "stream=nb_read_packets -of csv=p=0 '" +
-      (folder / "a.mp4").string() + "') = 3";
+      (folder / "a.mp4").string() + "') = 5";
   EXPECT_EQ(std::system(count.c_str()), 0);
 }
 

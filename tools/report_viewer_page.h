@@ -8,16 +8,17 @@ namespace thew {
 inline constexpr char kViewerMarkup[] = R"html(<h2>Viewer</h2>
 <style>
 #viewer { padding: 0; overflow: hidden; }
-#viewer canvas { display: block; width: 100%; height: min(68vh, 620px); touch-action: none; cursor: grab;
-  background: linear-gradient(#dfe5ea, #f6f7f8); outline-offset: -3px; }
-#viewer .bar { display: flex; flex-wrap: wrap; gap: 8px 18px; align-items: center; padding: 10px 14px;
-  border-top: 1px solid var(--rule); font-size: 14px; }
+#viewer canvas { display: block; width: 100%; height: min(68vh, 620px); touch-action: none;
+  cursor: grab; background: linear-gradient(#dfe5ea, #f6f7f8); outline-offset: -3px; }
+#viewer .bar { display: flex; flex-wrap: wrap; gap: 8px 18px; align-items: center;
+  padding: 10px 14px; border-top: 1px solid var(--rule); font-size: 14px; }
 #viewer input[type=range] { flex: 1 1 220px; min-width: 120px; accent-color: #0072b2; }
 #viewer button { min-width: 72px; padding: 5px 12px; font: inherit; border: 1px solid #b9c1c8;
   border-radius: 5px; background: #fff; cursor: pointer; }
 #viewer select { font: inherit; padding: 3px 6px; }
 #viewer output { min-width: 84px; font-variant-numeric: tabular-nums; }
-#viewer .scale { display: none; align-items: center; gap: 8px; font-size: 13px; color: var(--soft); }
+#viewer .scale { display: none; align-items: center; gap: 8px; font-size: 13px;
+  color: var(--soft); }
 #viewer .scale i { width: 150px; height: 10px; border-radius: 3px;
   background: linear-gradient(90deg, #edebde, #f2b85c, #cc4538, #54123d); }
 </style>
@@ -26,10 +27,11 @@ inline constexpr char kViewerMarkup[] = R"html(<h2>Viewer</h2>
 <input type="range" min="0" value="0" step="1" aria-label="Frame"><output></output></div>
 <div class="bar"><label><input type="checkbox" name="muscle" checked> Muscles</label>
 <label><input type="checkbox" name="bone" checked> Bones</label>
-<label>Skin <select name="skin"><option value="0">off</option><option value="1" selected>see-through</option>
-<option value="2">solid</option></select></label>
-<label>Colour <select name="colour"><option value="flesh">flesh</option><option value="muscle">by muscle</option>
-<option value="weight">weights</option><option value="error">volume error</option></select></label>
+<label>Skin <select name="skin"><option value="0">off</option>
+<option value="1" selected>see-through</option><option value="2">solid</option></select></label>
+<label>Colour <select name="colour"><option value="flesh">flesh</option>
+<option value="muscle">by muscle</option><option value="weight">weights</option>
+<option value="error">volume error</option></select></label>
 <span class="scale"><span></span><i></i><span></span></span></div></figure>
 )html";
 
@@ -65,10 +67,12 @@ for (const mesh of head.meshes) {
 }
 
 const vertex = `#version 300 es
-layout(location = 0) in vec3 place; layout(location = 1) in vec3 across; layout(location = 2) in float weight;
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 across;
+layout(location = 2) in float weight;
 uniform mat4 view, lens; out vec3 normal, spot; out float share;
-void main() { vec4 p = view * vec4(place, 1); spot = p.xyz; normal = mat3(view) * across; share = weight;
-  gl_Position = lens * p; }`;
+void main() { vec4 p = view * vec4(place, 1); spot = p.xyz; gl_Position = lens * p;
+  normal = mat3(view) * across; share = weight; }`;
 const fragment = `#version 300 es
 precision highp float;
 in vec3 normal, spot; in float share; uniform vec4 base; uniform float level; out vec4 colour;
@@ -165,7 +169,8 @@ const home = () => ({yaw: 0.7, pitch: 0.15, far: 2.9 * radius,
                      target: low.map((l, a) => 0.5 * (l + high[a]))});
 let eye = home(), frame = 0, playing = false, started = 0, asked = false;
 
-const [play, range, told] = ['button', 'input[type=range]', 'output'].map((q) => box.querySelector(q));
+const [play, range, told] =
+    ['button', 'input[type=range]', 'output'].map((q) => box.querySelector(q));
 const control = (name) => box.querySelector(`[name=${name}]`);
 const colours = {muscle: [0.66, 0.23, 0.19], bone: [0.88, 0.84, 0.74], skin: [0.86, 0.68, 0.58]};
 const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
@@ -175,24 +180,36 @@ for (const kind of ['muscle', 'bone', 'skin']) {
   if (!head.meshes.some((mesh) => mesh.kind === kind)) control(kind).closest('label').hidden = true;
 }
 
+// The eye's axes in the world.
+function axes() {
+  const [cy, sy] = [Math.cos(eye.yaw), Math.sin(eye.yaw)];
+  const [cp, sp] = [Math.cos(eye.pitch), Math.sin(eye.pitch)];
+  return [[cy, 0, -sy], [-sy * sp, cp, -cy * sp], [sy * cp, sp, cy * cp]];
+}
+
 function draw() {
   asked = false;
   const ratio = window.devicePixelRatio || 1;
-  const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
-  if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+  const [width, height] =
+      [canvas.clientWidth, canvas.clientHeight].map((size) => Math.round(size * ratio));
+  if (canvas.width !== width || canvas.height !== height) {
+    canvas.width = width;
+    canvas.height = height;
+  }
   gl.viewport(0, 0, width, height);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   gl.enable(gl.DEPTH_TEST);
   gl.depthFunc(gl.LEQUAL);
-  const [cy, sy, cp, sp] = [Math.cos(eye.yaw), Math.sin(eye.yaw), Math.cos(eye.pitch), Math.sin(eye.pitch)];
-  const right = [cy, 0, -sy], up = [-sy * sp, cp, -cy * sp], back = [sy * cp, sp, cy * cp];
+  const [right, up, back] = axes();
   const dot = (a) => -(a[0] * eye.target[0] + a[1] * eye.target[1] + a[2] * eye.target[2]);
   gl.uniformMatrix4fv(where.view, false, [right[0], up[0], back[0], 0, right[1], up[1], back[1], 0,
       right[2], up[2], back[2], 0, dot(right), dot(up), dot(back) - eye.far, 1]);
-  const f = 1 / Math.tan(0.3), near = Math.max(eye.far - 2.2 * radius, 0.01 * radius), far = eye.far + 2.2 * radius;
+  const f = 1 / Math.tan(0.3);
+  const near = Math.max(eye.far - 2.2 * radius, 0.01 * radius), far = eye.far + 2.2 * radius;
   gl.uniformMatrix4fv(where.lens, false, [f * Math.min(1, height / width), 0, 0, 0,
-      0, f * Math.min(1, width / height), 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0]);
+      0, f * Math.min(1, width / height), 0, 0, 0, 0, (far + near) / (near - far), -1,
+      0, 0, 2 * far * near / (near - far), 0]);
   const by = control('colour').value, skin = Number(control('skin').value);
   for (const mesh of head.meshes) {
     if (mesh.kind === 'skin' ? skin === 0 : !control(mesh.kind).checked) continue;
@@ -202,7 +219,9 @@ function draw() {
     if (mesh.kind === 'muscle' && by === 'muscle') base = [...rgb(mesh.colour), 1];
     if (mesh.kind === 'bone' && (by === 'weight' || by === 'error')) base = [0.62, 0.66, 0.70, 1];
     if (mesh.kind === 'muscle' && by === 'weight') level = -2;
-    if (mesh.kind === 'muscle' && by === 'error' && mesh.errors.length) level = decade(mesh.errors[frame]);
+    if (mesh.kind === 'muscle' && by === 'error' && mesh.errors.length) {
+      level = decade(mesh.errors[frame]);
+    }
     mesh.paint = () => {
       gl.uniform4fv(where.base, base);
       gl.uniform1f(where.level, level);
@@ -233,7 +252,8 @@ function draw() {
   }
   scale.firstChild.textContent = by === 'weight' ? '0' : '1e-17';
   scale.lastChild.textContent = by === 'weight' ? 'heaviest'
-      : `1e-2 \u2003 largest in this frame: ${worst.error.toExponential(1)}, ${worst.name.replaceAll('_', ' ')}`;
+      : `1e-2 \u2003 largest in this frame: ${worst.error.toExponential(1)}, ` +
+        worst.name.replaceAll('_', ' ');
 }
 function ask() { if (!asked) { asked = true; requestAnimationFrame(draw); } }
 function tick(now) {
@@ -251,7 +271,9 @@ function toggle() {
 function go(to) { if (playing) toggle(); frame = (to + frames) % frames; ask(); }
 play.addEventListener('click', toggle);
 range.addEventListener('input', () => go(Number(range.value)));
-for (const name of ['muscle', 'bone', 'skin', 'colour']) control(name).addEventListener('change', ask);
+for (const name of ['muscle', 'bone', 'skin', 'colour']) {
+  control(name).addEventListener('change', ask);
+}
 canvas.addEventListener('keydown', (event) => {
   if (event.key === ' ') toggle();
   else if (event.key === 'ArrowRight') go(frame + 1);
@@ -263,9 +285,9 @@ canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event
 canvas.addEventListener('pointermove', (event) => {
   if (!event.buttons) return;
   if (event.shiftKey || event.buttons & 6) {
-    const step = 0.62 * eye.far / canvas.clientHeight, x = -event.movementX * step, y = event.movementY * step;
-    const [cy, sy, cp, sp] = [Math.cos(eye.yaw), Math.sin(eye.yaw), Math.cos(eye.pitch), Math.sin(eye.pitch)];
-    [cy * x - sy * sp * y, cp * y, -sy * x - cy * sp * y].forEach((d, a) => { eye.target[a] += d; });
+    const step = 0.62 * eye.far / canvas.clientHeight, [right, up] = axes();
+    eye.target = eye.target.map(
+        (x, a) => x + step * (event.movementY * up[a] - event.movementX * right[a]));
   } else {
     eye.yaw -= 0.008 * event.movementX;
     eye.pitch = Math.max(-1.5, Math.min(1.5, eye.pitch + 0.008 * event.movementY));
@@ -274,7 +296,8 @@ canvas.addEventListener('pointermove', (event) => {
 });
 canvas.addEventListener('contextmenu', (event) => event.preventDefault());
 canvas.addEventListener('wheel', (event) => {
-  eye.far = Math.max(0.1 * radius, Math.min(12 * radius, eye.far * Math.exp(0.0012 * event.deltaY)));
+  const far = eye.far * Math.exp(0.0012 * event.deltaY);
+  eye.far = Math.max(0.1 * radius, Math.min(12 * radius, far));
   event.preventDefault();
   ask();
 }, {passive: false});

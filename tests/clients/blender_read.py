@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the exports in Blender: blender -b --factory-startup --python blender_read.py -- FOLDER…"""
+"""Reads the exports in Blender:
+blender -b --factory-startup --python blender_read.py -- FOLDER…"""
 import os
 import sys
 import traceback

@@ -16,8 +16,9 @@ def leaves(data):
     """Grids that hold points, in their order, out of blocks of blocks."""
     if hasattr(data, "GetPoints"):
         return [data]
-    count = data.GetNumberOfPieces() if hasattr(data, "GetNumberOfPieces") else data.GetNumberOfBlocks()
-    get = data.GetPiece if hasattr(data, "GetPiece") else data.GetBlock
+    pieces = hasattr(data, "GetPiece")
+    count = data.GetNumberOfPieces() if pieces else data.GetNumberOfBlocks()
+    get = data.GetPiece if pieces else data.GetBlock
     return [leaf for i in range(count) for leaf in leaves(get(i))]
 
 

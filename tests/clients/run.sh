@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lets one client read the exports: run.sh blender|paraview|web|chromium BUILD, BUILD/clients being what
-# prepare.sh made. Exits with 77 where the client is not installed.
+# Lets one client read the exports: run.sh blender|paraview|web|chromium BUILD, BUILD/clients being
+# what prepare.sh made. Exits with 77 where the client is not installed.
 set -euo pipefail
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 client=$1 build=$2

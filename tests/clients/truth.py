@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bake holds, for the clients to be compared with: truth.py FOLDER MESH writes
-FOLDER/truth.json and FOLDER/truth.bin, numbers as little-endian float64. `load` and `Comparison` are
-for the scripts in Python."""
+FOLDER/truth.json and FOLDER/truth.bin, numbers as little-endian float64. `load` and `Comparison`
+are for the scripts in Python."""
 import json
 import os
 import sys

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Run inside report.html by viewer_read.mjs: works the viewer's controls as a user would; its value is
-// what it saw.
+// Run inside report.html by viewer_read.mjs: works the viewer's controls as a user would; its value
+// is what it saw.
 (async () => {
   const box = document.getElementById('viewer'), canvas = box.querySelector('canvas');
   const told = [];
   const wait = (ms) => new Promise((done) => setTimeout(done, ms));
   const paper = document.createElement('canvas').getContext('2d', {willReadFrequently: true});
-  // What is drawn at the next frame of the screen: how many pixels, and a number that tells pictures apart.
+  // What is drawn at the next frame of the screen: the share of pixels, and a number that tells
+  // pictures apart.
   const look = () => new Promise((done) => requestAnimationFrame(() => {
     paper.canvas.width = canvas.width;
     paper.canvas.height = canvas.height;
@@ -35,7 +36,8 @@
   for (let i = 0; i < 200 && !box.querySelector('output').textContent; ++i) await wait(50);
   const first = await go(0);
   const last = await go(Number(range.max));
-  expect(`something is drawn (${(100 * first.share).toFixed(1)} % of the pixels)`, first.share > 0.005);
+  const share = (100 * first.share).toFixed(1);
+  expect(`something is drawn (${share} % of the pixels)`, first.share > 0.005);
   expect('the last frame is another picture', last.sum !== first.sum);
   expect('the same frame is the same picture', (await go(0)).sum === first.sum);
   for (const colour of ['muscle', 'weight', 'error']) {
@@ -47,6 +49,12 @@
   await set('muscle', true);
   canvas.dispatchEvent(new PointerEvent('pointermove', {buttons: 1, movementX: 80, movementY: 20}));
   expect('turned by a drag', (await look()).sum !== first.sum);
+  const turned = await look();
+  canvas.dispatchEvent(
+      new PointerEvent('pointermove', {buttons: 1, shiftKey: true, movementX: 40, movementY: 30}));
+  expect('shifted by shift and drag', (await look()).sum !== turned.sum);
+  canvas.dispatchEvent(new WheelEvent('wheel', {deltaY: -300, cancelable: true}));
+  expect('nearer by the wheel', (await look()).share > first.share);
   canvas.dispatchEvent(new MouseEvent('dblclick'));
   expect('back by a double click', (await look()).sum === first.sum);
   const before = box.querySelector('output').textContent;

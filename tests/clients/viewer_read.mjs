@@ -9,9 +9,10 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 const check = fs.readFileSync(
     path.join(path.dirname(fileURLToPath(import.meta.url)), 'viewer_check.js'), 'utf8');
 const profile = fs.mkdtempSync('/tmp/thew_viewer_');
-const chromium = spawn('chromium', ['--headless=new', '--no-sandbox', '--enable-unsafe-swiftshader',
-  '--window-size=1280,1000', '--remote-debugging-pipe', '--no-first-run', `--user-data-dir=${profile}`],
-  { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
+const options = ['--headless=new', '--no-sandbox', '--enable-unsafe-swiftshader', '--no-first-run',
+  '--window-size=1280,1000', '--remote-debugging-pipe', `--user-data-dir=${profile}`];
+const chromium =
+    spawn('chromium', options, { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
 
 // DevTools' protocol: JSON with a zero byte after each message.
 const waiting = new Map();
@@ -40,12 +41,14 @@ try {
         { expression, awaitPromise: true, returnByValue: true }, sessionId);
     // The page is there when its last script has run; until then it may be an empty one.
     for (let i = 0; i < 200; ++i) {
-      const { result } = await run(`document.readyState === 'complete' && location.href !== 'about:blank'`);
+      const { result } = await run(
+          `document.readyState === 'complete' && location.href !== 'about:blank'`);
       if (result.value === true) break;
       await new Promise((done) => setTimeout(done, 50));
     }
     const { result, exceptionDetails } = await run(check);
-    const told = exceptionDetails ? ['wrong: ' + exceptionDetails.exception.description] : result.value;
+    const told = exceptionDetails ? ['wrong: ' + exceptionDetails.exception.description]
+                                  : result.value;
     for (const line of told) console.log(`${folder}/report.html, ${line}`);
     good &&= told.length > 5 && told.every((line) => line.startsWith('right: '));
     const { data } = await call('Page.captureScreenshot', { format: 'png' }, sessionId);

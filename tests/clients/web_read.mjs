@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the exports in three.js and by the Khronos validator of glTF: node web_read.mjs MODULES FOLDER…
+// Reads the exports in three.js and by the Khronos validator of glTF:
+// node web_read.mjs MODULES FOLDER…
 import fs from 'node:fs';
 import path from 'node:path';
 import { createRequire } from 'node:module';
@@ -46,8 +47,8 @@ class Comparison {
     this.values += read.length;
   }
   tell() {
-    console.log(`${this.client}, ${this.what}: largest error ${this.largest.toPrecision(3)} m over ` +
-                `${this.values / 3} vertices`);
+    console.log(`${this.client}, ${this.what}: largest error ${this.largest.toPrecision(3)} m ` +
+                `over ${this.values / 3} vertices`);
     for (const line of this.wrong.slice(0, 5)) console.log('  ' + line);
     good &&= this.wrong.length === 0 && this.values > 0;
   }

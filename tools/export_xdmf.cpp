@@ -38,14 +38,31 @@ std::string grid(const Shot& shot, std::size_t m, int place, const std::string& 
   return text + "        </Grid>\n";
 }
 
+// As seen from the side-car's folder, links resolved: ".." of a linked folder is elsewhere.
+std::string path_from(const std::filesystem::path& file, const std::filesystem::path& bake) {
+  const auto folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(file).parent_path());
+  return std::filesystem::weakly_canonical(bake).lexically_relative(folder).string();
+}
+
+void check_names(const Shot& shot, const std::string& bake) {
+  std::vector<std::string> names = {bake};
+  for (std::size_t m = 0; m < shot.meshes.size(); ++m) names.push_back(shot.mesh(m).name);
+  for (const std::string& name : names) {
+    if (name.find_first_of("|:") == std::string::npos) continue;
+    throw Error(ExitCode::kUsage,
+                "\"" + one_line(name) +
+                    "\": XDMF has a meaning of its own for | and :, and so cannot "
+                    "point to this name; rename it, or choose another --mesh");
+  }
+}
+
 }  // namespace
 
 Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
                      const std::filesystem::path& bake) {
-  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-  std::filesystem::path relative =
-      std::filesystem::absolute(bake).lexically_normal().lexically_relative(
-          folder.lexically_normal());
+  const std::string relative = path_from(file, bake);
+  check_names(shot, relative);
   ExportFile out(file);
   out.append(
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n"
@@ -58,7 +75,7 @@ Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
                "\" GridType=\"Collection\" CollectionType=\"Spatial\">\n        <Time Value=\"" +
                digits(shot.frame(i) / shot.info().fps) + "\"/>\n");
     for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
-      out.append(grid(shot, m, shot.places[i], relative.string()));
+      out.append(grid(shot, m, shot.places[i], relative));
     }
     out.append("      </Grid>\n");
   }

@@ -254,5 +254,21 @@ TEST_F(ExportTest, XdmfPointsToEachFramesPlaceInTheBake) {
   }
 }
 
+TEST_F(ExportTest, XdmfFindsTheBakeFromALinkedFolder) {
+  bake(true);
+  fs::create_directories(folder_ / "far/away");
+  fs::create_directory_symlink(folder_ / "far/away", folder_ / "near");
+  const std::string text = bytes_of(write("near/all.xdmf", {"skin"}));
+  EXPECT_NE(text.find(">../../bake.h5:/meshes"), std::string::npos) << text;
+}
+
+TEST_F(ExportTest, XdmfRefusesAPathThatItCannotSay) {
+  bake(true);
+  fs::create_directories(folder_ / "a|b");
+  fs::rename(folder_ / "bake.h5", folder_ / "a|b/bake.h5");
+  options_.input = folder_ / "a|b/bake.h5";
+  expect_refused(ExitCode::kUsage, "a|b/bake.h5", "all.xdmf", {"skin"});
+}
+
 }  // namespace
 }  // namespace thew

@@ -100,7 +100,8 @@ Exported export_usda(const Shot& shot, const std::filesystem::path& file) {
     const BakeMesh& mesh = shot.mesh(m);
     const auto positions = [&](std::size_t i) -> const auto& { return frames[i].positions[m]; };
     out.append("    def Mesh \"" + prim_name(mesh.name, taken) +
-               "\" (\n        displayName = " + quoted(mesh.name) + "\n    )\n    {\n");
+               "\" (\n        customData = {\n            string name = " + quoted(mesh.name) +
+               "\n        }\n    )\n    {\n");
     write_samples(out, "float3[] extent", shot, [&](auto i) { return extent(positions(i)); });
     out.append(topology(mesh.rest));
     write_samples(out, "normal3f[] normals", shot,

@@ -18,6 +18,7 @@
 #include "tools/pictures.h"
 #include "tools/progress.h"
 #include "tools/report.h"
+#include "tools/report_viewer.h"
 
 namespace thew {
 namespace {
@@ -167,6 +168,8 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   Report report = make_report(model, options, frames, result);
   std::filesystem::path sheet;
   pictures.finish();
+  const std::string no_movie = pictures.movies(frames, model.scene.fps);
+  if (!no_movie.empty()) report.warnings.push_back(no_movie);
   if (const Image image = pictures.sheet(frames); image.width > 0) {
     sheet = options.out / "frames" / "contact_sheet.png";
     write_png(sheet, image);
@@ -175,7 +178,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   const std::chrono::duration<double> total = std::chrono::steady_clock::now() - begin;
   report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
                     stages.skin,   result.write_seconds, pictures.seconds()};
-  write_report(options.out, report, sheet);
+  write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
   if (options.json) std::printf("%s\n", report_as_json(report).c_str());
   ExitCode code = ExitCode::kDone;
   for (const Report::Bound& bound : report.bounds) {
@@ -265,6 +268,8 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
   draw_all(reader, frames, options, pictures);
   pictures.finish();
+  const std::string no_movie = pictures.movies(frames, info.fps);
+  if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
   return ExitCode::kDone;
 }
 

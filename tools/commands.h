@@ -24,6 +24,10 @@ struct CommandOptions {
 ExitCode bake_command(const CommandOptions& options);
 /// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
+/// Cache -> a file of another program, options.out, whose ending says which. `meshes` empty: all;
+/// `basis` > 0: glTF with so many morph targets at most.
+ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
+                        int basis);
 ExitCode inspect_command(const CommandOptions& options);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "sim/durable_file.h"
+#include "tools/base64.h"
 #include "tools/compare.h"
 #include "tools/flip.h"
 #include "tools/html_page.h"

@@ -8,6 +8,4 @@ namespace thew {
 /// The style sheet that our pages share: nothing in them comes from a network.
 extern const char* const kPageStyle;
 
-std::string base64(const std::string& bytes);
-
 }  // namespace thew

@@ -8,6 +8,7 @@
 #include "sim/durable_file.h"
 #include "sim/hash.h"
 #include "tools/contact_sheet.h"
+#include "tools/movie.h"
 
 namespace thew {
 namespace {
@@ -122,6 +123,20 @@ bool Pictures::complete(const std::vector<int>& frames) const {
 }
 
 void Pictures::finish() { writer_.finish(); }
+
+std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
+  std::string wrong;
+  for (const SceneView& view : frames.size() > 1 ? views_ : std::vector<SceneView>{}) {
+    std::vector<MoviePicture> pictures;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const int until = i + 1 < frames.size() ? frames[i + 1] : frames[i] + 1;
+      pictures.push_back({file_of(view, frames[i]), until - frames[i]});
+    }
+    wrong = write_movie(folder_ / (view.name + ".mp4"), pictures, fps);
+    if (!wrong.empty()) break;
+  }
+  return wrong;
+}
 
 Image Pictures::sheet(const std::vector<int>& frames) const {
   constexpr int kColumns = 6, kThumbnail = 320;

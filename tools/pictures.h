@@ -31,6 +31,9 @@ class Pictures {
   bool complete(const std::vector<int>& frames) const;
   /// Waits for the last file.
   void finish();
+  /// FOLDER/VIEW.mp4 of each view, where ffmpeg is installed and there is more than one frame. Says
+  /// what went wrong, "" for nothing.
+  std::string movies(const std::vector<int>& frames, double fps) const;
   /// Thumbnails of all views of some frames, as one picture.
   Image sheet(const std::vector<int>& frames) const;
   double seconds() const { return seconds_; }

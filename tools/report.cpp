@@ -82,10 +82,10 @@ std::string report_as_json(const Report& report) {
 }
 
 void write_report(const std::filesystem::path& folder, const Report& report,
-                  const std::filesystem::path& contact_sheet) {
+                  const std::filesystem::path& contact_sheet, const std::string& viewer) {
   create_folders(folder);
   write_durably(folder / "report.json", report_as_json(report));
-  write_durably(folder / "report.html", report_as_html(report, contact_sheet));
+  write_durably(folder / "report.html", report_as_html(report, contact_sheet, viewer));
 }
 
 }  // namespace thew

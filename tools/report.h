@@ -60,12 +60,13 @@ struct Report {
 
 /// What report.json holds. A number that is not finite is Error(kOutput) naming it.
 std::string report_as_json(const Report& report);
-/// One file that needs no other: text, drawings, and the picture at `contact_sheet` (a PNG; "" for
-/// none).
-std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet);
+/// One file that needs no other: text, drawings, what report_viewer() made ("" for none), and the
+/// picture at `contact_sheet` (a PNG; "" for none).
+std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet,
+                           const std::string& viewer = "");
 
 /// FOLDER/report.json and FOLDER/report.html, durably.
 void write_report(const std::filesystem::path& folder, const Report& report,
-                  const std::filesystem::path& contact_sheet);
+                  const std::filesystem::path& contact_sheet, const std::string& viewer = "");
 
 }  // namespace thew

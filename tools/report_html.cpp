@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sim/durable_file.h"
+#include "tools/base64.h"
 #include "tools/html_page.h"
 #include "tools/report.h"
 #include "tools/svg_chart.h"
@@ -226,14 +227,15 @@ std::string warnings(const Report& report) {
 
 }  // namespace
 
-std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet) {
+std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet,
+                           const std::string& viewer) {
   const std::string name = escape_html(report.scene);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
          name + " – bake report</title>\n<style>" + kPageStyle +
          "</style></head>\n<body><main>\n<h1>" + name +
          "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
-         facts(report) + picture(contact_sheet) + charts(report) + table(report) +
+         facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
          contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
          ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
          "measured on the written meshes, in SI units unless stated.</footer>\n"

@@ -58,6 +58,22 @@ int run(int argc, char** argv) {
   render->add_option("--out", options.out, "folder of the pictures")->required();
   add_common(*render, options);
 
+  std::vector<std::string> meshes;
+  int basis = 0;
+  CLI::App* exporting = app.add_subcommand(
+      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
+  exporting->add_option("BAKE", options.input, "bake.h5")->required();
+  exporting->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
+      ->required();
+  exporting->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  exporting->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
+      ->check(CLI::Range(1, 10000));
+  exporting->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
+  exporting->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  exporting->add_flag("--json", options.json, "say what was written as JSON");
+
   CLI::App* inspect = app.add_subcommand(
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   inspect->add_option("FILE", options.input)->required();
@@ -108,6 +124,7 @@ int run(int argc, char** argv) {
   if (golden.empty()) golden = options.input.parent_path() / "golden";
   if (*update) return static_cast<int>(golden_update_command(options, golden));
   if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
+  if (*exporting) return static_cast<int>(export_command(options, meshes, basis));
   return static_cast<int>(inspect_command(options));
 }
 

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads the exports in Blender:
+blender -b --factory-startup --python blender_read.py -- FOLDER…"""
+import os
+import sys
+import traceback
+
+import numpy
+
+numpy.bool = bool  # Blender 3.4's importer of glTF was written for an older numpy
+import bpy  # noqa: E402
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from truth import Comparison, load  # noqa: E402
+
+CLIENT = "Blender " + bpy.app.version_string
+
+
+def empty():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def vertices(data):
+    values = numpy.empty(3 * len(data.vertices), dtype="f4")
+    data.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3)
+
+
+def triangles(data):
+    return [list(polygon.vertices) for polygon in data.polygons]
+
+
+def evaluated(thing, frame):
+    bpy.context.scene.frame_set(frame)
+    return vertices(thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+
+
+def point_cache(folder, truth, ending):
+    mesh = next(m for m in truth["meshes"] if m["name"] == truth["one"])
+    result = Comparison(CLIENT, f"{folder}/one.{ending}", 0.0, floats=True)
+    empty()
+    bpy.ops.wm.obj_import(filepath=f"{folder}/one.rest.obj")
+    thing = bpy.context.object
+    result.same("triangles", triangles(thing.data), mesh["triangles"])
+    cache = thing.modifiers.new("cache", "MESH_CACHE")
+    cache.cache_format = ending.upper()
+    cache.filepath = f"{folder}/one.{ending}"
+    cache.frame_start = truth["frames"][0]
+    for i, frame in enumerate(truth["frames"]):
+        result.add(f"frame {frame}", evaluated(thing, frame), mesh["positions"][i])
+    return result.tell()
+
+
+def obj(folder, truth):
+    result = Comparison(CLIENT, f"{folder}/obj", 0.0, floats=True)
+    for i, frame in enumerate(truth["frames"]):
+        empty()
+        bpy.ops.wm.obj_import(filepath=f"{folder}/obj/all.{frame:04d}.obj")
+        for mesh in truth["meshes"]:
+            data = bpy.data.objects[mesh["name"]].data
+            result.add(f"{mesh['name']}, frame {frame}", vertices(data), mesh["positions"][i])
+            result.same(f"{mesh['name']}, triangles", triangles(data), mesh["triangles"])
+    return result.tell()
+
+
+def ply(folder, truth):
+    mesh = next(m for m in truth["meshes"] if m["name"] == truth["one"])
+    result = Comparison(CLIENT, f"{folder}/ply", 0.0, floats=True)
+    for i, frame in enumerate(truth["frames"]):
+        empty()
+        bpy.ops.import_mesh.ply(filepath=f"{folder}/ply/one.{frame:04d}.ply")
+        data = bpy.context.object.data
+        result.add(f"frame {frame}", vertices(data), mesh["positions"][i])
+        result.same("triangles", triangles(data), mesh["triangles"])
+    return result.tell()
+
+
+def glb(folder, truth, name, allowed):
+    result = Comparison(CLIENT, f"{folder}/{name}", allowed)
+    empty()
+    bpy.context.scene.render.fps = int(truth["fps"])
+    bpy.ops.import_scene.gltf(filepath=f"{folder}/{name}")
+    for mesh in truth["meshes"]:
+        thing = bpy.data.objects[mesh["name"]]
+        for i, frame in enumerate(truth["frames"]):
+            read = evaluated(thing, frame - truth["frames"][0])  # time 0 is the first frame
+            y_up = numpy.stack([read[:, 0], read[:, 2], -read[:, 1]], axis=1)
+            result.add(f"{mesh['name']}, frame {frame}", y_up, mesh["positions"][i])
+        result.same(f"{mesh['name']}, triangles", triangles(thing.data), mesh["triangles"])
+    return result.tell()
+
+
+def stated_error(folder):
+    with open(f"{folder}/basis.txt") as text:
+        return 1e-3 * float(text.read().split("position error ")[1].split(" mm")[0])
+
+
+good = True
+try:
+    for folder in sys.argv[sys.argv.index("--") + 1:]:
+        truth = load(folder)
+        good &= point_cache(folder, truth, "pc2")
+        good &= point_cache(folder, truth, "mdd")
+        good &= obj(folder, truth)
+        good &= ply(folder, truth)
+        good &= glb(folder, truth, "all.glb", 1e-6)
+        good &= glb(folder, truth, "basis.glb", stated_error(folder) + 1e-6)
+except Exception:
+    traceback.print_exc()
+    good = False
+sys.stdout.flush()
+os._exit(0 if good else 1)  # Blender's own exit code says nothing of the script

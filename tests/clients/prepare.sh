@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Bakes and exports what the clients read: prepare.sh THEW SOURCE OUT
+set -euo pipefail
+thew=$1 source=$2 out=$3
+here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
+
+skip() { echo "skipped: $1"; exit 77; }
+/usr/bin/python3 -c 'import h5py, numpy' 2>/dev/null || skip "python3-h5py is not installed"
+
+rm -rf "$out"
+mkdir -p "$out"
+bake() {  # FOLDER SCENE MESH [arguments]
+  local folder=$out/$1 scene=$2 mesh=$3 file
+  shift 3
+  "$thew" bake "$scene" --out "$folder" --no-render --progress none "$@"
+  for file in all.glb all.usda all.xdmf all.abc obj/all.####.obj; do
+    "$thew" export "$folder/bake.h5" "$folder/$file" --progress none >/dev/null
+  done
+  for file in one.pc2 one.mdd ply/one.####.ply; do
+    "$thew" export "$folder/bake.h5" "$folder/$file" --mesh "$mesh" --progress none >/dev/null
+  done
+  "$thew" export "$folder/bake.h5" "$folder/basis.glb" --basis 4 --progress none |
+    tee "$folder/basis.txt" | tail -n 1
+  # The truth, by a reader of HDF5 that is not ours.
+  /usr/bin/python3 "$here/truth.py" "$folder" "$mesh"
+}
+bake muscle "$source/tests/scenes/one_muscle/scene.toml" flexor  # double precision
+bake arm "$source/assets/arm/arm.toml" skin --set 'scene.frames="1-6"'

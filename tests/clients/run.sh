@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Lets one client read the exports: run.sh blender|paraview|web|chromium BUILD, BUILD/clients being
+# what prepare.sh made. Exits with 77 where the client is not installed.
+set -euo pipefail
+here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
+client=$1 build=$2
+folders=("$build/clients/muscle" "$build/clients/arm")
+
+skip() { echo "skipped: $1"; exit 77; }
+case "$client" in
+  blender)
+    command -v blender >/dev/null || skip "blender is not installed"
+    # Its importers talk a lot; ours is what names it first.
+    blender -b --factory-startup --python "$here/blender_read.py" -- "${folders[@]}" 2>&1 |
+      grep -E '^(Blender [0-9.]+,|  |Traceback|[A-Za-z]*Error)' ;;
+  paraview)
+    command -v pvpython >/dev/null || skip "python3-paraview is not installed"
+    pvpython "$here/paraview_read.py" "${folders[@]}" ;;
+  web)
+    command -v npm >/dev/null || skip "npm is not installed"
+    modules=$build/clients_npm
+    mkdir -p "$modules"
+    cp "$here/package.json" "$modules"
+    npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
+      skip "npm could not install gltf-validator and three"
+    node "$here/web_read.mjs" "$modules" "${folders[@]}" ;;
+  chromium)
+    command -v chromium >/dev/null || skip "chromium is not installed"
+    command -v node >/dev/null || skip "node is not installed"
+    node "$here/viewer_read.mjs" "${folders[@]}" ;;
+esac

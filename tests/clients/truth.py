@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a bake holds, for the clients to be compared with: truth.py FOLDER MESH writes
+FOLDER/truth.json and FOLDER/truth.bin, numbers as little-endian float64. `load` and `Comparison`
+are for the scripts in Python."""
+import json
+import os
+import sys
+
+import numpy
+
+
+def write(folder, one):
+    import h5py
+
+    arrays, meshes, at = [], [], 0
+    with h5py.File(os.path.join(folder, "bake.h5")) as bake:
+        for name, group in bake["meshes"].items():
+            entry = {"name": name}
+            for key in ("positions", "triangles"):
+                values = numpy.asarray(group[key], dtype="<f8")
+                entry[key] = {"at": at, "shape": list(values.shape)}
+                arrays.append(values)
+                at += values.size
+            meshes.append(entry)
+        truth = {"fps": float(bake.attrs["fps"]), "frames": bake["frames"][:].tolist(),
+                 "one": one, "meshes": meshes}
+    with open(os.path.join(folder, "truth.bin"), "wb") as out:
+        for values in arrays:
+            out.write(values.tobytes())
+    with open(os.path.join(folder, "truth.json"), "w") as out:
+        json.dump(truth, out)
+
+
+def load(folder):
+    with open(os.path.join(folder, "truth.json")) as text:
+        truth = json.load(text)
+    numbers = numpy.fromfile(os.path.join(folder, "truth.bin"), dtype="<f8")
+    for mesh in truth["meshes"]:
+        for key in ("positions", "triangles"):
+            size = int(numpy.prod(mesh[key]["shape"]))
+            begin = mesh[key]["at"]
+            mesh[key] = numbers[begin:begin + size].reshape(mesh[key]["shape"])
+    return truth
+
+
+class Comparison:
+    """The largest difference over all that a client read of one file."""
+
+    def __init__(self, client, what, allowed, floats=False):
+        self.client, self.what, self.allowed, self.floats = client, what, allowed, floats
+        self.largest, self.vertices, self.wrong = 0.0, 0, []
+
+    def add(self, place, read, expected):
+        read, expected = numpy.asarray(read, dtype="f8"), numpy.asarray(expected, dtype="f8")
+        if self.floats:  # what the format can hold
+            expected = expected.astype("f4").astype("f8")
+        if read.shape != expected.shape:
+            self.wrong.append(f"{place}: {read.shape} instead of {expected.shape}")
+            return
+        difference = numpy.abs(read - expected).max()
+        self.largest = max(self.largest, float(difference))
+        self.vertices += len(read)
+        if not difference <= self.allowed:
+            self.wrong.append(f"{place}: off by {difference:.3g} m")
+
+    def same(self, place, read, expected):
+        if not numpy.array_equal(numpy.asarray(read), numpy.asarray(expected)):
+            self.wrong.append(f"{place}: differs")
+
+    def tell(self):
+        print(f"{self.client}, {self.what}: largest error {self.largest:.3g} m "
+              f"over {self.vertices} vertices", flush=True)
+        for line in self.wrong[:5]:
+            print("  " + line)
+        return not self.wrong and self.vertices > 0
+
+
+if __name__ == "__main__":
+    write(sys.argv[1], sys.argv[2])

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace thew {
+
+/// For what is embedded in a page.
+std::string base64(const std::string& bytes);
+
+}  // namespace thew

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+namespace thew {
+
+/// The file of a frame: the last run of # in the name becomes its number, as long as the run at
+/// least (-2 as #### is -002); a name without # gets .#### before its ending.
+std::filesystem::path sequence_file(const std::filesystem::path& pattern, int frame);
+
+}  // namespace thew

@@ -64,6 +64,10 @@ int main(int argc, char** argv) {
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew: %s\n", error.what());
     return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    std::fputs("thew: there is not enough memory; free some, then run again with --resume\n",
+               stderr);
+    return static_cast<int>(thew::ExitCode::kRetry);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "thew: %s; this is a defect of Thew, please report it\n", error.what());
     return static_cast<int>(thew::ExitCode::kSolver);

@@ -39,7 +39,9 @@ struct BakeProcess {
   /// `prepare` runs in the process before the command does.
   explicit BakeProcess(const fs::path& out, std::vector<std::string> more = {"--no-render"},
                        const std::function<void()>& prepare = {}) {
-    errors = out.string() + ".errors";
+    static int count = 0;  // beside the bakes: their disk may be full
+    errors = fs::path(testing::TempDir()) /
+             ("thew_errors_" + std::to_string(getpid()) + "_" + std::to_string(++count));
     std::vector<std::string> words = {
         THEW_COMMAND, "bake",       THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml",
         "--out",      out.string(), "--threads",
@@ -56,6 +58,12 @@ struct BakeProcess {
     execv(arguments[0], arguments.data());
     _exit(127);
   }
+
+  ~BakeProcess() {
+    wait();
+    fs::remove(errors);
+  }
+  BakeProcess(const BakeProcess&) = delete;
 
   void send(int signal) const { kill(id, signal); }
   bool ended() {
@@ -111,7 +119,8 @@ class BakeTest : public testing::Test {
     fs::remove_all(root_);
     fs::create_directories(root_);
     const auto begin = std::chrono::steady_clock::now();
-    ASSERT_EQ(BakeProcess(root_ / "whole").wait().code, 0) << bytes_of(root_ / "whole.errors");
+    const auto ended = BakeProcess(root_ / "whole").wait();
+    ASSERT_EQ(ended.code, 0) << ended.errors;
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     whole_ = bytes_of(root_ / "whole/bake.h5");
     ASSERT_GT(whole_.size(), 100000u);

@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFileLimit = size_t{256} << 20;  // bytes
+constexpr size_t kFileLimit = size_t{256} << 20;     // bytes
+constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ExitCode::kInput, file.string() + ": " + what);
@@ -201,13 +202,32 @@ TriMesh read_through_assimp(const fs::path& file, const std::string& ending) {
   return collect(file, *scene);
 }
 
+// assimp searches a header without an end for ever, and sets aside what a header claims.
+void check_ply_header(const fs::path& file) {
+  const std::string bytes = read_whole(file, kFileLimit);
+  const std::string_view head = std::string_view(bytes).substr(0, kPlyHeaderLimit);
+  for (size_t begin = 0; begin < head.size();) {
+    const size_t end = std::min(head.find('\n', begin), head.size());
+    const auto words = split_words(head.substr(begin, end - begin));
+    begin = end + 1;
+    if (words.size() == 1 && words[0] == "end_header") return;
+    if (words.size() != 3 || words[0] != "element") continue;
+    const auto count = parse_number(words[2]);
+    if (!count || !(*count >= 0.0 && *count <= static_cast<double>(bytes.size()))) {
+      refuse(file, "claims " + std::string(words[2]) + " of \"" + std::string(words[1]) + "\" in " +
+                       std::to_string(bytes.size()) + " bytes; export it again");
+    }
+  }
+  refuse(file, "its header does not end; the file is cut short, export it again");
+}
+
 template <typename Archive>
 void walk(Archive& archive, TriMesh& mesh) {
   archive.list(mesh.vertices);
   archive.list(mesh.triangles);
 }
 
-// assimp 5.2 hangs on 13 % of damaged PLY files and crashes on some of all formats.
+// assimp 5.2 hangs and crashes on some damaged files of all formats.
 TriMesh read_in_child(const fs::path& file, const std::string& ending) {
   Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
     TriMesh mesh = read_through_assimp(file, ending);
@@ -241,6 +261,7 @@ ImportedMesh import_mesh(const fs::path& file) {
                      "\" are not read; save it as OBJ, STL, PLY, glTF, FBX or Collada");
   }
   check_readable(file, kFileLimit);
+  if (ending == "ply") check_ply_header(file);
   const TriMesh raw = read_in_child(file, ending);
   if (raw.triangles.empty()) refuse(file, "holds no triangles; export the mesh with its faces");
   WeldResult welded = weld(raw);

@@ -33,11 +33,19 @@ END
   for package in apt/cache/archives/*.deb; do
     dpkg-deb --fsys-tarfile "$package" | tar -x -C root --keep-directory-symlink
   done
+  # Links and CMake's files with absolute paths.
+  find root -type l -lname '/*' -printf '%p %l\n' | while read -r link target; do
+    ln -sfn "$here/root$target" "$link"
+  done
+  grep -rlE '[":; ]/usr/(lib|include)' root/usr/lib/aarch64-linux-gnu/cmake root/usr/share/*/cmake |
+    xargs sed -Ei "s#([\":; ])/usr/(lib|include)#\1$here/root/usr/\2#g"
   unset APT_CONFIG
   rm -rf apt
   touch root/complete
 fi
 
+# FindHDF5 would ask the compiler wrapper of this machine.
+hdf5=$here/root/usr/lib/aarch64-linux-gnu/hdf5/serial/libhdf5.so
 export PKG_CONFIG_SYSROOT_DIR=$here/root
 export PKG_CONFIG_LIBDIR=$here/root/usr/lib/aarch64-linux-gnu/pkgconfig:$here/root/usr/share/pkgconfig
 cmake -S "$source" -B build -G Ninja -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 \
@@ -45,7 +53,7 @@ cmake -S "$source" -B build -G Ninja -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PR
   -DCMAKE_SYSROOT="$here/root" -DCMAKE_FIND_ROOT_PATH="$here/root" \
   -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER -DCMAKE_FIND_ROOT_PATH_MODE_PACKAGE=ONLY \
   -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=ONLY -DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY \
-  -DCMAKE_LIBRARY_ARCHITECTURE=aarch64-linux-gnu -DTHEW_TESTS=OFF
+  -DCMAKE_LIBRARY_ARCHITECTURE=aarch64-linux-gnu -DHDF5_C_LIBRARY_hdf5="$hdf5" -DTHEW_TESTS=OFF
 cmake --build build --target thew
 cat >thew <<END
 #!/bin/sh

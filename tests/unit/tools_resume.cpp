@@ -156,7 +156,6 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
                               "scene.settle=1",
                               "scene.gravity=[0,-9.8,0]",
                               "scene.frames=2-16",
-                              "rig.clip.unit=rad",
                               "rig.clip.interpolation=linear",
                               "muscle.front.belly=[0.06,0.23]",
                               "muscle.front.weights=even",

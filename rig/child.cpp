@@ -59,7 +59,7 @@ bool receive_all(int socket, void* to, std::size_t bytes) {
   return true;
 }
 
-// Pages of address space that the process has.
+// Bytes of address space that the process has; 0 where the system does not tell.
 std::uint64_t address_space() {
   unsigned long pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
@@ -77,7 +77,10 @@ void limit(int resource, rlim_t most) {
 }
 
 // It dies with its parent, says nothing, leaves no core, and is no place for anyone's handlers.
-void become_child(pid_t parent, std::uint64_t memory) {
+// Returns the socket, clear of the standard streams, one of which it is where the parent has closed
+// its own.
+int become_child(pid_t parent, std::uint64_t memory, int socket) {
+  const int clear = ::fcntl(socket, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) {
@@ -87,6 +90,7 @@ void become_child(pid_t parent, std::uint64_t memory) {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, stream);
   limit(RLIMIT_CORE, 0);
   if (const std::uint64_t now = address_space()) limit(RLIMIT_AS, now + memory);
+  return clear;
 }
 
 // Processor time counts from the begin of the process; the limit is in whole seconds.
@@ -144,8 +148,7 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
   process_ = ::fork();
   if (process_ == 0) {
     ::close(sockets[0]);
-    become_child(parent, memory_);
-    serve(sockets[1], seconds_, answer);
+    serve(become_child(parent, memory_, sockets[1]), seconds_, answer);
   }
   const int failure = errno;
   ::close(sockets[1]);

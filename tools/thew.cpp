@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -16,7 +19,17 @@ void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
 }
 
+// Where a standard stream is closed, the next file would take its number, and our messages.
+void open_standard_streams() {
+  int stream = 0;
+  do {
+    stream = ::open("/dev/null", O_RDWR);
+  } while (stream >= 0 && stream <= STDERR_FILENO);
+  if (stream > STDERR_FILENO) ::close(stream);
+}
+
 int run(int argc, char** argv) {
+  open_standard_streams();
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
   app.set_version_flag("--version", "thew 0.1.0");
   app.require_subcommand(1);

@@ -95,13 +95,6 @@ if [[ $long == yes ]]; then
     check "$threads threads" "$thew"
   done
   options=(--no-render --threads 2)
-  second gcc_O0 g++ -O0 && check "g++ -O0" "$build/gcc_O0/tools/thew"
-  second gcc_O3_native g++ "-O3 -march=native" &&
-    check "g++ -O3 -march=native" "$build/gcc_O3_native/tools/thew"
-  if command -v clang++ >/dev/null; then
-    second clang_native clang++ "-O2 -march=native" &&
-      check "clang++ -O2 -march=native" "$build/clang_native/tools/thew"
-  fi
   for without in -AVX512F -AVX2,-FMA -AVX2,-FMA,-AVX,-SSE4_1; do
     check "a processor with $without" env GLIBC_TUNABLES=glibc.cpu.hwcaps=$without "$thew"
   done
@@ -120,9 +113,16 @@ if [[ $long == yes ]]; then
   check "closed standard input" closed "$thew"
   options=(--threads 2)
   check "with pictures" "$thew"
-  if [[ -x $here/aarch64.sh ]] && "$here/aarch64.sh" "$build/aarch64" >"$work/log" 2>&1; then
-    options=(--threads 2)
-    only=pair
+  options=(--no-render --threads 2)
+  second gcc_O0 g++ -O0 && check "g++ -O0" "$build/gcc_O0/tools/thew"
+  second gcc_O3_native g++ "-O3 -march=native" &&
+    check "g++ -O3 -march=native" "$build/gcc_O3_native/tools/thew"
+  if command -v clang++ >/dev/null; then
+    second clang_native clang++ "-O2 -march=native" &&
+      check "clang++ -O2 -march=native" "$build/clang_native/tools/thew"
+  fi
+  if "$here/aarch64.sh" "$build/aarch64" >"$work/log" 2>&1; then
+    only=pair  # emulation is slow
     check "AArch64, emulated" "$build/aarch64/thew"
     only=
   else

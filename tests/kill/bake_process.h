@@ -51,6 +51,7 @@ struct BakeProcess {
     if (id != 0) return;
     const int to = open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
     dup2(to, STDERR_FILENO);
+    dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
     if (prepare) prepare();
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());

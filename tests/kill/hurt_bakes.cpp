@@ -139,6 +139,17 @@ TEST_F(Hurt, AReadOnlyFolderIsTold) {
   }
 }
 
+TEST_F(Hurt, ClosedStreamsAreNotWrittenToAFile) {
+  for (const int first : {0, 1, 2}) {
+    const fs::path out = root_ / ("closed" + std::to_string(first));
+    const auto ended = BakeProcess(out, {"--no-render", "--json"}, [&] {
+                         for (int stream = first; stream <= 2; ++stream) close(stream);
+                       }).wait();
+    EXPECT_EQ(ended.code, 0);
+    expect_whole(out);
+  }
+}
+
 TEST_F(Hurt, NothingIsWrittenThroughALink) {
   const fs::path elsewhere = root_ / "elsewhere";
   fs::create_directories(elsewhere / "folder");

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <utility>
 
+#include "rig/child.h"
+#include "rig/packed.h"
 #include "rig/text.h"
 
 namespace thew {
@@ -21,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFileLimit = size_t{256} << 20;  // bytes
+constexpr size_t kFileLimit = size_t{256} << 20;     // bytes
+constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ExitCode::kInput, file.string() + ": " + what);
@@ -199,6 +202,55 @@ TriMesh read_through_assimp(const fs::path& file, const std::string& ending) {
   return collect(file, *scene);
 }
 
+// assimp searches a header without an end for ever, and sets aside what a header claims.
+void check_ply_header(const fs::path& file) {
+  const std::string bytes = read_whole(file, kFileLimit);
+  const std::string_view head = std::string_view(bytes).substr(0, kPlyHeaderLimit);
+  for (size_t begin = 0; begin < head.size();) {
+    const size_t end = std::min(head.find('\n', begin), head.size());
+    const auto words = split_words(head.substr(begin, end - begin));
+    begin = end + 1;
+    if (words.size() == 1 && words[0] == "end_header") return;
+    if (words.size() != 3 || words[0] != "element") continue;
+    const auto count = parse_number(words[2]);
+    if (!count || !(*count >= 0.0 && *count <= static_cast<double>(bytes.size()))) {
+      refuse(file, "claims " + std::string(words[2]) + " of \"" + std::string(words[1]) + "\" in " +
+                       std::to_string(bytes.size()) + " bytes; export it again");
+    }
+  }
+  refuse(file, "its header does not end; the file is cut short, export it again");
+}
+
+template <typename Archive>
+void walk(Archive& archive, TriMesh& mesh) {
+  archive.list(mesh.vertices);
+  archive.list(mesh.triangles);
+}
+
+// assimp 5.2 hangs and crashes on some damaged files of all formats.
+TriMesh read_in_child(const fs::path& file, const std::string& ending) {
+  Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
+    TriMesh mesh = read_through_assimp(file, ending);
+    Packer packer;
+    walk(packer, mesh);
+    return packer.bytes;
+  });
+  const std::string bytes = child.ask();
+  TriMesh mesh;
+  Unpacker unpacker{bytes};
+  walk(unpacker, mesh);
+  const auto nodes = static_cast<int>(mesh.vertices.size());
+  const bool sound =
+      unpacker.finished() &&
+      std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                  [](const Vec3& p) { return p.allFinite(); }) &&
+      std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        return std::all_of(t.begin(), t.end(), [&](int i) { return i >= 0 && i < nodes; });
+      });
+  if (!sound) child.refuse("its reader sent nonsense");
+  return mesh;
+}
+
 }  // namespace
 
 ImportedMesh import_mesh(const fs::path& file) {
@@ -209,7 +261,8 @@ ImportedMesh import_mesh(const fs::path& file) {
                      "\" are not read; save it as OBJ, STL, PLY, glTF, FBX or Collada");
   }
   check_readable(file, kFileLimit);
-  const TriMesh raw = read_through_assimp(file, ending);
+  if (ending == "ply") check_ply_header(file);
+  const TriMesh raw = read_in_child(file, ending);
   if (raw.triangles.empty()) refuse(file, "holds no triangles; export the mesh with its faces");
   WeldResult welded = weld(raw);
   return {std::move(welded.mesh), std::move(welded.map_back),

@@ -14,8 +14,8 @@ struct ImportedMesh {
   int imported_vertices = 0;
 };
 
-/// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp and welds them.
-/// Throws Error(kInput) with file, cause and next move.
+/// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp, in a child
+/// process with limits, and welds them. Throws Error(kInput) with file, cause and next move.
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 /// import_mesh, and Error(kInput) listing every defect when the mesh is not a sound closed surface.

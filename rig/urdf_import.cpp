@@ -9,7 +9,9 @@
 #include <cmath>
 #include <limits>
 
+#include "rig/child.h"
 #include "rig/math.h"
+#include "rig/packed.h"
 #include "rig/text.h"
 #include "rig/urdf_tree.h"
 
@@ -198,9 +200,7 @@ std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree:
   return visuals;
 }
 
-}  // namespace
-
-Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
+Skeleton read_skeleton(const fs::path& file, const fs::path& allowed_root) {
   const std::string text = read_whole(file, kFileLimit);
   const UrdfTree tree = read_urdf_tree(file, text);
   const urdf::ModelInterfaceSharedPtr model = parse(file, text);
@@ -232,6 +232,62 @@ Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
     read_limits(tree, at, joint, s.lower.back(), s.upper.back());
   }
   return s;
+}
+
+template <typename Archive>
+void walk(Archive& archive, Skeleton& s) {
+  const auto text = [](Archive& in, std::string& value) { in.list(value); };
+  archive.each(s.body_names, text);
+  archive.list(s.parent);
+  archive.list(s.joint_in_parent);
+  archive.each(s.joint_names, text);
+  archive.list(s.joint_types);
+  archive.list(s.joint_axes);
+  archive.list(s.lower);
+  archive.list(s.upper);
+  archive.each(s.visuals, [](Archive& of_bodies, std::vector<Skeleton::Visual>& visuals) {
+    of_bodies.each(visuals, [](Archive& of_body, Skeleton::Visual& visual) {
+      of_body.list(visual.mesh_file);
+      of_body.number(visual.in_body);
+      of_body.number(visual.scale);
+    });
+  });
+}
+
+bool is_sound(const Skeleton& s) {
+  const size_t bodies = s.body_names.size();
+  bool sound = bodies > 0 && s.parent.size() == bodies && s.joint_in_parent.size() == bodies &&
+               s.joint_names.size() == bodies && s.joint_types.size() == bodies &&
+               s.joint_axes.size() == bodies && s.lower.size() == bodies &&
+               s.upper.size() == bodies && s.visuals.size() == bodies;
+  for (size_t i = 0; sound && i < bodies; ++i) {
+    sound = s.parent[i] >= -1 && s.parent[i] < static_cast<int>(i) &&
+            s.joint_in_parent[i].matrix().allFinite() && s.joint_axes[i].allFinite() &&
+            s.joint_types[i] >= Skeleton::JointType::kFixed &&
+            s.joint_types[i] <= Skeleton::JointType::kPrismatic && s.lower[i] <= s.upper[i];
+    for (const Skeleton::Visual& visual : s.visuals[i]) {
+      sound = sound && visual.in_body.matrix().allFinite() && visual.scale.allFinite();
+    }
+  }
+  return sound;
+}
+
+}  // namespace
+
+Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
+  check_readable(file, kFileLimit);
+  Child child(file, "correct the URDF and try again", [&](std::string_view) {
+    Skeleton skeleton = read_skeleton(file, allowed_root);
+    Packer packer;
+    walk(packer, skeleton);
+    return packer.bytes;
+  });
+  const std::string bytes = child.ask();
+  Skeleton skeleton;
+  Unpacker unpacker{bytes};
+  walk(unpacker, skeleton);
+  if (!unpacker.finished() || !is_sound(skeleton)) child.refuse("its reader sent nonsense");
+  return skeleton;
 }
 
 }  // namespace thew

@@ -5,10 +5,13 @@
 #include <chrono>
 #include <cmath>
 
+#include "rig/text.h"
 #include "sim/drive.h"
 
 namespace thew {
 namespace {
+
+constexpr std::size_t kLongestScene = std::size_t{4} << 20;  // bytes, as it was read
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -38,6 +41,7 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
   BakeInfo info;
   info.scene_name = model.scene.name;
   info.scene_hash = model.hash;
+  info.scene_text = read_whole(model.scene.file, kLongestScene);
   info.fps = model.scene.fps;
   info.double_precision = model.scene.output.double_precision;
   info.frames = frames;

@@ -226,6 +226,8 @@ struct BakeWriter::Data {
     check_info(info);
     create_folders(folder);
     lock.emplace(folder);
+    check_replaceable(folder / "bake.h5", fs::file_type::regular);
+    check_replaceable(parts_folder, fs::file_type::directory);
   }
 
   BakeInfo info;
@@ -297,6 +299,7 @@ std::string BakeWriter::pack() {
                 data.parts_folder.string() + ": there is no frame to pack; bake one first");
   }
   const fs::path file = data.folder / "bake.h5", temporary = beside(file);
+  ::unlink(temporary.c_str());  // of a bake that was killed, or a link that leads elsewhere
   std::string hash;
   try {
     Packing packing(temporary, data.info, data.parts.size());

@@ -24,6 +24,7 @@ struct BakeMesh {
 
 struct BakeInfo {
   std::string scene_name, scene_hash;
+  std::string scene_text;  ///< to say what differs when another scene is resumed; not packed
   double fps = 24.0;
   bool double_precision = false;
   std::vector<int> frames;  ///< those to be written, in order

@@ -71,11 +71,49 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
   return taker.take(frame.state.data(), frame.state.size()) && taker.rest.empty();
 }
 
+std::string mesh_hash(const BakeMesh& mesh) {
+  Hash hash;
+  hash.add(mesh.rest.vertices.data(), mesh.rest.vertices.size() * sizeof(Vec3));
+  hash.add(mesh.rest.triangles.data(), mesh.rest.triangles.size() * sizeof(Triangle));
+  hash.add(mesh.weights.data(), mesh.weights.size() * sizeof(double));
+  return hash.hex();
+}
+
 json scene_as_json(const BakeInfo& info) {
   json meshes = json::object();
-  for (const BakeMesh& mesh : info.meshes) meshes[mesh.name] = mesh.rest.vertices.size();
+  for (const BakeMesh& mesh : info.meshes) meshes[mesh.name] = mesh_hash(mesh);
   return {{"version", kVersion}, {"scene", info.scene_name}, {"scene_hash", info.scene_hash},
-          {"fps", info.fps},     {"nodes", meshes},          {"metrics", info.metric_names}};
+          {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
+}
+
+// The first line in which two texts differ, for people: it may be one that no solver reads.
+std::string text_difference(const std::string& was, const std::string& is) {
+  std::istringstream before(was), after(is);
+  std::string old_line, new_line;
+  for (int row = 1;; ++row) {
+    const bool more_before = static_cast<bool>(std::getline(before, old_line));
+    const bool more_after = static_cast<bool>(std::getline(after, new_line));
+    if (!more_before && !more_after) return "";
+    if (!more_before) old_line.clear();
+    if (!more_after) new_line.clear();
+    if (old_line == new_line && more_before == more_after) continue;
+    return "line " + std::to_string(row) + " of the scene was \"" + old_line + "\" and is \"" +
+           new_line + "\"";
+  }
+}
+
+std::string mesh_differences(const json& was, const json& is) {
+  std::string names;
+  const auto add = [&](const std::string& name, const char* what) {
+    names += (names.empty() ? "" : ", ") + ("mesh \"" + name + "\" " + what);
+  };
+  for (const auto& [name, hash] : is.items()) {
+    if (was.value(name, json()) != hash) add(name, was.contains(name) ? "has changed" : "is new");
+  }
+  for (const auto& [name, hash] : was.items()) {
+    if (!is.contains(name)) add(name, "is gone");
+  }
+  return names;
 }
 
 }  // namespace
@@ -124,7 +162,11 @@ BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& in
               file.string() + ": " + why + "; run again with --resume, which bakes it anew");
 }
 
-std::string describe_scene(const BakeInfo& info) { return scene_as_json(info).dump(1) + "\n"; }
+std::string describe_scene(const BakeInfo& info) {
+  json scene = scene_as_json(info);
+  scene["text"] = info.scene_text;
+  return scene.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
 
 bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
   const fs::path file = folder / "bake.json";
@@ -134,14 +176,22 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
   if (!there.is_object()) return false;  // not whole: no part can be trusted
   const json here = scene_as_json(info);
   std::string differences;
+  const auto add = [&](const std::string& what) {
+    if (!what.empty()) differences += (differences.empty() ? "" : ", ") + what;
+  };
   for (const auto& [key, value] : here.items()) {
     const json other = there.value(key, json());
     if (other == value) continue;
-    if (!differences.empty()) differences += ", ";
-    differences += key;
-    if (!value.is_structured()) differences += " was " + other.dump() + " and is " + value.dump();
+    if (key == "meshes" && other.is_object()) {
+      add(mesh_differences(other, value));
+    } else {
+      add(key +
+          (value.is_structured() ? " differ" : " was " + other.dump() + " and is " + value.dump()));
+    }
   }
   if (differences.empty()) return true;
+  const json text = there.value("text", json());
+  if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
   throw Error(ExitCode::kUsage,
               file.string() + ": these frames are of another scene: " + differences +
                   "; bake without --resume to begin again, or give another --out");

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <functional>
 
+#include "rig/child.h"
+#include "rig/packed.h"
 #include "sim/cache.h"
 #include "sim/hdf5_file.h"
 
@@ -28,15 +30,6 @@ std::vector<T> read_all(const Hdf5File& file, hid_t parent, const std::string& n
   return values;
 }
 
-template <typename Values>
-bool finite(const Values& values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
-bool finite(const std::vector<Vec3>& values) {
-  return std::all_of(values.begin(), values.end(), [](const Vec3& p) { return p.allFinite(); });
-}
-
 BakeMesh::Kind kind_of(const Hdf5File& file, const std::string& word) {
   if (word == "muscle") return BakeMesh::Kind::kMuscle;
   if (word == "bone") return BakeMesh::Kind::kBone;
@@ -44,6 +37,7 @@ BakeMesh::Kind kind_of(const Hdf5File& file, const std::string& word) {
   file.fail("a mesh is of the unknown kind \"" + word + "\"");
 }
 
+// Sizes are checked here, before memory is set aside; what the numbers mean, by the parent.
 BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
   BakeMesh mesh;
   mesh.name = name;
@@ -52,14 +46,6 @@ BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
   const std::size_t nodes = mesh.rest.vertices.size();
   mesh.rest.triangles =
       read_all<Triangle>(file, group, "triangles", H5T_STD_U32LE, H5T_NATIVE_INT, 3);
-  for (const Triangle& triangle : mesh.rest.triangles) {
-    for (const int node : triangle) {
-      if (node < 0 || static_cast<std::size_t>(node) >= nodes) {
-        file.fail(name + ": a triangle names node " + std::to_string(node) + " of " +
-                  std::to_string(nodes));
-      }
-    }
-  }
   if (file.has(group, "weights")) {
     mesh.weights =
         read_all<double>(file, group, "weights", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, nodes);
@@ -68,17 +54,12 @@ BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
     mesh.coordinates = read_all<std::array<double, 3>>(file, group, "coordinates", H5T_IEEE_F64LE,
                                                        H5T_NATIVE_DOUBLE, 3, nodes);
   }
-  const bool good = finite(mesh.rest.vertices) && finite(mesh.weights) &&
-                    std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
-                                [](const auto& c) { return finite(c); });
-  if (!good) file.fail(name + " has numbers that are not finite");
   return mesh;
 }
 
-}  // namespace
-
-struct BakeReader::Data {
-  explicit Data(const std::filesystem::path& path) : file(path, Hdf5File::Mode::kRead) {
+/// What the child does: all that HDF5 reads.
+struct OpenBake {
+  explicit OpenBake(const std::filesystem::path& path) : file(path, Hdf5File::Mode::kRead) {
     read_root();
     read_meshes();
     read_metrics(file.open_group(file.root(), "metrics"), "", 0);
@@ -106,11 +87,8 @@ struct BakeReader::Data {
     info.scene_hash = file.read_text_attribute(root, "scene_hash");
     info.hash = file.read_text_attribute(root, "hash");
     info.frames = read_all<int>(file, root, "frames", H5T_STD_I32LE, H5T_NATIVE_INT, 1);
-    const bool ascending = std::adjacent_find(info.frames.begin(), info.frames.end(),
-                                              std::greater_equal()) == info.frames.end();
-    if (!ascending || done != static_cast<int>(info.frames.size()) || !std::isfinite(info.fps) ||
-        info.fps <= 0.0) {
-      file.fail("its frames or its frame rate make no sense");
+    if (done != static_cast<int>(info.frames.size())) {
+      file.fail("it has not as many frames as it says");
     }
   }
 
@@ -143,9 +121,127 @@ struct BakeReader::Data {
     }
   }
 
+  /// No metrics: they are read with the rest of the file.
+  BakeFrame read(std::size_t at) const {
+    BakeFrame frame;
+    frame.frame = info.frames.at(at);
+    for (std::size_t m = 0; m < positions.size(); ++m) {
+      file.check_chunk(positions[m], at);
+      frame.positions.emplace_back(info.meshes[m].rest.vertices.size());
+      file.read_chunk(positions[m], H5T_NATIVE_DOUBLE, at, frame.positions[m].data());
+    }
+    return frame;
+  }
+
   Hdf5File file;
   BakeInfo info;
   std::vector<Hdf5Dataset> positions;        // by mesh
+  std::vector<std::vector<double>> metrics;  // by metric, then frame
+};
+
+template <typename Archive>
+void walk(Archive& archive, BakeInfo& info, std::vector<std::vector<double>>& metrics) {
+  const auto list = [](Archive& in, auto& value) { in.list(value); };
+  archive.list(info.scene_name);
+  archive.list(info.scene_hash);
+  archive.number(info.fps);
+  archive.number(info.double_precision);
+  archive.list(info.frames);
+  archive.each(info.meshes, [](Archive& in, BakeMesh& mesh) {
+    in.list(mesh.name);
+    in.number(mesh.kind);
+    in.list(mesh.rest.vertices);
+    in.list(mesh.rest.triangles);
+    in.list(mesh.weights);
+    in.list(mesh.coordinates);
+  });
+  archive.each(info.metric_names, list);
+  archive.list(info.hash);
+  archive.each(metrics, list);
+}
+
+template <typename Archive>
+void walk(Archive& archive, BakeFrame& frame) {
+  archive.number(frame.frame);
+  archive.each(frame.positions, [](Archive& in, std::vector<Vec3>& x) { in.list(x); });
+}
+
+template <typename... Values>
+std::string pack(Values&... values) {
+  Packer packer;
+  walk(packer, values...);
+  return packer.bytes;
+}
+
+template <typename... Values>
+bool unpack(const std::string& bytes, Values&... values) {
+  Unpacker unpacker{bytes};
+  walk(unpacker, values...);
+  return unpacker.finished();
+}
+
+template <typename Values>
+bool finite(const Values& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+bool finite(const std::vector<Vec3>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Vec3& p) { return p.allFinite(); });
+}
+
+void check_mesh(const Child& child, const BakeMesh& mesh) {
+  const std::size_t nodes = mesh.rest.vertices.size();
+  for (const Triangle& triangle : mesh.rest.triangles) {
+    for (const int node : triangle) {
+      if (node < 0 || static_cast<std::size_t>(node) >= nodes) {
+        child.refuse(mesh.name + ": a triangle names node " + std::to_string(node) + " of " +
+                     std::to_string(nodes));
+      }
+    }
+  }
+  const bool good = finite(mesh.rest.vertices) && finite(mesh.weights) &&
+                    std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
+                                [](const auto& c) { return finite(c); });
+  if (!good) child.refuse(mesh.name + " has numbers that are not finite");
+}
+
+void check_info(const Child& child, const BakeInfo& info,
+                const std::vector<std::vector<double>>& metrics) {
+  const bool ascending = std::adjacent_find(info.frames.begin(), info.frames.end(),
+                                            std::greater_equal()) == info.frames.end();
+  if (!ascending || !std::isfinite(info.fps) || info.fps <= 0.0) {
+    child.refuse("its frames or its frame rate make no sense");
+  }
+  for (const BakeMesh& mesh : info.meshes) check_mesh(child, mesh);
+  bool sound = metrics.size() == info.metric_names.size();
+  for (const auto& metric : metrics) sound = sound && metric.size() == info.frames.size();
+  if (!sound) child.refuse("its reader sent nonsense");
+}
+
+// Small requests and large answers: empty for all but the frames, else the place of a frame.
+std::string answer(const std::filesystem::path& path, std::shared_ptr<OpenBake>& bake,
+                   std::string_view request) {
+  if (!bake) bake = std::make_shared<OpenBake>(path);
+  if (request.empty()) return pack(bake->info, bake->metrics);
+  BakeFrame frame = bake->read(std::stoul(std::string(request)));
+  return pack(frame);
+}
+
+}  // namespace
+
+// HDF5 1.10 crashes and hangs on some damaged files, and leaks on many: it reads in a child.
+struct BakeReader::Data {
+  explicit Data(const std::filesystem::path& path)
+      : child(path, "give a bake.h5 of this version, or bake again",
+              [path, bake = std::shared_ptr<OpenBake>()](std::string_view request) mutable {
+                return answer(path, bake, request);
+              }) {
+    if (!unpack(child.ask(), info, metrics)) child.refuse("its reader sent nonsense");
+    check_info(child, info, metrics);
+  }
+
+  mutable Child child;
+  BakeInfo info;
   std::vector<std::vector<double>> metrics;  // by metric, then frame
 };
 
@@ -159,16 +255,20 @@ BakeFrame BakeReader::read(int index) const {
   const Data& data = *data_;
   const std::size_t at = static_cast<std::size_t>(index);
   if (index < 0 || at >= data.info.frames.size()) {
-    data.file.fail("it has no frame at place " + std::to_string(index));
+    data.child.refuse("it has no frame at place " + std::to_string(index));
   }
   BakeFrame frame;
-  frame.frame = data.info.frames[at];
-  for (std::size_t m = 0; m < data.positions.size(); ++m) {
-    frame.positions.emplace_back(data.info.meshes[m].rest.vertices.size());
-    data.file.read_chunk(data.positions[m], H5T_NATIVE_DOUBLE, at, frame.positions[m].data());
+  bool good = unpack(data.child.ask(std::to_string(index)), frame) &&
+              frame.frame == data.info.frames[at] &&
+              frame.positions.size() == data.info.meshes.size();
+  for (std::size_t m = 0; good && m < frame.positions.size(); ++m) {
+    good = frame.positions[m].size() == data.info.meshes[m].rest.vertices.size();
+  }
+  if (!good) data.child.refuse("its reader sent nonsense");
+  for (std::size_t m = 0; m < frame.positions.size(); ++m) {
     if (!finite(frame.positions[m])) {
-      data.file.fail(data.info.meshes[m].name + ": positions are not finite in frame " +
-                     std::to_string(frame.frame));
+      data.child.refuse(data.info.meshes[m].name + ": positions are not finite in frame " +
+                        std::to_string(frame.frame));
     }
   }
   for (const auto& metric : data.metrics) frame.metrics.push_back(metric[at]);

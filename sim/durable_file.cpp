@@ -63,17 +63,38 @@ void sync_folder(const fs::path& folder) {
   Descriptor(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY).sync();
 }
 
+void verify(const fs::path& file, std::string_view bytes) {
+  try {
+    if (read_whole_file(file, bytes.size()) == bytes) return;
+  } catch (const Error&) {
+  }
+  fail_to_write(file, "verify", EIO);
+}
+
 }  // namespace
+
+void check_replaceable(const fs::path& path, fs::file_type type) {
+  std::error_code error;
+  const fs::file_type there = fs::symlink_status(path, error).type();
+  if (there == type || there == fs::file_type::not_found) return;
+  const std::string what = there == fs::file_type::symlink
+                               ? "is a symbolic link, through which nothing is written"
+                               : "something else of that name is in the way";
+  throw Error(ExitCode::kOutput,
+              path.string() + ": " + what + "; remove it, or give another --out");
+}
 
 fs::path beside(const fs::path& file) { return fs::path(file) += ".tmp"; }
 
 void write_durably(const fs::path& file, std::string_view bytes) {
+  check_replaceable(file, fs::file_type::regular);
   const fs::path temporary = beside(file);
+  ::unlink(temporary.c_str());  // of a bake that was killed, or a link that leads elsewhere
   try {
-    Descriptor out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    Descriptor out(temporary, O_WRONLY | O_CREAT | O_EXCL);
     out.write(bytes);
     out.close();
-    if (read_whole_file(temporary, bytes.size()) != bytes) fail_to_write(temporary, "verify", EIO);
+    verify(temporary, bytes);
     rename_durably(file);
   } catch (...) {
     ::unlink(temporary.c_str());  // a full disk gets its space back
@@ -89,7 +110,7 @@ void rename_durably(const fs::path& file) {
 }
 
 void append_durably(const fs::path& file, std::string_view line) {
-  Descriptor out(file, O_WRONLY | O_CREAT | O_APPEND);
+  Descriptor out(file, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW);
   out.write(std::string(line) + "\n");
   out.sync();
   out.close();

@@ -19,6 +19,9 @@ void rename_durably(const std::filesystem::path& file);
 /// Adds one line; a kill may leave it torn, never the lines before it.
 void append_durably(const std::filesystem::path& file, std::string_view line);
 void create_folders(const std::filesystem::path& folder);
+/// Error(kOutput) where something of another type stands, a symbolic link in particular: to be
+/// asked before hours of work, not after them.
+void check_replaceable(const std::filesystem::path& path, std::filesystem::file_type type);
 /// Removes a file, or a folder with all that is in it; it need not exist.
 void remove_durably(const std::filesystem::path& path);
 

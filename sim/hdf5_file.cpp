@@ -79,7 +79,7 @@ Hdf5File::Hdf5File(const std::filesystem::path& file, Mode mode) : path_(file), 
   if (mode == Mode::kCreate) {
     H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
     const Hdf5Id creation = property_list(H5P_FILE_CREATE);
-    file_ = checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose, "create");
+    file_ = checked(H5Fcreate(file.c_str(), H5F_ACC_EXCL, creation, access), H5Fclose, "create");
   } else {
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error)) fail("it is not a file that is there");

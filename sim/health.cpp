@@ -52,10 +52,11 @@ std::string find_trouble(const Model& model, double h, const State& state) {
         return trouble_at(model, m, static_cast<int>(i), state.time, "distance from the root",
                           distance, reach, "m");
       }
-      const double moved = norm(now.x[i] - now.start[i]);
-      if (!(moved <= extent)) {
-        return trouble_at(model, m, static_cast<int>(i), state.time, "speed", moved / h, extent / h,
-                          "m/s");
+      for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
+        if (!(speed <= extent / h)) {
+          return trouble_at(model, m, static_cast<int>(i), state.time, "speed", speed, extent / h,
+                            "m/s");
+        }
       }
     }
     for (int k = 0; k < springs.structural; ++k) {

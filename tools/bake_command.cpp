@@ -36,9 +36,20 @@ std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
 
 bool already_baked(const std::filesystem::path& cache, const BakeInfo& wanted) {
   if (!std::filesystem::exists(cache)) return false;
-  const BakeReader reader(cache);
-  return reader.info().scene_hash == wanted.scene_hash && reader.info().frames == wanted.frames &&
-         reader.info().double_precision == wanted.double_precision;
+  try {
+    const BakeReader reader(cache);
+    for (size_t i = 0; i < reader.info().frames.size(); ++i) reader.read(static_cast<int>(i));
+    if (reader.info().scene_hash == wanted.scene_hash && reader.info().frames == wanted.frames &&
+        reader.info().double_precision == wanted.double_precision) {
+      return true;
+    }
+    std::fprintf(stderr, "thew: %s is of another scene or other frames; it will be replaced\n",
+                 cache.c_str());
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::kInput) throw;
+    std::fprintf(stderr, "thew: warning: %s; it is baked anew\n", error.what());
+  }
+  return false;
 }
 
 double largest(const std::vector<double>& values) {
@@ -161,6 +172,17 @@ void draw_all(const BakeReader& reader, const std::vector<int>& frames,
   }
 }
 
+ExitCode check_bounds(const Report& report) {
+  ExitCode code = ExitCode::kDone;
+  for (const Report::Bound& bound : report.bounds) {
+    if (bound.met()) continue;
+    std::fprintf(stderr, "thew: bound not met: %s is %.3g, the limit is %.3g\n",
+                 bound.quantity.c_str(), bound.measured, bound.limit);
+    code = ExitCode::kDifferent;
+  }
+  return code;
+}
+
 // Report, and whether the scene's bounds are met.
 ExitCode conclude(const Model& model, const CommandOptions& options, const std::vector<int>& frames,
                   const BakeResult& result, Pictures& pictures,
@@ -180,14 +202,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
                     stages.skin,   result.write_seconds, pictures.seconds()};
   write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
   if (options.json) std::printf("%s\n", report_as_json(report).c_str());
-  ExitCode code = ExitCode::kDone;
-  for (const Report::Bound& bound : report.bounds) {
-    if (bound.met()) continue;
-    std::fprintf(stderr, "thew: bound not met: %s is %.3g, the limit is %.3g\n",
-                 bound.quantity.c_str(), bound.measured, bound.limit);
-    code = ExitCode::kDifferent;
-  }
-  return code;
+  return check_bounds(report);
 }
 
 }  // namespace
@@ -205,6 +220,7 @@ void listen_for_signals() {
   const auto handler = [](int) { signal_seen = 1; };
   std::signal(SIGTERM, handler);
   std::signal(SIGINT, handler);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
 }
 
 ExitCode bake_command(const CommandOptions& options) {
@@ -227,14 +243,18 @@ ExitCode bake_command(const CommandOptions& options) {
                                       meshes);
   };
   if (options.resume && already_baked(options.out / "bake.h5", info)) {
+    const FolderLock lock(options.out);
+    remove_durably(options.out / "bake.parts");  // where a kill came between packing and this
     const BakeReader reader(options.out / "bake.h5");
     const auto pictures = pictures_of(reader.info().meshes);
-    if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json")) {
+    const BakeResult result = read_result(model, reader);
+    if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json") &&
+        std::filesystem::exists(options.out / "report.html")) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
-      return ExitCode::kDone;
+      return check_bounds(make_report(model, options, frames, result));
     }
     draw_all(reader, frames, options, *pictures);
-    return conclude(model, options, frames, read_result(model, reader), *pictures, begin);
+    return conclude(model, options, frames, result, *pictures, begin);
   }
   const auto pictures = pictures_of(info.meshes);
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -36,7 +39,17 @@ void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) 
   command.add_option("--mask", limits.mask, "PNG: what is dark in it is not compared");
 }
 
+// Where a standard stream is closed, the next file would take its number, and our messages.
+void open_standard_streams() {
+  int stream = 0;
+  do {
+    stream = ::open("/dev/null", O_RDWR);
+  } while (stream >= 0 && stream <= STDERR_FILENO);
+  if (stream > STDERR_FILENO) ::close(stream);
+}
+
 int run(int argc, char** argv) {
+  open_standard_streams();
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
   app.set_version_flag("--version", "thew 0.1.0");
   app.require_subcommand(1);
@@ -137,6 +150,10 @@ int main(int argc, char** argv) {
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew: %s\n", error.what());
     return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    std::fputs("thew: there is not enough memory; free some, then run again with --resume\n",
+               stderr);
+    return static_cast<int>(thew::ExitCode::kRetry);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "thew: %s; this is a defect of Thew, please report it\n", error.what());
     return static_cast<int>(thew::ExitCode::kSolver);

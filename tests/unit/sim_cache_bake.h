@@ -52,6 +52,7 @@ inline BakeInfo small_info(bool double_precision) {
   BakeInfo info;
   info.scene_name = "small";
   info.scene_hash = "0123456789abcdef";
+  info.scene_text = "[solver]\niterations = 3\n";
   info.fps = 24.0;
   info.double_precision = double_precision;
   info.frames = {-2, 0, 2, 4};

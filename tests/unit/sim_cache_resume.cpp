@@ -123,7 +123,19 @@ TEST_F(ResumeTest, SaysInWhatTheSceneDiffers) {
   expect_error(ExitCode::kUsage, "scene_hash was \"0123", [&] { completed(folder_, other); });
   other = info_;
   other.meshes[1].name = "triceps";
-  expect_error(ExitCode::kUsage, "nodes", [&] { completed(folder_, other); });
+  expect_error(ExitCode::kUsage, "mesh \"triceps\" is new, mesh \"biceps\" is gone",
+               [&] { completed(folder_, other); });
+  other = info_;
+  other.meshes[1].weights[1] += 1e-15;
+  expect_error(ExitCode::kUsage, "mesh \"biceps\" has changed", [&] { completed(folder_, other); });
+  other = info_;
+  other.scene_hash = "fedcba";
+  other.scene_text = "[solver]\niterations = 4\n";
+  expect_error(ExitCode::kUsage,
+               "line 2 of the scene was \"iterations = 3\" and is \"iterations = 4\"",
+               [&] { completed(folder_, other); });
+  other.scene_hash = info_.scene_hash;  // the text alone, of a camera for instance, is no matter
+  EXPECT_EQ(completed(folder_, other).size(), 3u);
   EXPECT_EQ(completed(folder_, info_).size(), 3u);  // nothing was lost by asking
 }
 

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "rig/types.h"
+
+namespace thew {
+
+/// A child process in which parsers of others read a file that is not ours. What they crash on,
+/// hang on or exhaust ends there, and is Error(kInput) here. Private to the libraries.
+///
+/// Its limits: memory of 1 GiB and 8 times the file, and for each answer 2 s of processor time and
+/// 1 s more for every 8 MiB of file (five times that on the clock, for what waits without working).
+///
+/// It is forked, not executed, so that a program that links the library needs no other beside it.
+/// glibc hands a child of a process with threads a sound heap; nothing else is shared here.
+class Child {
+ public:
+  using Answer = std::function<std::string(std::string_view request)>;
+
+  /// `answer` runs in the child, for one request after another. `advice` ends each message.
+  Child(std::filesystem::path file, std::string advice, const Answer& answer);
+  ~Child();
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  /// What `answer` returned; an Error that it threw is thrown here.
+  std::string ask(std::string_view request = {});
+  /// What came is not what `answer` can have sent.
+  [[noreturn]] void refuse(const std::string& what) const;
+
+ private:
+  void receive(void* to, std::size_t bytes);
+  [[noreturn]] void fail();
+
+  std::filesystem::path file_;
+  std::string advice_;
+  std::uint64_t memory_;  ///< bytes
+  unsigned seconds_;      ///< of processor time, for one answer
+  int socket_ = -1;
+  int process_ = -1;
+};
+
+}  // namespace thew

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bakes that are killed, interrupted, or meet in one folder: kill_bakes [KILLS [SEED]]
+#include <cstdio>
+#include <random>
+
+#include "tests/kill/bake_process.h"
+
+namespace thew {
+namespace {
+
+int kills_wanted = 10;
+unsigned seed = 1;
+
+void sleep_for(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+class Kill : public BakeTest {
+ protected:
+  double random(double least, double most) {
+    return std::uniform_real_distribution<double>(least, most)(random_);
+  }
+  // Until one more than so many frames are kept.
+  static void await_frame(const fs::path& out, BakeProcess& bake, size_t frames) {
+    const auto manifest = out / "bake.parts/manifest.jsonl";
+    const auto lines = [&] {
+      const std::string text = bytes_of(manifest);
+      return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+    };
+    while (!bake.ended() && lines() <= frames) sleep_for(0.001);
+  }
+
+  std::mt19937 random_{seed};
+};
+
+TEST_F(Kill, NoCompletedFrameIsLost) {
+  std::printf("%d kills, seed %u\n", kills_wanted, seed);
+  const fs::path out = root_ / "killed";
+  int bakes = 0, before_frames = 0, among_frames = 0, after_frames = 0, resumed = 0;
+  std::vector<int> kept;
+  for (int kills = 0; kills < kills_wanted && !HasFailure();) {
+    // Every fourth bake draws pictures; those of a killed one are drawn again or kept.
+    const bool draws = bakes % 4 == 3;
+    BakeProcess bake(out, draws ? std::vector<std::string>{"--resume"}
+                                : std::vector<std::string>{"--resume", "--no-render"});
+    // Any instant at all, or any after the next frame, however slow the machine is just now.
+    const double instant = random(0.0, (draws ? 2.0 : 1.05) * seconds_ / (1 + kills % 2));
+    if (kills % 2 == 1) await_frame(out, bake, kept.size());
+    sleep_for(instant);
+    const bool complete = fs::exists(out / "bake.h5");
+    bake.send(SIGKILL);
+    const auto ended = bake.wait();
+    if (ended.code == 0) {
+      expect_whole(out);
+      fs::remove_all(out);
+      kept.clear();
+      ++bakes;
+      continue;
+    }
+    ASSERT_EQ(ended.code, -SIGKILL) << "at " << instant << " s: " << ended.errors;
+    ++kills;
+    if (complete || fs::exists(out / "bake.h5")) {
+      ++after_frames;
+      EXPECT_TRUE(bytes_of(out / "bake.h5") == whole_) << "at " << instant << " s";
+      continue;
+    }
+    const std::vector<int> now = kept_frames(out);
+    EXPECT_TRUE(begins_with(now, kept))
+        << "killed at " << instant << " s: " << kept.size() << " frames before, " << now.size();
+    (now.empty() ? before_frames : among_frames) += 1;
+    resumed += !kept.empty();
+    kept = now;
+  }
+  resume(out);
+  std::printf("killed before the first frame %d, among frames %d, after the last %d; resumed %d\n",
+              before_frames, among_frames, after_frames, resumed);
+  EXPECT_GT(among_frames, kills_wanted / 4);
+}
+
+TEST_F(Kill, SignalsFinishTheFrameAndSayTryAgain) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const fs::path out = root_ / ("signal" + std::to_string(signal));
+    std::vector<int> kept;
+    int interrupted = 0;
+    for (int i = 0; i < kills_wanted / 5; ++i) {
+      BakeProcess bake(out, {"--resume", "--no-render"});
+      await_frame(out, bake, kept.size());
+      sleep_for(random(0.0, 0.02));
+      bake.send(signal);
+      const auto ended = bake.wait();
+      if (ended.code == 0) break;
+      ++interrupted;
+      EXPECT_EQ(ended.code, 75) << ended.errors;
+      EXPECT_EQ(ended.errors, "thew: interrupted; run again with --resume\n");
+      EXPECT_TRUE(temporary_files(out).empty());
+      const std::vector<int> now = kept_frames(out);
+      EXPECT_GT(now.size(), kept.size());
+      EXPECT_TRUE(begins_with(now, kept));
+      kept = now;
+    }
+    EXPECT_GT(interrupted, 0);
+    resume(out);
+  }
+}
+
+TEST_F(Kill, TheSecondBakeInAFolderIsSentAway) {
+  const fs::path out = root_ / "shared";
+  BakeProcess first(out);
+  await_frame(out, first, 0);
+  first.send(SIGSTOP);
+  for (const char* way : {"--resume", "--no-render"}) {
+    const auto second = BakeProcess(out, {way, "--no-render"}).wait();
+    EXPECT_EQ(second.code, 75);
+    EXPECT_NE(second.errors.find("another bake is writing here"), std::string::npos)
+        << second.errors;
+    EXPECT_EQ(std::count(second.errors.begin(), second.errors.end(), '\n'), 1) << second.errors;
+  }
+  first.send(SIGCONT);
+  EXPECT_EQ(first.wait().code, 0);
+  expect_whole(out);
+}
+
+}  // namespace
+}  // namespace thew
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  if (argc > 1) thew::kills_wanted = std::atoi(argv[1]);
+  if (argc > 2) thew::seed = static_cast<unsigned>(std::atoi(argv[2]));
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a reader does to itself in its child process, and what is told of it.
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <csignal>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "rig/child.h"
+#include "rig/mesh_import.h"
+#include "rig/packed.h"
+#include "rig/urdf_import.h"
+#include "rig_temp.h"
+
+namespace thew {
+namespace {
+
+class ChildTest : public TempFolder {
+ protected:
+  std::string error_of(const Child::Answer& answer) {
+    return input_error([&] {
+      Child child(file_, "send another", answer);
+      child.ask();
+    });
+  }
+
+  const std::filesystem::path file_ = write("some.file", "12 bytes long");
+};
+
+volatile int sink = 0;
+int overflow(int depth) {
+  volatile char frame[1000] = {};
+  frame[depth % 1000] = 1;
+  return depth < 0 ? 0 : overflow(depth + 1) + frame[1];
+}
+
+TEST_F(ChildTest, AnswersOneRequestAfterAnother) {
+  int asked = 0;
+  Child child(file_, "", [&](std::string_view request) {
+    return std::string(request) + std::to_string(++asked);
+  });
+  EXPECT_EQ(child.ask("a"), "a1");
+  EXPECT_EQ(child.ask(), "2");
+  const std::string large(10 << 20, 'x');
+  EXPECT_TRUE(child.ask(large) == large + "3");
+  EXPECT_EQ(asked, 0);  // it has a memory of its own
+}
+
+TEST_F(ChildTest, AnErrorArrivesAsItIs) {
+  Child child(file_, "", [](std::string_view request) -> std::string {
+    if (request == "again") return "fine";
+    throw Error(ExitCode::kSolver, "of this kind");
+  });
+  try {
+    child.ask();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kSolver);
+    EXPECT_STREQ(error.what(), "of this kind");
+  }
+  EXPECT_EQ(child.ask("again"), "fine");
+}
+
+TEST_F(ChildTest, OtherExceptionsGetThePlaceAndTheMove) {
+  EXPECT_EQ(error_of([](std::string_view) -> std::string { throw std::length_error("too long"); }),
+            file_.string() + ": too long; send another");
+  EXPECT_EQ(error_of([](std::string_view) -> std::string { throw 7; }),
+            file_.string() + ": its reader crashed (Aborted); send another");
+}
+
+TEST_F(ChildTest, ACrashIsTold) {
+  EXPECT_HAS(error_of([](std::string_view) -> std::string { std::abort(); }), "crashed (Aborted)");
+  EXPECT_HAS(error_of([](std::string_view) -> std::string {
+               raise(SIGSEGV);
+               return "";
+             }),
+             "crashed (Segmentation fault)");
+  EXPECT_HAS(error_of([](std::string_view) -> std::string { _exit(0); }), "ended too soon");
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_HAS(error_of([](std::string_view) -> std::string { return {char(overflow(0))}; }),
+             "crashed (Segmentation fault)");
+#endif
+}
+
+TEST_F(ChildTest, AHangIsEnded) {
+  const std::string message = error_of([](std::string_view) -> std::string {
+    for (;;) sink = sink + 1;
+  });
+  EXPECT_EQ(message, file_.string() + ": reading it was ended after 2 s; send another");
+}
+
+TEST_F(ChildTest, MemoryHasItsLimit) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer ends the process itself";
+#endif
+  std::vector<char> mine(std::size_t{600} << 20, 1);  // what the parent has does not count
+  EXPECT_HAS(error_of([](std::string_view) {
+               std::vector<std::string> all;
+               for (;;) all.emplace_back(1 << 20, 'x');
+               return std::string();
+             }),
+             "takes more than 1024 MiB of memory");
+  EXPECT_EQ(error_of([](std::string_view) { return std::string(900u << 20, 'x').substr(0, 1); }),
+            "");
+}
+
+TEST_F(ChildTest, IsGoneWithItsParent) {
+  std::array<int, 2> alive{};
+  ASSERT_EQ(pipe(alive.data()), 0);
+  const pid_t parent = fork();
+  if (parent == 0) {
+    close(alive[0]);
+    Child child(file_, "", [](std::string_view) -> std::string {
+      for (;;) pause();
+    });
+    std::thread([] { raise(SIGKILL); }).join();
+  }
+  close(alive[1]);
+  waitpid(parent, nullptr, 0);
+  char byte = 0;
+  EXPECT_EQ(read(alive[0], &byte, 1), 0);  // the child held the other end as well
+  close(alive[0]);
+}
+
+TEST_F(ChildTest, LeavesNoProcessBehind) {
+  {
+    Child child(file_, "", [](std::string_view) { return std::string(); });
+    child.ask();
+  }
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+// Every prefix of a file that assimp 5.2 reads for ever, or crashes on.
+TEST_F(ChildTest, APlyFileCutShortIsEnded) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto whole = write("whole.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  EXPECT_EQ(import_mesh(whole).mesh.triangles.size(), 1u);
+  EXPECT_HAS(input_error([&] { import_mesh(write("cut.ply", header.substr(0, 60))); }),
+             "cut.ply: ");
+}
+
+TEST(Packed, ComesBackAndRefusesEveryCut) {
+  struct {
+    std::string text = "text";
+    std::vector<double> numbers = {1.5, -0.0};
+    std::vector<std::string> texts = {"", "b"};
+    int number = 7;
+  } in, out;
+  const auto walk = [](auto& archive, auto& values) {
+    archive.list(values.text);
+    archive.list(values.numbers);
+    archive.each(values.texts, [](auto& inner, std::string& text) { inner.list(text); });
+    archive.number(values.number);
+  };
+  out = {{}, {}, {}, 0};
+  Packer packer;
+  walk(packer, in);
+  Unpacker whole{packer.bytes};
+  walk(whole, out);
+  EXPECT_TRUE(whole.finished());
+  EXPECT_EQ(out.text, in.text);
+  EXPECT_EQ(out.numbers, in.numbers);
+  EXPECT_EQ(out.texts, in.texts);
+  EXPECT_EQ(out.number, 7);
+  for (size_t cut = 0; cut < packer.bytes.size(); ++cut) {
+    Unpacker part{std::string_view(packer.bytes).substr(0, cut)};
+    walk(part, out);
+    EXPECT_FALSE(part.finished()) << cut;
+  }
+  std::string claims(8, '\xff');  // 2^64 - 1 numbers
+  Unpacker huge{claims};
+  huge.list(out.numbers);
+  EXPECT_FALSE(huge.good);
+}
+
+}  // namespace
+}  // namespace thew

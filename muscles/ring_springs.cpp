@@ -106,6 +106,12 @@ struct Lanes3 {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
+[[gnu::always_inline]] inline void add_cross(const Lanes3& a, const Lanes3& b, Lanes3& sum) {
+  sum.x += a.y * b.z - a.z * b.y;
+  sum.y += a.z * b.x - a.x * b.z;
+  sum.z += a.x * b.y - a.y * b.x;
+}
+
 [[gnu::always_inline]] inline Lanes root(const Lanes& a) {
   Lanes out;
   for (int l = 0; l < kLanes; ++l) out[l] = std::sqrt(a[l]);
@@ -135,18 +141,19 @@ struct RingPass {
   template <bool kGradient>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at, int degree) const {
     const Lanes3 p = gather(x, at.node.data()), u = gather(v, at.node.data());
-    Lanes3 sum = {}, area = {};
-    Lanes3 before = minus(gather(x, rings.other[at.first + degree - 1].data()), p);
+    Lanes3 sum = {}, area = {}, first = {}, before = {};
     for (int j = at.first; j < at.first + degree; ++j) {
       const Lanes3 d = minus(gather(x, rings.other[j].data()), p);
       add_spring(j, d, u, sum);
-      if (kGradient) {
-        area.x += before.y * d.z - before.z * d.y;
-        area.y += before.z * d.x - before.x * d.z;
-        area.z += before.x * d.y - before.y * d.x;
-        before = d;
+      if (!kGradient) continue;
+      if (j > at.first) {
+        add_cross(before, d, area);
+      } else {
+        first = d;
       }
+      before = d;
     }
+    if (kGradient) add_cross(before, first, area);
     for (int j = at.first + degree; j < at.first + 2 * degree; ++j) {
       add_spring(j, minus(gather(x, rings.other[j].data()), p), u, sum);
     }

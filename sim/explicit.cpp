@@ -18,16 +18,26 @@ namespace {
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.8;    // of the stable step
 constexpr int kContactRounds = 12;
+constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
 
-double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
-double dot3(const Row& a, const Row& b) { return sum3(a * b); }
-Row cross3(const Row& a, const Row& b) { return to_row(to_vec(a).cross(to_vec(b))); }
+// Always inlined: across two instruction sets vectors are passed in different registers.
+[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
+[[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
+[[gnu::always_inline]] inline Row yzx(const Row& a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
+  return yzx(a * yzx(b) - yzx(a) * b);
+}
 
-// A contact within a frame: a plane that goes from one place to another.
+// A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
 struct Touch {
   int node;
-  Row normal, before, after;
-  double pushed = 0.0;  // N s so far
+  Vec3 normal;
+  double from, way;     // m, the gap included
+  double pushed = 0.0;  // N s so far, all along the normal
+  double across = 0.0;  // m, part of the multiplier's direction that the plane bears
+  double kick = 0.0;    // m/s, in this substep
   bool held = false;    // in this substep
 };
 
@@ -36,24 +46,26 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
                const Contact& contact) {
   const int muscles = static_cast<int>(model.muscles.size());
   const auto& b = contact.barycentric;
-  Touch touch{contact.node, to_row(contact.normal), Row{}, Row{}};
+  Vec3 normal = contact.normal;
+  Row before, after;
   if (contact.other < muscles) {
     const Triangle& t = model.muscles[contact.other].surface.triangles[contact.triangle];
     const Rows& x = state.muscles[contact.other].seen;
-    touch.before = touch.after = b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
-    return touch;
+    before = after = b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
+  } else {
+    const Bone& bone = model.bones[contact.other - muscles];
+    const Triangle& t = bone.surface.triangles[contact.triangle];
+    const std::vector<Vec3>& y = bone.in_body.vertices;
+    const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
+    before = to_row(pose_before[bone.body] * point);
+    after = to_row(state.pose[bone.body] * point);
+    if (std::min({b[0], b[1], b[2]}) > 1e-9) {
+      const Rows& x = state.bones[contact.other - muscles].x;
+      normal = face_normal(bone.surface, x, contact.triangle);
+    }
   }
-  const Bone& bone = model.bones[contact.other - muscles];
-  const Triangle& t = bone.surface.triangles[contact.triangle];
-  const std::vector<Vec3>& y = bone.in_body.vertices;
-  const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
-  touch.before = to_row(pose_before[bone.body] * point);
-  touch.after = to_row(state.pose[bone.body] * point);
-  if (std::min({b[0], b[1], b[2]}) > 1e-9) {
-    touch.normal =
-        to_row(face_normal(bone.surface, state.bones[contact.other - muscles].x, contact.triangle));
-  }
-  return touch;
+  const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
+  return {contact.node, normal, from, normal.dot(to_vec(after - before))};
 }
 
 std::vector<Touch> touches_of(const Model& model, int m, double begin, const State& state) {
@@ -67,6 +79,22 @@ std::vector<Touch> touches_of(const Model& model, int m, double begin, const Sta
     touches.push_back(touch_of(model, state, pose_before, contact));
   }
   return touches;
+}
+
+// Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
+// as now.
+THEW_VECTORISED
+void look_for_near(double t, double frame, double span, const MuscleState& now,
+                   std::vector<Touch>& touches, std::vector<Touch*>& near) {
+  near.clear();
+  if (touches.empty()) return;
+  Row most = {};
+  for (const Row& v : now.v) most = v * v > most ? v * v : most;
+  const double fastest = std::sqrt(sum3(most));
+  for (Touch& touch : touches) {
+    const double open = dot3(to_row(touch.normal), now.x[touch.node]) - touch.from - t * touch.way;
+    if (open < span * (2.0 * fastest + std::abs(touch.way) / frame)) near.push_back(&touch);
+  }
 }
 
 // What a spring has against leaving the carried shape's edge vectors.
@@ -94,6 +122,7 @@ template <bool kVolume>
                                                     double h, const Rows& target,
                                                     MuscleState& now) {
   const double guide = muscle.settings.guide, damping = muscle.settings.damping;
+  const bool has_path = muscle.shape.held.empty();
   const Row origin = now.x.empty() ? Row{} : now.x[0];
   Row volume = {}, rate = {}, weighted = {}, even = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
@@ -102,8 +131,10 @@ template <bool kVolume>
     if (muscle.driven[i]) {
       v = now.target_velocity[i];
     } else {
-      v += h * (gravity + guide * (target[i] - now.x[i]) + damping * (now.target_velocity[i] - v) +
-                per_mass * now.forces[i]);
+      Row acceleration = gravity + per_mass * now.forces[i] - damping * v;
+      if (has_path)
+        acceleration += guide * (target[i] - now.x[i]) + damping * now.target_velocity[i];
+      v += h * acceleration;
     }
     now.v[i] = v;
     if (!kVolume) continue;
@@ -142,78 +173,70 @@ void advance(double h, double lambda, MuscleState& now) {
   }
 }
 
-// One substep's contacts and multiplier; `t` in 0..1 is its end in the frame.
-struct Substep {
-  const Muscle& muscle;
-  double h, t, gap;
-  bool has_volume;
-  std::vector<Touch>& touches;
-  MuscleState& now;
-  VolumeSums sums;
-
-  double opening(const Touch& touch, const Row& v) const {
-    const Row point = touch.before + t * (touch.after - touch.before);
-    return dot3(touch.normal, now.x[touch.node] + h * v - point) - gap;
+// Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
+// on the multiplier no longer moves them across. True where there was one.
+THEW_VECTORISED
+bool close_contacts(double h, double t, double lambda, bool has_volume,
+                    const std::vector<Touch*>& near, MuscleState& now, VolumeSums& sums) {
+  bool closed = false;
+  for (Touch* touch : near) {
+    if (touch->held) continue;
+    const int i = touch->node;
+    const Row n = to_row(touch->normal);
+    Row v = now.v[i];
+    if (lambda != 0.0) v -= lambda * now.direction[i];
+    const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
+    if (open >= 0.0) continue;
+    closed = touch->held = true;
+    touch->kick = -open / h;
+    now.v[i] += touch->kick * n;
+    if (!has_volume) continue;
+    const double slope = dot3(n, now.gradient[i]);
+    touch->across = dot3(n, now.direction[i]);
+    sums.rate += slope * touch->kick;
+    sums.weighted -= slope * touch->across;
+    now.direction[i] -= touch->across * n;
   }
+  return closed;
+}
 
-  // The plane stops the node, and the multiplier no longer moves it across.
-  void hold(Touch& touch, double open) {
-    const int i = touch.node;
-    const Row kick = -open / h * touch.normal;
-    now.v[i] += kick;
-    touch.pushed -= muscle.mass[i] * open / h;
-    now.impulse += muscle.mass[i] * kick;
-    now.angular_impulse += cross3(now.x[i], muscle.mass[i] * kick);
-    if (!has_volume) return;
-    const Row across = dot3(touch.normal, now.direction[i]) * touch.normal;
-    sums.rate += dot3(now.gradient[i], kick);
-    sums.weighted -= dot3(now.gradient[i], across);
-    now.direction[i] -= across;
-    lost.push_back({&touch, across});
-    touch.held = true;
+// Books what the planes gave: their own kicks, and what they bear of the multiplier's force.
+THEW_VECTORISED
+void release_contacts(double lambda, const Muscle& muscle, const std::vector<Touch*>& near,
+                      MuscleState& now) {
+  Row impulse = {}, angular = {};
+  for (Touch* touch : near) {
+    if (!touch->held) continue;
+    const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
+    touch->pushed += given;
+    const Row push = given * to_row(touch->normal);
+    impulse += push;
+    angular += cross3(now.x[touch->node], push);
+    touch->held = false;
+    touch->kick = touch->across = 0.0;
   }
-  std::vector<std::pair<Touch*, Row>> lost;  // what the planes bear of the multiplier's force
+  now.impulse += to_vec(impulse);
+  now.angular_impulse += to_vec(angular);
+}
 
-  // True where another contact closes under `lambda`.
-  bool close_contacts(double lambda) {
-    bool closed = false;
-    for (Touch& touch : touches) {
-      const Row d = has_volume ? now.direction[touch.node] : Row{};
-      const double open = opening(touch, now.v[touch.node] - lambda * d);
-      if (open >= -1e-12 * (touch.held ? 1.0 : 0.0)) continue;
-      hold(touch, open);
-      closed = true;
-    }
-    return closed;
+double linear_lambda(double rest_volume, double h, double denominator, const VolumeSums& sums,
+                     MuscleState& now) {
+  if (!(denominator > 0.0)) {
+    ++now.unreached;
+    return 0.0;
   }
+  return ((sums.volume - rest_volume) / h + sums.rate) / denominator;
+}
 
-  double linear(double rest_volume, double denominator) {
-    if (!(denominator > 0.0)) {
-      ++now.unreached;
-      return 0.0;
-    }
-    return ((sums.volume - rest_volume) / h + sums.rate) / denominator;
-  }
-
-  double exact(double rest_volume) {
-    Rows& predicted = now.weighted;  // scratch here
-    predicted.resize(now.x.size());
-    for (size_t i = 0; i < now.x.size(); ++i) predicted[i] = now.x[i] + h * now.v[i];
-    const VolumeRoot root =
-        nearest_root(volume_along(predicted, now.direction, muscle.rest.triangles), rest_volume);
-    if (!root.reached) ++now.unreached;
-    return -root.s / h;
-  }
-
-  void bear(double lambda) {
-    for (const auto& [touch, across] : lost) {
-      const double mass = muscle.mass[touch->node];
-      now.impulse += lambda * mass * across;
-      now.angular_impulse += cross3(now.x[touch->node], lambda * mass * across);
-      touch->pushed += lambda * mass * dot3(across, touch->normal);
-    }
-  }
-};
+double exact_lambda(const Muscle& muscle, double h, MuscleState& now) {
+  Rows& predicted = now.weighted;  // scratch here
+  predicted.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) predicted[i] = now.x[i] + h * now.v[i];
+  const VolumeRoot root = nearest_root(
+      volume_along(predicted, now.direction, muscle.rest.triangles), muscle.rest_volume);
+  if (!root.reached) ++now.unreached;
+  return -root.s / h;
+}
 
 // Weighted forces do not cancel: where no bone holds the body, their net part would move it.
 bool drifts(const Muscle& muscle, const MuscleState& now) {
@@ -263,6 +286,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length(now.rest_length.size());
   Rows target = now.target;
+  std::vector<Touch*> near;
   if (has_path) rings = muscle.rings;
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
@@ -276,27 +300,30 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     ring_forces(has_path ? rings : muscle.rings, now.x, now.v, kDashpot, now.forces,
                 has_volume ? &now.gradient : nullptr);
     if (muscle.settings.material.shape > 0.0) add_shape_forces(muscle, target, now.x, now.forces);
-    Substep sub{muscle, h, t, model.scene.contact.settings.gap, has_volume, touches, now, {}, {}};
+    if (step % kLookEvery == 1 || step == substeps) {
+      look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
+    }
+    VolumeSums sums;
     if (has_volume) {
-      sub.sums = kick_with_volume(muscle, gravity, h, target, now);
-      if (step > 1) note_volume(muscle, sub.sums.volume, now);
-      if (removes) keep_momentum(muscle, now, sub.sums);
+      sums = kick_with_volume(muscle, gravity, h, target, now);
+      if (step > 1) note_volume(muscle, sums.volume, now);
+      if (removes) keep_momentum(muscle, now, sums);
     } else {
       kick_plainly(muscle, gravity, h, target, now);
     }
-    for (Touch& touch : touches) touch.held = false;
     const bool exactly = method == VolumeMethod::kExactAlways ||
                          (method == VolumeMethod::kExact && step == substeps);
     double lambda = 0.0;
-    bool closed = sub.close_contacts(0.0);
-    for (int round = 0; has_volume && (round == 0 || closed) && round < kContactRounds; ++round) {
-      lambda = exactly ? sub.exact(muscle.rest_volume)
-                       : sub.linear(muscle.rest_volume, method == VolumeMethod::kPrinted
-                                                            ? sub.sums.even
-                                                            : sub.sums.weighted);
-      closed = sub.close_contacts(lambda);
+    bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
+    if (has_volume && !exactly) {  // contacts that this closes are the next substep's
+      const bool printed = method == VolumeMethod::kPrinted;
+      lambda = linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums, now);
     }
-    sub.bear(lambda);
+    for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
+      lambda = exact_lambda(muscle, h, now);
+      closed = step == substeps && close_contacts(h, t, lambda, true, near, now, sums);
+    }
+    release_contacts(lambda, muscle, near, now);
     advance(h, lambda, now);
   }
   for (size_t i = 0; i < now.x.size(); ++i) {

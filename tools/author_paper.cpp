@@ -18,12 +18,13 @@ void write_all(const std::filesystem::path& folder) {
     write_obj(folder / ("ball_" + std::to_string(triangles) + ".obj"), "ball of radius 0.1",
               scaled(paper_ball(triangles), ball));
   }
-  write_obj(folder / "box.obj", "unit cube", paper_cube(1, false));
+  write_obj(folder / "box.obj", "unit cube", paper_cube(12, false));
   write_obj(folder / "probe.obj", "unit sphere", paper_probe(31));
   write_obj(folder / "cube_1536.obj", "cube of 0.2", scaled(paper_cube(8, true), cube));
   write_obj(folder / "cube_19200.obj", "cube of 0.2", scaled(paper_cube(40, false), cube));
   write_obj(folder / "torus.obj", "torus", paper_torus(0.07, 0.03, 28, 66));
   write_obj(folder / "two_rings.obj", "surface of genus 2", paper_two_rings(4000));
+  write_obj(folder / "finger.obj", "finger", paper_finger(3600));
   write_obj(folder / "cow.obj", "quadruped", paper_cow(14136));
 }
 

@@ -104,4 +104,10 @@ TriMesh paper_cow(int triangles) {
   return from_field(field, {-0.92, -0.72, -0.36}, {0.68, 0.56, 0.36}, 0.0165, triangles);
 }
 
+TriMesh paper_finger(int triangles) {
+  const Limb limb{{-0.035, 0, 0}, {0.035, 0, 0}, 0.0085, 0.0075};
+  const Field field = [limb](const Vec3& p) { return distance_to(limb, p); };
+  return from_field(field, {-0.046, -0.011, -0.011}, {0.046, 0.011, 0.011}, 0.00113, triangles);
+}
+
 }  // namespace thew

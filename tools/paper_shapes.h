@@ -21,6 +21,7 @@ TriMesh paper_torus(double radius, double tube, int around, int along);
 /// Two rings grown together (genus 2), and a quadruped, both from smooth fields.
 TriMesh paper_two_rings(int triangles);
 TriMesh paper_cow(int triangles);
+TriMesh paper_finger(int triangles);
 
 /// Where a field is 0, over a grid of `cell` (m) from low to high: closed where the field is
 /// positive on the grid's rim. Marching tetrahedra, so manifold.

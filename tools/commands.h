@@ -23,6 +23,8 @@ struct CommandOptions {
 ExitCode bake_command(const CommandOptions& options);
 /// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
+/// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
+ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
 ExitCode inspect_command(const CommandOptions& options);
 
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.

@@ -43,6 +43,15 @@ int run(int argc, char** argv) {
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
 
+  CLI::App* paper = app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
+  bool quick = false;
+  std::filesystem::path cow;
+  paper->add_option("--out", options.out, "folder of the report")->required();
+  paper->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
+  paper->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
+      ->check(CLI::ExistingFile);
+  paper->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -52,6 +61,7 @@ int run(int argc, char** argv) {
   listen_for_signals();
   if (*bake) return static_cast<int>(bake_command(options));
   if (*render) return static_cast<int>(render_command(options, scene));
+  if (*paper) return static_cast<int>(paper_command(options, quick, cow));
   return static_cast<int>(inspect_command(options));
 }
 

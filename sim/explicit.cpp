@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.8;    // of the stable step
-constexpr int kContactRounds = 12;
+constexpr int kContactRounds = 60;
 constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
 
 // Always inlined: across two instruction sets vectors are passed in different registers.

@@ -107,7 +107,11 @@ void paper_errors(PaperReport& report) {
   }
   add_weights("cow", cow);
   const std::filesystem::path biceps = report.scenes / "../../../shared/data/biceps.stl";
-  if (std::filesystem::exists(biceps)) add_weights("biceps.stl", import_closed_mesh(biceps));
+  if (std::filesystem::exists(biceps)) {
+    TriMesh mesh = import_mesh(biceps).mesh;  // in millimetres
+    for (Vec3& p : mesh.vertices) p *= 1e-3;
+    add_weights("biceps.stl", mesh);
+  }
   {
     const double r = 1.0, d = 0.77;
     table.rows.push_back(

@@ -122,9 +122,9 @@ struct VolumeSums {
 // v += h f / m; with `kVolume` also d and the sums, in the same pass.
 template <bool kVolume>
 [[gnu::always_inline]] inline VolumeSums kick_nodes(const Muscle& muscle, const Row& gravity,
-                                                    double h, const Rows& target,
+                                                    double h, const Rows& target, double damping,
                                                     MuscleState& now) {
-  const double guide = muscle.settings.guide, damping = muscle.settings.damping;
+  const double guide = muscle.settings.guide;
   const bool has_path = muscle.shape.held.empty();
   const Row origin = now.x.empty() ? Row{} : now.x[0];
   Row volume = {}, rate = {}, weighted = {}, even = {};
@@ -154,14 +154,14 @@ template <bool kVolume>
 
 THEW_VECTORISED
 VolumeSums kick_with_volume(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
-                            MuscleState& now) {
-  return kick_nodes<true>(muscle, gravity, h, target, now);
+                            double damping, MuscleState& now) {
+  return kick_nodes<true>(muscle, gravity, h, target, damping, now);
 }
 
 THEW_VECTORISED
 void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
                   MuscleState& now) {
-  kick_nodes<false>(muscle, gravity, h, target, now);
+  kick_nodes<false>(muscle, gravity, h, target, muscle.settings.damping, now);
 }
 
 THEW_VECTORISED
@@ -244,15 +244,25 @@ double exact_lambda(const Muscle& muscle, double h, MuscleState& now) {
 // Weighted forces do not cancel: where no bone holds the body, their net part would move it.
 bool drifts(const Muscle& muscle, const MuscleState& now) {
   if (std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end()) return false;
-  return std::any_of(now.weights.begin(), now.weights.end(),
-                     [&](double w) { return w != now.weights[0]; });
+  return muscle.settings.zone || std::any_of(now.weights.begin(), now.weights.end(),
+                                             [&](double w) { return w != now.weights[0]; });
 }
 
-void keep_momentum(const Muscle& muscle, MuscleState& now, VolumeSums& sums) {
+// Drag then slows the deformation alone, not the flight.
+void keep_momentum(const Muscle& muscle, double h, MuscleState& now, VolumeSums& sums) {
   remove_net_motion(now.x, muscle.mass, now.direction);
-  Row weighted = {};
-  for (size_t i = 0; i < now.x.size(); ++i) weighted += now.direction[i] * now.gradient[i];
+  Rows& drag = now.weighted;  // scratch here
+  drag.resize(now.x.size());
+  for (size_t i = 0; i < drag.size(); ++i) drag[i] = -h * muscle.settings.damping * now.v[i];
+  remove_net_motion(now.x, muscle.mass, drag);
+  Row weighted = {}, rate = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    now.v[i] += drag[i];
+    weighted += now.direction[i] * now.gradient[i];
+    rate += now.v[i] * now.gradient[i];
+  }
   sums.weighted = sum3(weighted);
+  sums.rate = sum3(rate);
 }
 
 void note_volume(const Muscle& muscle, double volume, MuscleState& now) {
@@ -308,9 +318,10 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     }
     VolumeSums sums;
     if (has_volume) {
-      sums = kick_with_volume(muscle, gravity, h, target, now);
+      const double drag = removes ? 0.0 : muscle.settings.damping;
+      sums = kick_with_volume(muscle, gravity, h, target, drag, now);
       if (step > 1) note_volume(muscle, sums.volume, now);
-      if (removes) keep_momentum(muscle, now, sums);
+      if (removes) keep_momentum(muscle, h, now, sums);
     } else {
       kick_plainly(muscle, gravity, h, target, now);
     }

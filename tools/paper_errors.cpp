@@ -106,6 +106,8 @@ void paper_errors(PaperReport& report) {
                           percents(errors_by_step(cow, even, false, 1.0, 4))});
   }
   add_weights("cow", cow);
+  add_weights("the arm's biceps",
+              import_closed_mesh(report.scenes / "../arm/muscles/biceps_long.obj"));
   const std::filesystem::path biceps = report.scenes / "../../../shared/data/biceps.stl";
   if (std::filesystem::exists(biceps)) {
     TriMesh mesh = import_mesh(biceps).mesh;  // in millimetres

@@ -13,8 +13,8 @@ body { margin: 0; background: #f4f5f6; color: #1d2329;
 main { max-width: 1180px; margin: 0 auto; padding: 32px 24px 48px; }
 h1 { margin: 0; font-size: 30px; } h2 { margin: 40px 0 8px; font-size: 20px; }
 p { max-width: 85ch; margin: 6px 0; } .soft, figcaption { color: #5c6670; font-size: 13.5px; }
-figure { margin: 14px 0; padding: 14px; background: #fff; border: 1px solid #e3e6e9; border-radius: 6px; }
-img { display: block; width: 100%; height: auto; } svg { display: block; width: 100%; height: auto;
+figure { max-width: max-content; margin: 14px 0; padding: 14px; background: #fff; border: 1px solid #e3e6e9; border-radius: 6px; }
+img { display: block; max-width: 100%; height: auto; } svg { display: block; width: 640px; max-width: 100%; height: auto;
   font: 12px system-ui, sans-serif; }
 .labels { display: flex; font-size: 13.5px; font-weight: 600; } .labels span { flex: 1; text-align: center; }
 .wide { overflow-x: auto; background: #fff; border: 1px solid #e3e6e9; border-radius: 6px; margin: 14px 0; }

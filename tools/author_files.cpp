@@ -126,7 +126,7 @@ void write_arm(const fs::path& table, const fs::path& folder) {
     write_text(folder / "bones" / (bone.body + ".obj"),
                obj_text(bone.body + " in its own frame", below.back(), shift));
   }
-  const std::vector<TriMesh> meshes = pack_muscles(muscles, rest, humerus, bones);
+  const std::vector<TriMesh> meshes = pack_muscles(muscles, skeleton, bones);
   std::string blocks;
   for (size_t m = 0; m < muscles.size(); ++m) {
     const std::string& name = muscles[m].name;

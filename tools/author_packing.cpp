@@ -6,7 +6,7 @@
 
 #include "rig/math.h"
 #include "skin/surface.h"
-#include "tools/author_sections.h"
+#include "tools/author_poses.h"
 
 namespace thew {
 namespace {
@@ -15,6 +15,9 @@ constexpr double kGap = 0.0008;    // m, kept between surfaces
 constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
 constexpr double kPatch = 0.010;   // m, round an attachment: there tendons may enter their bone
 constexpr int kPasses = 40, kSettlingPasses = 30;
+constexpr double kSqueeze =
+    0.0035;  // m that a muscle may reach into its neighbour's part when bent
+constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
 struct Near {
@@ -25,6 +28,7 @@ struct Near {
 struct Packing {
   std::vector<SectionedMuscle> muscles;
   const std::vector<BoneShape>& bones;
+  std::vector<PackingPose> poses;
 };
 
 Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
@@ -91,48 +95,83 @@ double allowed_depth(const SectionedMuscle& muscle, bool belly, int body, const 
   return std::max(share, 0.0) * 0.008;
 }
 
-// What may be in the way of a section.
-struct Around {
-  std::vector<const SectionedMuscle*> muscles;
-  std::vector<int> bones;
-};
+// Muscles that may be in the way of a section.
+using Neighbours = std::vector<const SectionedMuscle*>;
 
-Around around(const Packing& packing, size_t m, const Section& section) {
-  Around found;
-  const double mine = 1.5 * section.radius * packing.muscles[m].flat;
-  for (size_t j = 0; j < packing.muscles.size(); ++j) {
+double widest(const SectionedMuscle& muscle, const Section& section) {
+  return 1.5 * section.radius * muscle.flat;
+}
+
+Neighbours neighbours(const std::vector<SectionedMuscle>& muscles, size_t m, size_t i) {
+  Neighbours found;
+  const Section& section = muscles[m].sections[i];
+  for (size_t j = 0; j < muscles.size(); ++j) {
     if (j == m) continue;
-    const Near near = near_of(packing.muscles[j], section.centre);
-    const double reach = mine + 1.5 * near.radius * packing.muscles[j].flat + 0.005;
-    if ((near.point - section.centre).norm() < reach) found.muscles.push_back(&packing.muscles[j]);
-  }
-  for (size_t b = 0; b < packing.bones.size(); ++b) {
-    if (bone_distance(packing.bones[b], section.centre) < mine + 0.02) {
-      found.bones.push_back(static_cast<int>(b));
-    }
+    const Near near = near_of(muscles[j], section.centre);
+    const double reach = widest(muscles[m], section) + 1.5 * near.radius * muscles[j].flat + 0.005;
+    if ((near.point - section.centre).norm() < reach) found.push_back(&muscles[j]);
   }
   return found;
 }
 
-// Positive where the section must not reach: beyond its own size, a neighbour's or a bone's border.
-double outside(const Packing& packing, const SectionedMuscle& mine, const Section& section,
-               const Around& around, const Vec3& p) {
-  const Vec3 v = p - section.centre;
-  const double along = v.dot(mine.flat_along);
-  const double flat2 = mine.flat * mine.flat;
-  double out = std::sqrt(std::max(v.squaredNorm() - (1.0 - 1.0 / flat2) * along * along, 0.0)) -
-               section.radius;
-  const double corner = std::min(kCorner, 0.6 * section.radius);
-  for (int b : around.bones) {
-    const double depth = allowed_depth(mine, section.belly, b, p);
-    out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
+// Where one section must not reach, at rest and bent.
+struct Room {
+  const Packing& packing;
+  size_t m, i;
+  std::vector<int> bones;
+  Neighbours at_rest;
+  std::vector<Neighbours> bent;
+
+  Room(const Packing& packing, size_t m, size_t i) : packing(packing), m(m), i(i) {
+    const Section& section = packing.muscles[m].sections[i];
+    const double reach = widest(packing.muscles[m], section) + 0.02;
+    for (size_t b = 0; b < packing.bones.size(); ++b) {
+      if (bone_distance(packing.bones[b], section.centre) < reach) {
+        bones.push_back(static_cast<int>(b));
+      }
+    }
+    at_rest = neighbours(packing.muscles, m, i);
+    for (const PackingPose& pose : packing.poses) bent.push_back(neighbours(pose.muscles, m, i));
   }
-  const Near near = near_of(mine, p);
-  for (const SectionedMuscle* other : around.muscles) {
-    out = smooth_max(out, beyond_parting(mine, near, *other, p) + 0.5 * kGap, corner);
+
+  // Positive beyond the section's own size, a neighbour's or a bone's border.
+  double operator()(const Vec3& p) const {
+    const SectionedMuscle& mine = packing.muscles[m];
+    const Section& section = mine.sections[i];
+    const Vec3 v = p - section.centre;
+    const double along = v.dot(mine.flat_along);
+    const double flat2 = mine.flat * mine.flat;
+    double out = std::sqrt(std::max(v.squaredNorm() - (1.0 - 1.0 / flat2) * along * along, 0.0)) -
+                 section.radius;
+    const double corner = std::min(kCorner, 0.6 * section.radius);
+    for (int b : bones) {
+      const double depth = allowed_depth(mine, section.belly, b, p);
+      out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
+    }
+    const Near near = near_of(mine, p);
+    for (const SectionedMuscle* other : at_rest) {
+      out = smooth_max(out, beyond_parting(mine, near, *other, p) + 0.5 * kGap, corner);
+    }
+    for (size_t k = 0; k < bent.size(); ++k) {
+      if (!bent[k].empty()) out = smooth_max(out, outside_bent(k, p), corner);
+    }
+    return out;
   }
-  return out;
-}
+
+  // Bones are left out here: contact presses a belly off them, and tendons follow their path.
+  double outside_bent(size_t k, const Vec3& p) const {
+    const PackingPose& pose = packing.poses[k];
+    const SectionedMuscle& mine = pose.muscles[m];
+    const PosedSection& section = pose.sections[m][i];
+    const Vec3 there = posed(section, p);
+    double out = -1.0;
+    const Near near = near_of(mine, there);
+    for (const SectionedMuscle* other : bent[k]) {
+      out = std::max(out, beyond_parting(mine, near, *other, there) - kSqueeze);
+    }
+    return out / section.swell;
+  }
+};
 
 constexpr double kThin = 6e-5;  // m^2: sections of tendon
 
@@ -223,9 +262,9 @@ void press(double give, const SectionedMuscle& muscle, Section& section) {
 
 void relax(size_t m, Packing& packing) {
   SectionedMuscle& muscle = packing.muscles[m];
-  for (Section& section : muscle.sections) {
-    const Around near = around(packing, m, section);
-    const auto out = [&](const Vec3& p) { return outside(packing, muscle, section, near, p); };
+  for (size_t i = 0; i < muscle.sections.size(); ++i) {
+    Section& section = muscle.sections[i];
+    const Room out(packing, m, i);
     cast(out, least_reach(muscle), section);
     const double tendon = std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
     const Vec3 push = way_in(out, section.centre, 0.7 * tendon);
@@ -236,6 +275,7 @@ void relax(size_t m, Packing& packing) {
     press(0.1, muscle, section);
   }
   smooth_centres(muscle);
+  for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
 }
 
 // A mesh and its tree, to measure distances to.
@@ -309,13 +349,16 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
   std::vector<Measured> measured;
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
     SectionedMuscle& muscle = packing.muscles[m];
-    for (Section& section : muscle.sections) {
-      const Around near = around(packing, m, section);
-      cast([&](const Vec3& p) { return outside(packing, muscle, section, near, p); }, 5e-4,
-           section);
-      if (last) continue;
-      press(0.03, muscle, section);
+    for (size_t i = 0; i < muscle.sections.size(); ++i) {
+      Section& section = muscle.sections[i];
+      const Room out(packing, m, i);
+      // A centre that others have overrun would leave its ring no size.
+      section.centre += way_in(out, section.centre, 0.5 * least_reach(muscle));
+      keep_in_plane(section);
+      cast(out, 5e-4, section);
+      if (!last) press(0.03, muscle, muscle.sections[i]);
     }
+    for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
     measured.emplace_back(mesh_of(muscle));
     muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
   }
@@ -332,11 +375,16 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
 
 }  // namespace
 
-std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const Pose& rest,
-                                  const Vec3& humerus, const std::vector<BoneShape>& bones) {
-  Packing packing{{}, bones};
+std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const Skeleton& skeleton,
+                                  const std::vector<BoneShape>& bones) {
+  const Pose rest = rest_pose(skeleton);
+  const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
+  Packing packing{{}, bones, {}};
   for (const TableMuscle& muscle : table) {
     packing.muscles.push_back(make_sections(muscle, rest, humerus));
+  }
+  for (double bend : kBends) {
+    packing.poses.push_back(make_packing_pose(table, packing.muscles, skeleton, bend * kDegree));
   }
   for (int pass = 0; pass < kPasses; ++pass) {
     for (size_t m = 0; m < packing.muscles.size(); ++m) relax(m, packing);

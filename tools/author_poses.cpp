@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/author_poses.h"
+
+#include "muscles/carried_shape.h"
+
+namespace thew {
+namespace {
+
+// Three more nodes for each section, of no triangle: its place on the path and two beside it, by
+// which the carried shape shows where it takes the section's plane.
+constexpr double kBeside = 0.01;  // m
+
+TriMesh with_probes(const SectionedMuscle& muscle, const Vec3& humerus) {
+  TriMesh mesh = mesh_of(muscle);
+  for (const Section& section : muscle.sections) {
+    const CurvePoint& path = section.on_path;
+    mesh.vertices.push_back(path.point);
+    for (int k = 1; k < 3; ++k) {
+      mesh.vertices.push_back(path.point + kBeside * path.frame.col(k));
+    }
+  }
+  for (Vec3& p : mesh.vertices) p += humerus;
+  return mesh;
+}
+
+}  // namespace
+
+PackingPose make_packing_pose(const std::vector<TableMuscle>& table,
+                              const std::vector<SectionedMuscle>& muscles, const Skeleton& skeleton,
+                              double elbow) {
+  const Pose rest = rest_pose(skeleton);
+  std::vector<double> joints(skeleton.size(), 0.0);
+  joints[find_joint(skeleton, "elbow")] = elbow;
+  Pose bent;
+  forward_kinematics(skeleton, joints, bent);
+  const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
+  PackingPose pose;
+  for (int b = 0; b < skeleton.size(); ++b) {
+    const Transform bend = bent[b] * rest[b].inverse();
+    pose.bend.push_back(Eigen::Translation3d(-humerus) * bend * Eigen::Translation3d(humerus));
+  }
+  for (size_t m = 0; m < muscles.size(); ++m) {
+    const TriMesh mesh = with_probes(muscles[m], humerus);
+    const CarriedShape shape = make_carried_shape(mesh, table[m].path, rest, table[m].belly,
+                                                  preset_profile(table[m].weights));
+    Rows carried;
+    carried_positions(shape, carry_pose(shape, bent), 1.0, true, carried);
+    size_t probe = mesh.vertices.size() - 3 * muscles[m].sections.size();
+    std::vector<PosedSection> sections;
+    for (const Section& section : muscles[m].sections) {
+      PosedSection out;
+      out.at = section.on_path.point;
+      out.point = to_vec(carried[probe]) - humerus;
+      const Vec3 u = (to_vec(carried[probe + 1]) - humerus - out.point) / kBeside;
+      const Vec3 v = (to_vec(carried[probe + 2]) - humerus - out.point) / kBeside;
+      Mat3 there;
+      there << u.cross(v).normalized(), u, v;
+      out.linear = there * section.on_path.frame.transpose();
+      out.swell = 0.5 * (u.norm() + v.norm());
+      sections.push_back(out);
+      probe += 3;
+    }
+    pose.sections.push_back(sections);
+    pose.muscles.push_back(muscles[m]);
+    follow(muscles[m], m, pose);
+  }
+  return pose;
+}
+
+Vec3 posed(const PosedSection& section, const Vec3& p) {
+  return section.point + section.linear * (p - section.at);
+}
+
+void follow(const SectionedMuscle& muscle, size_t m, PackingPose& pose) {
+  SectionedMuscle& there = pose.muscles[m];
+  there.flat = 1.0;
+  there.origin = pose.bend[muscle.origin_body] * muscle.origin;
+  there.insertion = pose.bend[muscle.insertion_body] * muscle.insertion;
+  for (size_t i = 0; i < muscle.sections.size(); ++i) {
+    const PosedSection& section = pose.sections[m][i];
+    there.sections[i].centre = posed(section, muscle.sections[i].centre);
+    there.sections[i].radius = section.swell * muscle.sections[i].radius;
+  }
+}
+
+}  // namespace thew

@@ -21,6 +21,7 @@ img { display: block; max-width: 100%; height: auto; } svg { display: block; wid
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding: 10px 12px; font-weight: 600; }
 th, td { padding: 6px 12px; text-align: right; border-top: 1px solid #e3e6e9; vertical-align: top; }
+td { white-space: nowrap; } .left td { white-space: normal; }
 th { font-size: 13px; color: #5c6670; } th:first-child, td:first-child { text-align: left; }
 .met { color: #14663c; font-weight: 600; } .missed { color: #b3261e; font-weight: 600; }
 .left td { text-align: left; } svg .title { font-size: 15px; font-weight: 600; }

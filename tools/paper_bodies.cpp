@@ -306,7 +306,7 @@ void paper_bodies(PaperReport& report) {
 }
 
 int paper_steps(bool quick) {
-  const int ball = 1 + (quick ? 3 * 8 : 7 * 8 + 7 * 8 + 3 * 8) + 3 + 6;
+  const int ball = 1 + (quick ? 3 * 8 + 3 * 8 + 8 : 7 * 8 + 7 * 8 + 3 * 8) + 3 + (quick ? 3 : 6);
   return ball + 3 + 2 + 2 + 3 + 2 + (quick ? 1 : 3) + 1;
 }
 

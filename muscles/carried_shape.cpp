@@ -201,8 +201,30 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   return shape;
 }
 
+CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
+                             const Pose& rest_pose) {
+  CarriedShape shape;
+  const size_t nodes = mesh.vertices.size();
+  shape.belly = {0.0, 1.0};
+  shape.rest_path_length = 1.0;
+  shape.held = held;
+  for (std::vector<double>* values :
+       {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge}) {
+    values->assign(nodes, 0.0);
+  }
+  for (size_t i = 0; i < nodes; ++i) {
+    const Vec3& p = mesh.vertices[i];
+    shape.offset.push_back(held[i] < 0 ? p : rest_pose[held[i]].inverse() * p);
+  }
+  return shape;
+}
+
 CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   CarriedPose out;
+  if (!shape.held.empty()) {
+    out.bodies = pose;
+    return out;
+  }
   const TracedPath traced = trace_path(shape.path, pose);
   out.path_length = traced.length;
   out.curve = rounded_curve(traced);
@@ -226,6 +248,11 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, doubl
                        Rows& positions) {
   const int nodes = static_cast<int>(shape.along.size());
   positions.resize(nodes);
+  for (int i = 0; i < nodes && !shape.held.empty(); ++i) {
+    const int body = shape.held[i];
+    positions[i] = to_row(body < 0 ? shape.offset[i] : pose.bodies[body] * shape.offset[i]);
+  }
+  if (!shape.held.empty()) return;
   for (int i = 0; i < nodes; ++i) {
     const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
     const CurvePoint at = interpolate(pose.curve, s / pose.path_length);

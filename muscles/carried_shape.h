@@ -34,6 +34,9 @@ struct CarriedShape {
       stretch_share;  ///< share of the belly's change of length before the node, 0..1
   std::vector<double> stretch_rate;  ///< its derivative, 1/m: 0 in the tendons
   std::vector<double> bulge;         ///< b w(u): how much of the belly's swelling the node takes
+  /// A soft body without a path: the body that holds each node, -1 none; `offset` is the node's
+  /// place in that body, or in the world. Empty for a muscle.
+  std::vector<int> held;
 };
 
 /// What the carried shape is at one pose.
@@ -41,12 +44,17 @@ struct CarriedPose {
   CarryCurve curve;
   double path_length = 0.0;  ///< m, musculotendon, exact
   double change = 0.0;       ///< m, by which the path is longer than at rest
+  Pose bodies;               ///< without a path
 };
 
 /// `belly` in m along the rest path. `weights` shape the bulge along the belly; its mean effect is
 /// scaled so that the carried shape keeps its volume.
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
                                 const std::array<double, 2>& belly, const WeightProfile& weights);
+
+/// Without a path: nodes go with the bodies that hold them, the others have their rest place.
+CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
+                             const Pose& rest_pose);
 
 CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose);
 

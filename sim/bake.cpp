@@ -48,7 +48,7 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
   info.metric_names = measure_names(model);
   for (const Muscle& muscle : model.muscles) {
     BakeMesh mesh{muscle.name, BakeMesh::Kind::kMuscle, muscle.rest, muscle.weights, {}};
-    for (size_t i = 0; i < muscle.rest.vertices.size(); ++i) {
+    for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
       mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
     }
     info.meshes.push_back(std::move(mesh));

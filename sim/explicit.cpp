@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+//
+// The paper's semi-implicit Euler, eqs 9-14, with the weights in the denominator (method.md, mend
+// 1): v+ = v + h f / m - lambda d, x+ = x + h v+, d = W dV/dx / m. All that changes a velocity is a
+// force at the old positions, so linear and angular momentum change by what contact gives alone.
 #include <algorithm>
 #include <cmath>
 
 #include "muscles/volume.h"
+#include "muscles/weights.h"
+#include "rig/vectorise.h"
+#include "sim/drive.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
@@ -10,60 +17,257 @@ namespace {
 
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.8;    // of the stable step
+constexpr int kContactRounds = 60;
+constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
 
-double dot3(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+// Always inlined: across two instruction sets vectors are passed in different registers.
+[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
+[[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
+[[gnu::always_inline]] inline Row yzx(const Row& a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
+  return yzx(a * yzx(b) - yzx(a) * b);
+}
 
-void add_damped_spring_forces(const Muscle& muscle, const std::vector<double>& rest_length,
-                              const Rows& target, const Rows& x, const Rows& v, Rows& f) {
+// A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
+struct Touch {
+  int node;
+  Vec3 normal;
+  double from, way;     // m, the gap included
+  double pushed = 0.0;  // N s so far, all along the normal
+  double across = 0.0;  // m, part of the multiplier's direction that the plane bears
+  double kick = 0.0;    // m/s, in this substep
+  bool held = false;    // in this substep
+};
+
+// Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
+// left inside a plane.
+Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
+               const Contact& contact, const Vec3& node) {
+  const int muscles = static_cast<int>(model.muscles.size());
+  const auto& b = contact.barycentric;
+  Vec3 normal = contact.normal;
+  Row before, after;
+  if (contact.other < muscles) {
+    const Triangle& t = model.muscles[contact.other].surface.triangles[contact.triangle];
+    const Rows& x = state.muscles[contact.other].seen;
+    before = after = b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
+  } else {
+    const Bone& bone = model.bones[contact.other - muscles];
+    const Triangle& t = bone.surface.triangles[contact.triangle];
+    const std::vector<Vec3>& y = bone.in_body.vertices;
+    const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
+    before = to_row(pose_before[bone.body] * point);
+    after = to_row(state.pose[bone.body] * point);
+    const Rows& y_now = state.bones[contact.other - muscles].x;
+    const Vec3 face = face_normal(bone.surface, y_now, contact.triangle);
+    const Vec3 away = node - to_vec(after);
+    const bool inside = std::min({b[0], b[1], b[2]}) > 1e-9;
+    if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
+  }
+  const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
+  return {contact.node, normal, from, normal.dot(to_vec(after - before))};
+}
+
+std::vector<Touch> touches_of(const Model& model, int m, double begin, const State& state) {
+  std::vector<Touch> touches;
+  if (state.muscles[m].contacts.empty()) return touches;
+  std::vector<double> joints;
+  Pose pose_before;
+  joints_at(model, begin, joints);
+  forward_kinematics(model.skeleton, joints, pose_before);
+  for (const Contact& contact : state.muscles[m].contacts) {
+    const Vec3 node = to_vec(state.muscles[m].x[contact.node]);
+    touches.push_back(touch_of(model, state, pose_before, contact, node));
+  }
+  return touches;
+}
+
+// Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
+// as now.
+THEW_VECTORISED
+void look_for_near(double t, double frame, double span, const MuscleState& now,
+                   std::vector<Touch>& touches, std::vector<Touch*>& near) {
+  near.clear();
+  if (touches.empty()) return;
+  Row most = {};
+  for (const Row& v : now.v) most = v * v > most ? v * v : most;
+  const double fastest = std::sqrt(sum3(most));
+  for (Touch& touch : touches) {
+    const double open = dot3(to_row(touch.normal), now.x[touch.node]) - touch.from - t * touch.way;
+    if (open < span * (2.0 * fastest + std::abs(touch.way) / frame)) near.push_back(&touch);
+  }
+}
+
+// What a spring has against leaving the carried shape's edge vectors.
+void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, Rows& f) {
   const Springs& springs = muscle.springs;
-  const double shape = muscle.settings.material.shape;
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
-    const Row d = x[a] - x[b];
-    const double length = std::sqrt(dot3(d, d));
-    const double rate = dot3(d, v[a] - v[b]) / length;
-    const Row force =
-        springs.stiffness[k] * ((length - rest_length[k] + kDashpot * rate) / length * d +
-                                shape * (d - (target[a] - target[b])));
+    const Row force = muscle.settings.material.shape * springs.stiffness[k] *
+                      (x[a] - x[b] - (target[a] - target[b]));
     f[a] -= force;
     f[b] += force;
   }
 }
 
-// Eqs 9-14: lambda from the linearised constraint at the new positions of the driven nodes, W in
-// the denominator (method.md, mend 1) except where the printed form is asked for.
-void add_multiplier(const Muscle& muscle, VolumeMethod method, double h, MuscleState& now) {
-  if (method == VolumeMethod::kNone) return;
-  volume_gradient(now.x, muscle.rest.triangles, now.gradient);
-  const double volume = enclosed_volume(now.x, muscle.rest.triangles);
-  double rate = 0.0, weighted = 0.0, even = 0.0;
+struct VolumeSums {
+  double volume = 0.0;    // m^3
+  double rate = 0.0;      // dV/dx . v, m^3/s
+  double weighted = 0.0;  // dV/dx . d
+  double even = 0.0;      // dV/dx . dV/dx / m: the printed denominator
+};
+
+// v += h f / m; with `kVolume` also d and the sums, in the same pass.
+template <bool kVolume>
+[[gnu::always_inline]] inline VolumeSums kick_nodes(const Muscle& muscle, const Row& gravity,
+                                                    double h, const Rows& target, double damping,
+                                                    MuscleState& now) {
+  const double guide = muscle.settings.guide;
+  const bool has_path = muscle.shape.held.empty();
+  const Row origin = now.x.empty() ? Row{} : now.x[0];
+  Row volume = {}, rate = {}, weighted = {}, even = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
-    if (muscle.driven[i]) continue;
-    const double squared = dot3(now.gradient[i], now.gradient[i]);
-    rate += dot3(now.gradient[i], now.v[i]);
-    weighted += squared * now.weights[i] / muscle.mass[i];
-    even += squared / muscle.mass[i];
+    Row v = now.v[i];
+    const double per_mass = 1.0 / muscle.mass[i];
+    if (muscle.driven[i]) {
+      v = now.target_velocity[i];
+    } else {
+      Row acceleration = gravity + per_mass * now.forces[i] - damping * v;
+      if (has_path)
+        acceleration += guide * (target[i] - now.x[i]) + damping * now.target_velocity[i];
+      v += h * acceleration;
+    }
+    now.v[i] = v;
+    if (!kVolume) continue;
+    const Row g = now.gradient[i];
+    const Row d = now.weights[i] * per_mass * g;  // the weights are 0 where driven
+    now.direction[i] = d;
+    volume += (now.x[i] - origin) * g;
+    rate += v * g;
+    weighted += d * g;
+    if (!muscle.driven[i]) even += per_mass * (g * g);
   }
-  const double denominator = method == VolumeMethod::kPrinted ? even : weighted;
-  if (!(denominator > 0.0)) {
-    ++now.unreached;
+  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted), sum3(even)};  // V = x . dV/dx / 3
+}
+
+THEW_VECTORISED
+VolumeSums kick_with_volume(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
+                            double damping, MuscleState& now) {
+  return kick_nodes<true>(muscle, gravity, h, target, damping, now);
+}
+
+THEW_VECTORISED
+void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
+                  MuscleState& now) {
+  kick_nodes<false>(muscle, gravity, h, target, muscle.settings.damping, now);
+}
+
+THEW_VECTORISED
+void advance(double h, double lambda, MuscleState& now) {
+  if (lambda == 0.0) {
+    for (size_t i = 0; i < now.x.size(); ++i) now.x[i] += h * now.v[i];
     return;
   }
-  const double lambda = ((volume - muscle.rest_volume) / h + rate) / denominator;  // times h
   for (size_t i = 0; i < now.x.size(); ++i) {
-    now.v[i] -= lambda * now.weights[i] / muscle.mass[i] * now.gradient[i];
+    now.v[i] -= lambda * now.direction[i];
+    now.x[i] += h * now.v[i];
   }
 }
 
-void stop_at_contacts(const Model& model, const State& state, MuscleState& now) {
-  const double gap = model.scene.contact.settings.gap;
-  for (const Contact& contact : now.contacts) {
-    const double open = contact_gap(model, state, contact, now.x[contact.node], gap);
+// Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
+// on the multiplier no longer moves them across. True where there was one.
+THEW_VECTORISED
+bool close_contacts(double h, double t, double lambda, bool has_volume,
+                    const std::vector<Touch*>& near, MuscleState& now, VolumeSums& sums) {
+  bool closed = false;
+  for (Touch* touch : near) {
+    if (touch->held) continue;
+    const int i = touch->node;
+    const Row n = to_row(touch->normal);
+    Row v = now.v[i];
+    if (lambda != 0.0) v -= lambda * now.direction[i];
+    const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
     if (open >= 0.0) continue;
-    const Row n = to_row(contact.normal);
-    now.x[contact.node] -= open * n;
-    now.v[contact.node] -= std::min(0.0, dot3(n, now.v[contact.node])) * n;
+    closed = touch->held = true;
+    touch->kick = -open / h;
+    now.v[i] += touch->kick * n;
+    if (!has_volume) continue;
+    const double slope = dot3(n, now.gradient[i]);
+    touch->across = dot3(n, now.direction[i]);
+    sums.rate += slope * touch->kick;
+    sums.weighted -= slope * touch->across;
+    now.direction[i] -= touch->across * n;
   }
+  return closed;
+}
+
+// Books what the planes gave: their own kicks, and what they bear of the multiplier's force.
+THEW_VECTORISED
+void release_contacts(double lambda, const Muscle& muscle, const std::vector<Touch*>& near,
+                      MuscleState& now) {
+  Row impulse = {}, angular = {};
+  for (Touch* touch : near) {
+    if (!touch->held) continue;
+    const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
+    touch->pushed += given;
+    const Row push = given * to_row(touch->normal);
+    impulse += push;
+    angular += cross3(now.x[touch->node], push);
+    touch->held = false;
+    touch->kick = touch->across = 0.0;
+  }
+  now.impulse += to_vec(impulse);
+  now.angular_impulse += to_vec(angular);
+}
+
+double linear_lambda(double rest_volume, double h, double denominator, const VolumeSums& sums,
+                     MuscleState& now) {
+  if (!(denominator > 0.0)) {
+    ++now.unreached;
+    return 0.0;
+  }
+  return ((sums.volume - rest_volume) / h + sums.rate) / denominator;
+}
+
+double exact_lambda(const Muscle& muscle, double h, MuscleState& now) {
+  Rows& predicted = now.weighted;  // scratch here
+  predicted.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) predicted[i] = now.x[i] + h * now.v[i];
+  const VolumeRoot root = nearest_root(
+      volume_along(predicted, now.direction, muscle.rest.triangles), muscle.rest_volume);
+  if (!root.reached) ++now.unreached;
+  return -root.s / h;
+}
+
+// Weighted forces do not cancel: where no bone holds the body, their net part would move it.
+bool drifts(const Muscle& muscle, const MuscleState& now) {
+  if (std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end()) return false;
+  return muscle.settings.zone || std::any_of(now.weights.begin(), now.weights.end(),
+                                             [&](double w) { return w != now.weights[0]; });
+}
+
+// Drag then slows the deformation alone, not the flight.
+void keep_momentum(const Muscle& muscle, double h, MuscleState& now, VolumeSums& sums) {
+  remove_net_motion(now.x, muscle.mass, now.direction);
+  Rows& drag = now.weighted;  // scratch here
+  drag.resize(now.x.size());
+  for (size_t i = 0; i < drag.size(); ++i) drag[i] = -h * muscle.settings.damping * now.v[i];
+  remove_net_motion(now.x, muscle.mass, drag);
+  Row weighted = {}, rate = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    now.v[i] += drag[i];
+    weighted += now.direction[i] * now.gradient[i];
+    rate += now.v[i] * now.gradient[i];
+  }
+  sums.weighted = sum3(weighted);
+  sums.rate = sum3(rate);
+}
+
+void note_volume(const Muscle& muscle, double volume, MuscleState& now) {
+  now.volume_error = std::abs(volume / muscle.rest_volume - 1.0);
+  now.substep_volume_error = std::max(now.substep_volume_error, now.volume_error);
 }
 
 }  // namespace
@@ -78,56 +282,71 @@ int explicit_substeps(const Muscle& muscle, double h) {
   return std::max(1, static_cast<int>(std::ceil(h / (kMargin * stable))));
 }
 
-void step_explicit(const Model& model, int m, double frame, State& state) {
+void step_explicit(const Model& model, int m, double time, double frame, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
+  const VolumeMethod method = model.volume;
+  const bool has_volume = method != VolumeMethod::kNone;
+  const bool has_path = muscle.shape.held.empty();
+  const bool removes = has_volume && drifts(muscle, now);
   const int substeps = std::max(model.scene.solver.substeps, explicit_substeps(muscle, frame));
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
-  const double guide = muscle.settings.guide, damping = muscle.settings.damping;
-  const size_t nodes = now.x.size();
+  std::vector<Touch> touches = touches_of(model, m, time - frame, state);
   now.x = now.start;
+  now.gradient.resize(now.x.size());
+  now.direction.resize(now.x.size());
+  RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length(now.rest_length.size());
-  Rows target(nodes);
+  Rows target = now.target;
+  std::vector<Touch*> near;
+  if (has_path) rings = muscle.rings;
   for (int step = 1; step <= substeps; ++step) {
-    const double left =
-        frame - step * h;  // bones and rest lengths are interpolated inside the frame
-    for (size_t k = 0; k < rest_length.size(); ++k) {
-      const double t = static_cast<double>(step) / substeps;
+    const double t = static_cast<double>(step) / substeps;
+    for (size_t k = 0; has_path && k < rest_length.size(); ++k) {
       rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
     }
-    now.forces.assign(nodes, Row{});
-    for (size_t i = 0; i < nodes; ++i) {
-      target[i] = now.target[i] - left * now.target_velocity[i];
-      if (muscle.driven[i]) {
-        now.x[i] = target[i];
-        now.v[i] = now.target_velocity[i];
-        continue;
-      }
-      now.forces[i] = muscle.mass[i] * (gravity + guide * (target[i] - now.x[i]) +
-                                        damping * (now.target_velocity[i] - now.v[i]));
+    for (size_t i = 0; has_path && i < target.size(); ++i) {
+      target[i] = now.target[i] - (frame - step * h) * now.target_velocity[i];
     }
-    add_damped_spring_forces(muscle, rest_length, target, now.x, now.v, now.forces);
-    for (size_t i = 0; i < nodes; ++i) {
-      if (!muscle.driven[i]) now.v[i] += h / muscle.mass[i] * now.forces[i];
+    if (has_path) set_rest_lengths(rest_length, rings);
+    ring_forces(has_path ? rings : muscle.rings, now.x, now.v, kDashpot, now.forces,
+                has_volume ? &now.gradient : nullptr);
+    if (muscle.settings.material.shape > 0.0) add_shape_forces(muscle, target, now.x, now.forces);
+    if (step % kLookEvery == 1 || step == substeps) {
+      look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
-    add_multiplier(muscle, model.volume, h, now);
-    for (size_t i = 0; i < nodes; ++i) {
-      if (!muscle.driven[i]) now.x[i] += h * now.v[i];
+    VolumeSums sums;
+    if (has_volume) {
+      const double drag = removes ? 0.0 : muscle.settings.damping;
+      sums = kick_with_volume(muscle, gravity, h, target, drag, now);
+      if (step > 1) note_volume(muscle, sums.volume, now);
+      if (removes) keep_momentum(muscle, h, now, sums);
+    } else {
+      kick_plainly(muscle, gravity, h, target, now);
     }
-    stop_at_contacts(model, state, now);
-    const double volume = enclosed_volume(now.x, muscle.rest.triangles);
-    now.substep_volume_error =
-        std::max(now.substep_volume_error, std::abs(volume / muscle.rest_volume - 1.0));
+    const bool exactly = method == VolumeMethod::kExactAlways ||
+                         (method == VolumeMethod::kExact && step == substeps);
+    double lambda = 0.0;
+    bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
+    if (has_volume && !exactly) {  // contacts that this closes are the next substep's
+      const bool printed = method == VolumeMethod::kPrinted;
+      lambda = linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums, now);
+    }
+    for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
+      lambda = exact_lambda(muscle, h, now);
+      closed = step == substeps && close_contacts(h, t, lambda, true, near, now, sums);
+    }
+    release_contacts(lambda, muscle, near, now);
+    advance(h, lambda, now);
   }
-  const Rows v = now.v;
-  volume_gradient(now.x, muscle.rest.triangles, now.gradient);
-  now.direction.resize(nodes);
-  for (size_t i = 0; i < nodes; ++i) {
-    now.direction[i] = now.weights[i] / muscle.mass[i] * now.gradient[i];
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding
   }
-  finish_muscle(model, m, frame, state);  // exact at the frame's end
-  now.v = v;
+  for (size_t c = 0; c < touches.size(); ++c) {
+    now.push[c] = touches[c].pushed / (frame * contact_stiffness(muscle, touches[c].node));
+  }
+  note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }
 
 }  // namespace thew

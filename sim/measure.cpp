@@ -49,6 +49,7 @@ bool has_free_node(const Muscle& muscle, int triangle) {
 
 double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
   double gap = 0.0;
+  if (!muscle.shape.held.empty()) return gap;
   for (const PathPoint* end :
        {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
     const Vec3 anchor = state.pose[end->body] * end->position;
@@ -80,6 +81,7 @@ double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows
 }
 
 double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
+  if (!muscle.shape.held.empty()) return 1.0;  // no path, no sections
   double sum = 0.0;
   for (int k = 0; k < kSections; ++k) {
     sum += section_area_at(muscle, pose, x, (k + 0.5) / kSections);

@@ -55,6 +55,7 @@ std::vector<double> node_weights(const Muscle& muscle, const std::string& place)
                                       " weights for a mesh of " + std::to_string(nodes) +
                                       " vertices; give one per vertex, in the file's order");
   }
+  const bool soft_body = !muscle.shape.held.empty();
   const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
   std::vector<double> weights(nodes, 0.0);
   for (size_t i = 0; i < nodes; ++i) {
@@ -62,7 +63,8 @@ std::vector<double> node_weights(const Muscle& muscle, const std::string& place)
     const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
     const double authored =
         scene.node_weights.empty() ? profile_weight(scene.weights, u) : scene.node_weights[i];
-    weights[i] = authored * smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
+    weights[i] = authored;
+    if (!soft_body) weights[i] *= smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
   }
   try {
     return normalised_weights(weights, muscle.driven);
@@ -83,7 +85,68 @@ Skyline spring_matrix(const Springs& springs, double shape, const std::vector<ch
   return matrix;
 }
 
+// By node the body that holds it, -1 none.
+std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
+                            const TriMesh& mesh) {
+  std::vector<int> held(mesh.vertices.size(), -1);
+  for (const SceneFixed& fixed : scene.fixed) {
+    const std::string place = fixed.place + ": muscle \"" + scene.name + "\"";
+    const int body = body_index(skeleton, fixed.body, place);
+    int count = 0;
+    for (size_t i = 0; i < held.size(); ++i) {
+      const Vec3& p = mesh.vertices[i];
+      if (held[i] >= 0 || (p.array() < fixed.low.array()).any() ||
+          (p.array() > fixed.high.array()).any()) {
+        continue;
+      }
+      held[i] = body;
+      ++count;
+    }
+    if (count == 0) {
+      throw Error(ExitCode::kUsage,
+                  place + ": no node lies in the box that \"" + fixed.body + "\" holds; widen it");
+    }
+  }
+  return held;
+}
+
+// Springs, masses, weights: what follows from mesh, carried shape and driven nodes.
+void finish_building(const std::vector<Vec3>& fibres, const std::string& place, Muscle& muscle) {
+  const SpringMaterial& material = muscle.settings.material;
+  for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
+  muscle.springs = make_springs(muscle.rest, fibres, material);
+  muscle.rings = make_ring_springs(muscle.rest.triangles,
+                                   static_cast<int>(muscle.rest.vertices.size()), muscle.springs);
+  muscle.mass = lumped_masses(muscle.rest, material.density);
+  muscle.weights = node_weights(muscle, place);
+  Rows x;
+  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
+  muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
+  muscle.stiffness = spring_matrix(muscle.springs, material.shape, muscle.driven);
+}
+
+Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene) {
+  const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
+  Muscle muscle;
+  muscle.name = scene.name;
+  muscle.settings = scene;
+  muscle.swells = false;
+  muscle.rest = import_closed_mesh(scene.mesh);
+  muscle.surface =
+      make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
+  const std::vector<int> held = held_nodes(skeleton, scene, muscle.rest);
+  muscle.shape = make_held_shape(muscle.rest, held, bind_pose);
+  for (int body : held) muscle.driven.push_back(body >= 0);
+  if (std::find(muscle.driven.begin(), muscle.driven.end(), 0) == muscle.driven.end()) {
+    throw Error(ExitCode::kUsage,
+                place + ": every node is held; make the boxes of [fixed] smaller");
+  }
+  finish_building({}, place, muscle);
+  return muscle;
+}
+
 Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene) {
+  if (scene.path.empty()) return build_soft_body(skeleton, bind_pose, scene);
   const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
   Muscle muscle;
   muscle.name = scene.name;
@@ -104,20 +167,13 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
-  for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
   const CarriedPose rest = carry_pose(muscle.shape, bind_pose);
   std::vector<Vec3> fibres(muscle.rest.vertices.size());
   for (size_t i = 0; i < fibres.size(); ++i) {
     Vec3 point;
     curve_at(muscle.shape, rest, muscle.shape.along[i], point, fibres[i]);
   }
-  muscle.springs = make_springs(muscle.rest, fibres, scene.material);
-  muscle.mass = lumped_masses(muscle.rest, scene.material.density);
-  muscle.weights = node_weights(muscle, place);
-  Rows x;
-  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
-  muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
-  muscle.stiffness = spring_matrix(muscle.springs, scene.material.shape, muscle.driven);
+  finish_building(fibres, place, muscle);
   return muscle;
 }
 
@@ -191,7 +247,9 @@ void build_skin(const Pose& bind_pose, Model& model) {
   model.has_skin = true;
 }
 
-VolumeMethod volume_method(const std::string& word) {
+// Implicit steps are exact in each iteration.
+VolumeMethod volume_method(const std::string& word, bool is_explicit) {
+  if (word == "exact_always" && is_explicit) return VolumeMethod::kExactAlways;
   if (word == "none") return VolumeMethod::kNone;
   if (word == "printed") return VolumeMethod::kPrinted;
   if (word == "linear") return VolumeMethod::kLinear;
@@ -261,6 +319,10 @@ std::string solver_hash(const Model& model) {
     }
     for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
     list(muscle.shape.bulge);
+    if (!muscle.shape.held.empty()) {
+      hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
+      points(muscle.shape.offset);
+    }
     list(muscle.weights);
     list(muscle.mass);
     list(muscle.springs.stiffness);
@@ -281,7 +343,7 @@ Model build_model(const Scene& scene) {
   Model model;
   model.scene = scene;
   model.warnings = scene.warnings;
-  model.volume = volume_method(scene.solver.volume);
+  model.volume = volume_method(scene.solver.volume, scene.solver.integrator == "explicit");
   model.skeleton = import_urdf(scene.rig, scene.folder);
   check_clip(model.scene.clip, model.skeleton, scene.clip_place, model.warnings);
   Pose bind_pose;

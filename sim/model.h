@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "muscles/carried_shape.h"
+#include "muscles/ring_springs.h"
 #include "muscles/skyline.h"
 #include "muscles/springs.h"
 #include "sim/scene.h"
@@ -21,6 +22,7 @@ struct Muscle {
   double rest_volume = 0.0;  ///< m^3
   CarriedShape shape;
   Springs springs;
+  RingSprings rings;         ///< the same by node, for explicit steps
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
   std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
@@ -38,7 +40,13 @@ struct Bone {
 };
 
 /// How the multiplier of the volume is found.
-enum class VolumeMethod { kNone, kPrinted, kLinear, kExact };
+enum class VolumeMethod {
+  kNone,
+  kPrinted,
+  kLinear,
+  kExact,       ///< explicit: linear in each substep, exact at the frame's end
+  kExactAlways  ///< explicit: exact in each substep
+};
 
 struct Model {
   Scene scene;

@@ -25,6 +25,10 @@ double length(const Row& d) { return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] 
 // fibres rest lengths follow the path, across them they keep the rest shape's.
 void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
   const Springs& springs = muscle.springs;
+  if (!muscle.shape.held.empty()) {
+    state.rest_length = springs.rest_length;
+    return;
+  }
   state.rest_length.resize(springs.nodes.size());
   if (muscle.swells) {
     Rows& tight = state.seen;  // scratch here

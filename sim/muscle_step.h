@@ -44,6 +44,7 @@ void iterate_local_global(const Model& model, int m, State& state);
 /// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many
 /// substeps of h (s) as the spectrum asks for.
 int explicit_substeps(const Muscle& muscle, double h);
-void step_explicit(const Model& model, int m, double h, State& state);
+/// `time` is the step's end, s.
+void step_explicit(const Model& model, int m, double time, double h, State& state);
 
 }  // namespace thew

@@ -40,22 +40,31 @@ struct SceneWrap {
   Place place = {};
 };
 
+/// Nodes of a soft body that a body of the rig holds: those in a box of the rest pose (m).
+struct SceneFixed {
+  std::string body;
+  Vec3 low = Vec3::Constant(-1e12), high = Vec3::Constant(1e12);
+  Place place = {};
+};
+
 struct SceneMuscle {
   enum class Shape { kTarget, kWeights };
   std::string name;
   Place place;
   std::filesystem::path mesh;  ///< empty: `profile` is used
   TubeProfile profile;
+  /// Empty: a soft body, which springs of rest length and its volume alone shape.
   std::vector<ScenePathPoint> path;
   std::vector<SceneWrap> wraps;
+  std::vector<SceneFixed> fixed;  ///< of a soft body; the first box that a node lies in counts
   /// m along the rest path, first and last ring of the belly; both 0: not given
   std::array<double, 2> belly = {0.0, 0.0};
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
   std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
-  double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass
-  double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape
+  double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass; a soft body has none
+  double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape; a soft body: 0
   double f_max = 0.0;         ///< N; 0: passive
   double fibre_length = 0.1;  ///< m, optimal
   std::vector<std::array<double, 2>> activation;  ///< (frame, 0..1); empty: 0
@@ -99,7 +108,7 @@ struct Scene {
   } skin;
   struct {
     std::string integrator = "local_global";  ///< explicit | local_global
-    std::string volume = "exact";             ///< none | printed | linear | exact
+    std::string volume = "exact";             ///< none | printed | linear | exact | exact_always
     int substeps = 1;  ///< a frame; explicit: at least, raised to the stable count
     int iterations = 3;
     Place place;

@@ -45,6 +45,15 @@ SceneWrap read_wrap(TomlValue& table, int segments) {
   return wrap;
 }
 
+SceneFixed read_fixed(TomlValue& table) {
+  SceneFixed fixed;
+  fixed.place = table.place;
+  fixed.body = text_of(require(table, "body"));
+  read(table, "low", fixed.low);
+  read(table, "high", fixed.high);
+  return fixed;
+}
+
 std::vector<double> read_weight_file(const fs::path& file) {
   std::vector<double> weights;
   const std::string text = read_whole(file, kWeightFileLimit);
@@ -102,6 +111,36 @@ void read_belly(TomlValue& value, std::array<double, 2>& belly) {
   if (belly[1] <= belly[0]) refuse(ends[1], "give more than " + number_text(belly[0]));
 }
 
+// What only a muscle with a path has.
+void read_along_path(TomlValue& table, SceneMuscle& muscle) {
+  for (TomlValue* wrap : tables_of(table, "wrap")) {
+    muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
+  }
+  if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
+  std::string shape = "target";
+  read(table, "shape", shape, {"target", "weights"});
+  muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;
+  read(table, "guide", muscle.guide, kNotNegative);
+  read(table, "f_max", muscle.f_max, kNotNegative);
+  read(table, "fibre_length", muscle.fibre_length, kPositive);
+  if (TomlValue* activation = find(table, "activation")) {
+    muscle.activation = pairs_of(*activation, "[frame, activation]", kFrames, kShare);
+  }
+}
+
+// A soft body has no carried shape to be drawn to; it may be held by bodies.
+void read_soft_body(TomlValue& table, SceneMuscle& muscle) {
+  muscle.shape = SceneMuscle::Shape::kWeights;
+  muscle.guide = muscle.damping = muscle.material.shape = 0.0;
+  for (TomlValue* fixed : tables_of(table, "fixed")) muscle.fixed.push_back(read_fixed(*fixed));
+  if (TomlValue* material = find(table, "material")) {
+    if (TomlValue* shape = find(*material, "shape")) {
+      if (number_of(*shape) != 0.0)
+        refuse(*shape, "remove it: a body without a path has no carried shape");
+    }
+  }
+}
+
 }  // namespace
 
 SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
@@ -111,22 +150,16 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
   const auto [kind, form] = require_one(table, {"mesh", "profile"});
   if (kind == "mesh") muscle.mesh = file_of(*form, folders);
   if (kind == "profile") read_tube(*form, muscle.profile);
-  read_path(require(table, "path"), muscle.path);
-  for (TomlValue* wrap : tables_of(table, "wrap")) {
-    muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
+  TomlValue* path = find(table, "path");
+  const bool has_path = path || kind == "profile";  // a profile runs along a path
+  if (has_path) read_path(path ? *path : require(table, "path"), muscle.path);
+  if (has_path) {
+    read_along_path(table, muscle);
+  } else {
+    read_soft_body(table, muscle);
   }
-  if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
   if (TomlValue* weights = find(table, "weights")) read_weights(*weights, folders, muscle);
-  std::string shape = "target";
-  read(table, "shape", shape, {"target", "weights"});
-  muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;
-  read(table, "guide", muscle.guide, kNotNegative);
   read(table, "damping", muscle.damping, kNotNegative);
-  read(table, "f_max", muscle.f_max, kNotNegative);
-  read(table, "fibre_length", muscle.fibre_length, kPositive);
-  if (TomlValue* activation = find(table, "activation")) {
-    muscle.activation = pairs_of(*activation, "[frame, activation]", kFrames, kShare);
-  }
   if (TomlValue* material = find(table, "material")) read_material(*material, muscle.material);
   read(table, "colour", muscle.colour, kShare);
   return muscle;

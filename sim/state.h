@@ -28,10 +28,12 @@ struct MuscleState : MuscleMotion {
   Rows searched;              ///< x when contacts were last looked for
   MuscleMotion frame_before;  ///< to go back to
   // Measures of the last frame.
-  double volume_error = 0.0;          ///< relative, at the end of its last step
-  double substep_volume_error = 0.0;  ///< relative, largest of all steps and substeps
-  int unreached = 0;                  ///< substeps in which the volume could not be reached
-  int weight_fallbacks = 0;           ///< iterations in which even weights had to stand in
+  double volume_error = 0.0;            ///< relative, at the end of its last step
+  double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
+  int unreached = 0;                    ///< substeps in which the volume could not be reached
+  Vec3 impulse = Vec3::Zero();          ///< N s, given by contact since the start (explicit)
+  Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
+  int weight_fallbacks = 0;             ///< iterations in which even weights had to stand in
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before;
   std::vector<double> push_before;

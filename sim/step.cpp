@@ -34,13 +34,13 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
   });
 }
 
-void solve_muscles(const Model& model, double h, Parallel& parallel, State& state) {
+void solve_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
   const int count = state.count();
   parallel.each(count, [&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { state.muscles[m].seen = state.muscles[m].x; };
   parallel.each(count, look);
   if (model.scene.solver.integrator == "explicit") {
-    parallel.each(count, [&](int m) { step_explicit(model, m, h, state); });
+    parallel.each(count, [&](int m) { step_explicit(model, m, time, h, state); });
     return;
   }
   parallel.each(count, [&](int m) { begin_local_global(model, m, h, state); });
@@ -62,7 +62,7 @@ void step(const Model& model, double time, double h, Parallel& parallel, State& 
     find_all_contacts(model, parallel, state);
   }
   StopWatch watch(seconds.muscles);
-  solve_muscles(model, h, parallel, state);
+  solve_muscles(model, time, h, parallel, state);
 }
 
 }  // namespace

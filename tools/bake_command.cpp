@@ -112,7 +112,7 @@ Report make_report(const Model& model, const CommandOptions& options,
   }
   report.warnings = model.warnings;
   char line[200];
-  if (result.resumed_frames == 0 && !result.settled.converged) {
+  if (scene.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
     std::snprintf(line, sizeof line,
                   "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
                   result.settled.seconds, result.settled.speed);

@@ -28,6 +28,8 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
 /// `basis` > 0: glTF with so many morph targets at most.
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
                         int basis);
+/// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
+ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
 ExitCode inspect_command(const CommandOptions& options);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.

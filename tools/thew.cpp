@@ -122,6 +122,14 @@ int run(int argc, char** argv) {
   update->add_option("--frames", options.frames, "those to keep; else as before");
   check->add_flag("--json", options.json, "print all measures");
   add_limits(*check, limits, millimetres);
+  CLI::App* paper = app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
+  bool quick = false;
+  std::filesystem::path cow;
+  paper->add_option("--out", options.out, "folder of the report")->required();
+  paper->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
+  paper->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
+      ->check(CLI::ExistingFile);
+  paper->add_option("--progress", options.progress, "auto, bar, plain, json or none");
 
   try {
     app.parse(argc, argv);
@@ -138,6 +146,7 @@ int run(int argc, char** argv) {
   if (*update) return static_cast<int>(golden_update_command(options, golden));
   if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
   if (*exporting) return static_cast<int>(export_command(options, meshes, basis));
+  if (*paper) return static_cast<int>(paper_command(options, quick, cow));
   return static_cast<int>(inspect_command(options));
 }
 

@@ -36,7 +36,7 @@ TEST(Scene, GeneralKeysAreRead) {
 TEST(Scene, MuscleKeysAreRead) {
   const fs::path file = kScenes / "every_key/scene.toml";
   const Scene scene = read_scene(file);
-  ASSERT_EQ(scene.muscles.size(), 3u);
+  ASSERT_EQ(scene.muscles.size(), 4u);
   const SceneMuscle& tube = scene.muscles[0];
   EXPECT_EQ(tube.name, "tube");
   EXPECT_EQ(tube.place, file.string() + ":16");
@@ -80,6 +80,17 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(scene.muscles[2].zone->largest_radius, 0.05);
   EXPECT_EQ(scene.muscles[2].zone->per_impulse, 1e-3);
   EXPECT_EQ(scene.muscles[2].zone->along_load, 0.5);
+
+  const SceneMuscle& soft = scene.muscles[3];
+  EXPECT_TRUE(soft.path.empty());
+  EXPECT_EQ(soft.shape, SceneMuscle::Shape::kWeights);
+  EXPECT_EQ(soft.guide, 0.0);
+  EXPECT_EQ(soft.damping, 0.0);
+  EXPECT_EQ(soft.material.shape, 0.0);
+  ASSERT_EQ(soft.fixed.size(), 1u);
+  EXPECT_EQ(soft.fixed[0].body, "ulna");
+  EXPECT_EQ(soft.fixed[0].low, Vec3(-1, -1, 0));
+  EXPECT_EQ(soft.fixed[0].high, Vec3(1, 0.5, 1));
 }
 
 TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "muscles/ring_springs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "rig/vectorise.h"
+
+namespace thew {
+namespace {
+
+using Lanes = RingSprings::Lanes;
+constexpr int kLanes = RingSprings::kLanes;
+
+// Springs by their two ends, each to be taken once by either end: two edges of a small mesh may
+// have the same pair opposite.
+using SpringsByEnds = std::map<std::array<int, 2>, std::vector<int>>;
+
+struct Ring {
+  std::vector<int> other, spring;  // edges, then opposite vertices
+};
+
+int take(SpringsByEnds& by_ends, int a, int b) {
+  const auto found = by_ends.find({a, b});
+  if (found == by_ends.end() || found->second.empty()) return -1;
+  const int spring = found->second.back();
+  found->second.pop_back();
+  return spring;
+}
+
+// `third` is the corner of the triangle on the left of each directed edge.
+Ring ring_of(int node, int first, const std::map<std::array<int, 2>, int>& third,
+             SpringsByEnds& edges, SpringsByEnds& opposites) {
+  Ring ring;
+  int at = first;
+  do {
+    ring.other.push_back(at);
+    ring.spring.push_back(take(edges, node, at));
+    at = third.at({node, at});
+  } while (at != first);
+  const size_t degree = ring.other.size();
+  for (size_t j = 0; j < degree; ++j) {
+    const int a = ring.other[j], b = ring.other[(j + 1) % degree];
+    const int opposite = third.at({b, a});
+    const int spring = opposite == node ? -1 : take(opposites, node, opposite);
+    ring.other.push_back(spring < 0 ? a : opposite);  // no spring: anything but the node itself
+    ring.spring.push_back(spring);
+  }
+  return ring;
+}
+
+void add_slice(const std::vector<Ring>& rings, const std::vector<int>& nodes, size_t from,
+               const Springs& springs, RingSprings& out) {
+  RingSprings::Slice slice;
+  slice.degree = static_cast<int>(rings[nodes[from]].other.size()) / 2;
+  slice.first = static_cast<int>(out.other.size());
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const size_t at = from + lane;
+    const bool counts = at < nodes.size() && slice.count == lane &&
+                        rings[nodes[at]].other.size() == 2u * slice.degree;
+    slice.node[lane] = counts ? nodes[at] : slice.node[lane - 1];
+    slice.count += counts;
+  }
+  for (int j = 0; j < 2 * slice.degree; ++j) {
+    RingSprings::Indices other, spring;
+    Lanes stiffness, rest_length;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Ring& ring = rings[slice.node[lane]];
+      const int k = spring[lane] = ring.spring[j];
+      other[lane] = ring.other[j];
+      stiffness[lane] = k < 0 ? 0.0 : springs.stiffness[k];
+      rest_length[lane] = k < 0 ? 0.0 : springs.rest_length[k];
+    }
+    out.other.push_back(other);
+    out.spring.push_back(spring);
+    out.stiffness.push_back(stiffness);
+    out.rest_length.push_back(rest_length);
+  }
+  out.slices.push_back(slice);
+}
+
+// Always inlined: across two instruction sets vectors are passed in different registers.
+struct Lanes3 {
+  Lanes x, y, z;
+};
+
+[[gnu::always_inline]] inline Lanes pair_of(Row a, Row b) {
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+// Eight rows, transposed in registers.
+[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
+  const Lanes a = pair_of(rows[i[0]], rows[i[1]]), b = pair_of(rows[i[2]], rows[i[3]]);
+  const Lanes c = pair_of(rows[i[4]], rows[i[5]]), d = pair_of(rows[i[6]], rows[i[7]]);
+  const Lanes xy0 = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13);
+  const Lanes xy1 = __builtin_shufflevector(c, d, 0, 4, 8, 12, 1, 5, 9, 13);
+  const Lanes z0 = __builtin_shufflevector(a, b, 2, 6, 10, 14, 2, 6, 10, 14);
+  const Lanes z1 = __builtin_shufflevector(c, d, 2, 6, 10, 14, 2, 6, 10, 14);
+  return {__builtin_shufflevector(xy0, xy1, 0, 1, 2, 3, 8, 9, 10, 11),
+          __builtin_shufflevector(xy0, xy1, 4, 5, 6, 7, 12, 13, 14, 15),
+          __builtin_shufflevector(z0, z1, 0, 1, 2, 3, 8, 9, 10, 11)};
+}
+
+[[gnu::always_inline]] inline Lanes3 minus(const Lanes3& a, const Lanes3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+[[gnu::always_inline]] inline void add_cross(const Lanes3& a, const Lanes3& b, Lanes3& sum) {
+  sum.x += a.y * b.z - a.z * b.y;
+  sum.y += a.z * b.x - a.x * b.z;
+  sum.z += a.x * b.y - a.y * b.x;
+}
+
+[[gnu::always_inline]] inline Lanes root(const Lanes& a) {
+  Lanes out;
+  for (int l = 0; l < kLanes; ++l) out[l] = std::sqrt(a[l]);
+  return out;
+}
+
+struct RingPass {
+  const RingSprings& rings;
+  const Row *x, *v;
+  double dashpot;
+  Row *f, *gradient;
+
+  // f += k (1 + (dashpot rate - L) / |d|) d, rate = d . w / |d|, w the difference of velocities.
+  [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
+                                         Lanes3& sum) const {
+    const Lanes3 w = minus(gather(v, rings.other[slot].data()), u);
+    const Lanes squared = d.x * d.x + d.y * d.y + d.z * d.z;
+    const Lanes length = root(squared);
+    const Lanes rate = dashpot * (d.x * w.x + d.y * w.y + d.z * w.z);
+    const Lanes pull =
+        rings.stiffness[slot] * ((squared - rings.rest_length[slot] * length + rate) / squared);
+    sum.x += pull * d.x;
+    sum.y += pull * d.y;
+    sum.z += pull * d.z;
+  }
+
+  template <bool kGradient>
+  [[gnu::always_inline]] void slice(const RingSprings::Slice& at, int degree) const {
+    const Lanes3 p = gather(x, at.node.data()), u = gather(v, at.node.data());
+    Lanes3 sum = {}, area = {}, first = {}, before = {};
+    for (int j = at.first; j < at.first + degree; ++j) {
+      const Lanes3 d = minus(gather(x, rings.other[j].data()), p);
+      add_spring(j, d, u, sum);
+      if (!kGradient) continue;
+      if (j > at.first) {
+        add_cross(before, d, area);
+      } else {
+        first = d;
+      }
+      before = d;
+    }
+    if (kGradient) add_cross(before, first, area);
+    for (int j = at.first + degree; j < at.first + 2 * degree; ++j) {
+      add_spring(j, minus(gather(x, rings.other[j].data()), p), u, sum);
+    }
+    for (int l = 0; l < at.count; ++l) {
+      f[at.node[l]] = Row{sum.x[l], sum.y[l], sum.z[l], 0.0};
+      if (kGradient) {
+        gradient[at.node[l]] = Row{area.x[l], area.y[l], area.z[l], 0.0} * (1.0 / 6.0);
+      }
+    }
+  }
+
+  // A degree known at compile time is worth a third of the time.
+  template <bool kGradient>
+  [[gnu::always_inline]] void all() const {
+    for (const RingSprings::Slice& at : rings.slices) {
+      switch (at.degree) {
+        case 5:
+          slice<kGradient>(at, 5);
+          break;
+        case 6:
+          slice<kGradient>(at, 6);
+          break;
+        case 7:
+          slice<kGradient>(at, 7);
+          break;
+        default:
+          slice<kGradient>(at, at.degree);
+      }
+    }
+  }
+};
+
+THEW_VECTORISED
+void plain_pass(const RingPass& pass) { pass.all<false>(); }
+
+THEW_VECTORISED
+void gradient_pass(const RingPass& pass) { pass.all<true>(); }
+
+}  // namespace
+
+RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
+                              const Springs& springs) {
+  std::map<std::array<int, 2>, int> third;
+  std::vector<int> first(nodes, -1);
+  for (const Triangle& t : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      third[{a, b}] = t[(k + 2) % 3];
+      if (first[a] < 0) first[a] = b;
+    }
+  }
+  SpringsByEnds edges, opposites;
+  for (int k = static_cast<int>(springs.nodes.size()) - 1; k >= 0; --k) {
+    const auto [a, b] = springs.nodes[k];
+    SpringsByEnds& by_ends = k < springs.structural ? edges : opposites;
+    by_ends[{a, b}].push_back(k);
+    by_ends[{b, a}].push_back(k);
+  }
+  std::vector<Ring> rings;
+  std::vector<int> order;
+  for (int i = 0; i < nodes; ++i) {
+    rings.push_back(ring_of(i, first[i], third, edges, opposites));
+    order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return rings[a].other.size() < rings[b].other.size(); });
+  RingSprings out;
+  for (size_t at = 0; at < order.size(); at += out.slices.back().count) {
+    add_slice(rings, order, at, springs, out);
+  }
+  return out;
+}
+
+void set_rest_lengths(const std::vector<double>& rest_length, RingSprings& rings) {
+  for (size_t slot = 0; slot < rings.spring.size(); ++slot) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int k = rings.spring[slot][lane];
+      if (k >= 0) rings.rest_length[slot][lane] = rest_length[k];
+    }
+  }
+}
+
+void ring_forces(const RingSprings& rings, const Rows& x, const Rows& v, double dashpot, Rows& f,
+                 Rows* gradient) {
+  f.resize(x.size());
+  if (gradient) gradient->resize(x.size());
+  const RingPass pass{rings,   x.data(), v.data(),
+                      dashpot, f.data(), gradient ? gradient->data() : nullptr};
+  gradient ? gradient_pass(pass) : plain_pass(pass);
+}
+
+}  // namespace thew

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// author_paper FOLDER: makes the meshes of the paper's scenes, for assets/paper.
+#include <cstdio>
+
+#include "tools/paper_shapes.h"
+
+namespace thew {
+namespace {
+
+TriMesh scaled(TriMesh mesh, const Vec3& factor) {
+  for (Vec3& p : mesh.vertices) p = p.cwiseProduct(factor);
+  return mesh;
+}
+
+void write_all(const std::filesystem::path& folder) {
+  const Vec3 ball = Vec3::Constant(0.1), cube = Vec3::Constant(0.2);
+  for (int triangles : {1470, 1766, 9800}) {
+    write_obj(folder / ("ball_" + std::to_string(triangles) + ".obj"), "ball of radius 0.1",
+              scaled(paper_ball(triangles), ball));
+  }
+  write_obj(folder / "box.obj", "unit cube", paper_cube(12, false));
+  write_obj(folder / "probe.obj", "unit sphere", paper_probe(31));
+  write_obj(folder / "cube_1536.obj", "cube of 0.2", scaled(paper_cube(8, true), cube));
+  write_obj(folder / "cube_19200.obj", "cube of 0.2", scaled(paper_cube(40, false), cube));
+  write_obj(folder / "torus.obj", "torus", paper_torus(0.07, 0.03, 28, 66));
+  write_obj(folder / "two_rings.obj", "surface of genus 2", paper_two_rings(4000));
+  write_obj(folder / "finger.obj", "finger", paper_finger(3600));
+  write_obj(folder / "cow.obj", "quadruped", paper_cow(14136));
+}
+
+}  // namespace
+}  // namespace thew
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: author_paper FOLDER\n");
+    return static_cast<int>(thew::ExitCode::kUsage);
+  }
+  try {
+    thew::write_all(argv[1]);
+  } catch (const thew::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return static_cast<int>(error.code());
+  }
+}

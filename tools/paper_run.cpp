@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/paper_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "muscles/volume.h"
+#include "sim/bake.h"
+#include "sim/drive.h"
+#include "sim/step.h"
+#include "tools/commands.h"
+#include "tools/renderer.h"
+
+namespace thew {
+namespace {
+
+std::vector<Vec3> points_of(const Rows& rows) {
+  std::vector<Vec3> points;
+  for (const Row& row : rows) points.push_back(to_vec(row));
+  return points;
+}
+
+double deepest_in_bones(const Model& model, const State& state) {
+  double deepest = 0.0;
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    for (int m = 0; m < state.count(); ++m) {
+      for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
+        if (model.muscles[m].driven[i]) continue;
+        const ClosestPoint at =
+            closest_point(model.bones[b].surface, state.bones[b].bvh, state.bones[b].x,
+                          to_vec(state.muscles[m].x[i]), 0.01);
+        if (at.triangle >= 0) deepest = std::max(deepest, -at.distance);
+      }
+    }
+  }
+  return deepest;
+}
+
+void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
+  run.frames.push_back(frame);
+  for (int m = 0; m < run.state.count(); ++m) {
+    const Muscle& muscle = run.model.muscles[m];
+    const double ratio =
+        enclosed_volume(run.state.muscles[m].x, muscle.rest.triangles) / muscle.rest_volume;
+    if (m == 0) run.volume.push_back(ratio);
+    run.volume_error = std::max(run.volume_error, std::abs(ratio - 1.0));
+  }
+  run.zone_radius.push_back(run.state.muscles[0].zone_radius);
+  if (ask.measures) {
+    run.penetration = std::max(run.penetration, deepest_in_bones(run.model, run.state));
+  }
+  if (std::find(ask.keep.begin(), ask.keep.end(), frame) != ask.keep.end()) {
+    run.kept[frame] = points_of(run.state.muscles[0].x);
+  }
+}
+
+}  // namespace
+
+double cpu_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return now.tv_sec + 1e-9 * now.tv_nsec;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+PaperRun run_scene(const PaperAsk& ask) {
+  PaperRun run;
+  run.model = build_model(read_scene(ask.scene, ask.overrides));
+  const Scene& scene = run.model.scene;
+  Parallel one(1);
+  StageSeconds stages;
+  run.state = initial_state(run.model);
+  settle(run.model, one, run.state);
+  const int first = scene.first_frame, last = ask.last > 0 ? ask.last : scene.last_frame;
+  note_frame(first, ask, run);
+  for (int frame = first + 1; frame <= last; ++frame) {
+    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
+    const double begin = cpu_seconds();
+    step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
+    run.seconds += (cpu_seconds() - begin) / (last - first);
+    note_frame(frame, ask, run);
+  }
+  return run;
+}
+
+std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                const std::function<void()>& on_run) {
+  std::vector<std::vector<double>> seconds(asks.size());
+  for (int r = 0; r < repetitions; ++r) {
+    for (size_t k = 0; k < asks.size(); ++k) {
+      seconds[k].push_back(run_scene(asks[k]).seconds);
+      on_run();
+    }
+  }
+  std::vector<double> medians;
+  for (const auto& values : seconds) medians.push_back(median(values));
+  return medians;
+}
+
+namespace {
+
+SceneView view_of(const Scene& scene, const std::string& name) {
+  for (const SceneView& view : scene.render.views) {
+    if (name.empty() || view.name == name) return view;
+  }
+  throw Error(ExitCode::kUsage, scene.file.string() + ": has no view \"" + name + "\"");
+}
+
+}  // namespace
+
+Image draw_run(const PaperRun& run, bool bones, const std::string& view) {
+  const BakeInfo info = bake_info(run.model, {});
+  std::vector<BakeMesh> meshes;
+  std::vector<std::vector<Vec3>> positions;
+  for (size_t i = 0; i < info.meshes.size(); ++i) {
+    const BakeMesh& mesh = info.meshes[i];
+    if (mesh.kind == BakeMesh::Kind::kBone && !bones) continue;
+    meshes.push_back(mesh);
+    const size_t muscles = run.model.muscles.size(), b = i - muscles;
+    positions.push_back(points_of(i < muscles                  ? run.state.muscles[i].x
+                                  : b < run.model.bones.size() ? run.state.bones[b].x
+                                                               : run.state.skin.x));
+  }
+  const Scene& scene = run.model.scene;
+  Renderer renderer(scene.render.width, scene.render.height, meshes);
+  return renderer.draw(view_of(scene, view), positions);
+}
+
+Image draw_surface(const Scene& scene, const TriMesh& mesh) {
+  const std::vector<BakeMesh> meshes = {{"body", BakeMesh::Kind::kMuscle, mesh, {}, {}}};
+  Renderer renderer(scene.render.width, scene.render.height, meshes);
+  return renderer.draw(view_of(scene, ""), {mesh.vertices});
+}
+
+}  // namespace thew

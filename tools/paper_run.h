@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/model.h"
+#include "sim/state.h"
+#include "tools/image.h"
+
+namespace thew {
+
+double cpu_seconds();
+double median(std::vector<double> values);
+
+/// One run of a scene, frame by frame, on one thread.
+struct PaperRun {
+  Model model;
+  State state;                ///< at the last frame
+  double seconds = 0.0;       ///< CPU, a frame, the mean of all
+  double volume_error = 0.0;  ///< |V/V0 - 1|, largest of all frames and bodies
+  double penetration = 0.0;   ///< m, largest of all frames: free nodes inside bones
+  std::vector<int> frames;
+  std::vector<double> volume;             ///< V/V0 of the first body by frame
+  std::vector<double> zone_radius;        ///< m, of the first body by frame
+  std::map<int, std::vector<Vec3>> kept;  ///< nodes of the first body at the asked frames
+};
+struct PaperAsk {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;
+  int last = 0;           ///< frame; 0: the scene's own
+  std::vector<int> keep;  ///< frames whose nodes are kept
+  bool measures = false;  ///< penetration too; not to be timed
+};
+PaperRun run_scene(const PaperAsk& ask);
+/// Only timed, several scenes in turn: medians of CPU seconds a frame, one per ask.
+std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                const std::function<void()>& on_run);
+
+/// What the run looks like at its end, by the scene's first view (or `view`, by name); without
+/// bones where `bones` is false.
+Image draw_run(const PaperRun& run, bool bones, const std::string& view = "");
+/// The same view, another surface.
+Image draw_surface(const Scene& scene, const TriMesh& mesh);
+
+}  // namespace thew

@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/mesh_import.h"
 
-#include <assimp/BaseImporter.h>
-#include <assimp/config.h>
-#include <assimp/importerdesc.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/IOStream.hpp>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
-#include <cstring>
 #include <utility>
 
+#include "rig/assimp_scene.h"
 #include "rig/child.h"
 #include "rig/packed.h"
 #include "rig/text.h"
@@ -23,91 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFileLimit = size_t{256} << 20;     // bytes
 constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ExitCode::kInput, file.string() + ": " + what);
-}
-
-// A file read as a whole: assimp never holds a handle.
-class Bytes : public Assimp::IOStream {
- public:
-  explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
-  size_t Read(void* to, size_t size, size_t count) override {
-    if (size == 0) return 0;
-    const size_t whole = std::min(count, (bytes_.size() - at_) / size);
-    std::memcpy(to, bytes_.data() + at_, whole * size);
-    at_ += whole * size;
-    return whole;
-  }
-  size_t Write(const void*, size_t, size_t) override { return 0; }
-  aiReturn Seek(size_t offset, aiOrigin origin) override {
-    const size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
-    const size_t target = base + offset;  // a negative offset arrives wrapped, and wraps back
-    if (target > bytes_.size()) return aiReturn_FAILURE;
-    at_ = target;
-    return aiReturn_SUCCESS;
-  }
-  size_t Tell() const override { return at_; }
-  size_t FileSize() const override { return bytes_.size(); }
-  void Flush() override {}
-
- private:
-  std::string bytes_;
-  size_t at_ = 0;
-};
-
-// Opens regular files of one folder (and below) for reading, and nothing else: glTF buffers and
-// OBJ material libraries may name any path.
-class ConfinedFiles : public Assimp::IOSystem {
- public:
-  ConfinedFiles(fs::path folder, std::string& refused)
-      : folder_(std::move(folder)), refused_(refused) {}
-  bool Exists(const char* name) const override {
-    std::error_code error;
-    const fs::path file = fs::canonical(folder_ / name, error);  // an absolute name replaces it
-    return !error && is_below(file, folder_) && fs::is_regular_file(file, error);
-  }
-  char getOsSeparator() const override { return '/'; }
-  Assimp::IOStream* Open(const char* name, const char* mode) override {
-    if (std::strpbrk(mode, "wa+")) return nullptr;
-    if (!Exists(name)) {
-      if (refused_.empty()) refused_ = name;
-      return nullptr;
-    }
-    return new Bytes(read_whole(fs::canonical(folder_ / name), kFileLimit));
-  }
-  void Close(Assimp::IOStream* stream) override { delete stream; }
-
- private:
-  fs::path folder_;
-  std::string& refused_;  // the first name that was not opened
-};
-
-bool serves(const Assimp::BaseImporter& importer, const std::string& ending) {
-  for (const std::string_view word : split_words(importer.GetInfo()->mFileExtensions)) {
-    if (word == ending) return true;
-  }
-  return false;
-}
-
-// Only the importers of the file's own ending remain: no guessing by content.
-void keep_importers(Assimp::Importer& importer, const std::string& ending) {
-  for (size_t i = importer.GetImporterCount(); i-- > 0;) {
-    Assimp::BaseImporter* candidate = importer.GetImporter(i);
-    if (serves(*candidate, ending)) continue;
-    importer.UnregisterLoader(candidate);
-    delete candidate;
-  }
-}
-
-Eigen::Matrix4d to_matrix(const aiMatrix4x4& m) {
-  Eigen::Matrix4d result;
-  for (int i = 0; i < 4; ++i) {
-    for (int k = 0; k < 4; ++k) result(i, k) = m[i][k];
-  }
-  return result;
 }
 
 // Appends the triangles of one mesh under its node's transform; a mirroring one turns them round.
@@ -162,49 +72,14 @@ TriMesh collect(const fs::path& file, const aiScene& scene) {
   return mesh;
 }
 
-std::string lower_ending(const fs::path& file) {
-  std::string ending = file.extension().string();
-  if (!ending.empty()) ending.erase(0, 1);
-  for (char& c : ending) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return ending;
-}
-
-TriMesh read_through_assimp(const fs::path& file, const std::string& ending) {
-  const fs::path real = fs::canonical(file);
-  std::string refused;
+TriMesh read_through_assimp(const fs::path& file) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new ConfinedFiles(real.parent_path(), refused));  // the importer owns it
-  keep_importers(importer, ending);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
-                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // FBX says its unit, usually the centimetre, in its header. Never JoinIdenticalVertices: it joins
-  // by nearness, the weld by equality.
-  const unsigned steps = aiProcess_Triangulate | aiProcess_SortByPType |
-                         (ending == "fbx" ? unsigned{aiProcess_GlobalScale} : 0u);
-  const aiScene* scene = nullptr;
-  std::string cause;
-  try {
-    scene = importer.ReadFile(real.string(), steps);
-    cause = importer.GetErrorString();
-  } catch (const std::exception& error) {
-    cause = error.what();
-  }
-  if (!scene || !scene->mRootNode || !scene->HasMeshes()) {
-    if (!refused.empty()) {
-      cause += (cause.empty() ? "" : "; ") + ("it needs \"" + refused) +
-               "\", which is no regular file in its folder";
-    }
-    refuse(file, "cannot be read as ." + ending + " (" + (cause.empty() ? "no mesh" : cause) +
-                     "); export it again, for instance as OBJ");
-  }
-  return collect(file, *scene);
+  return collect(file, read_assimp_scene(file, true, importer));
 }
 
 // assimp searches a header without an end for ever, and sets aside what a header claims.
 void check_ply_header(const fs::path& file) {
-  const std::string bytes = read_whole(file, kFileLimit);
+  const std::string bytes = read_whole(file, kAssimpFileLimit);
   const std::string_view head = std::string_view(bytes).substr(0, kPlyHeaderLimit);
   for (size_t begin = 0; begin < head.size();) {
     const size_t end = std::min(head.find('\n', begin), head.size());
@@ -228,9 +103,9 @@ void walk(Archive& archive, TriMesh& mesh) {
 }
 
 // assimp 5.2 hangs and crashes on some damaged files of all formats.
-TriMesh read_in_child(const fs::path& file, const std::string& ending) {
+TriMesh read_in_child(const fs::path& file) {
   Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
-    TriMesh mesh = read_through_assimp(file, ending);
+    TriMesh mesh = read_through_assimp(file);
     Packer packer;
     walk(packer, mesh);
     return packer.bytes;
@@ -260,9 +135,9 @@ ImportedMesh import_mesh(const fs::path& file) {
     refuse(file, "meshes ending in \"." + ending +
                      "\" are not read; save it as OBJ, STL, PLY, glTF, FBX or Collada");
   }
-  check_readable(file, kFileLimit);
+  check_readable(file, kAssimpFileLimit);
   if (ending == "ply") check_ply_header(file);
-  const TriMesh raw = read_in_child(file, ending);
+  const TriMesh raw = read_in_child(file);
   if (raw.triangles.empty()) refuse(file, "holds no triangles; export the mesh with its faces");
   WeldResult welded = weld(raw);
   return {std::move(welded.mesh), std::move(welded.map_back),

@@ -9,6 +9,7 @@
 #include "rig/math.h"
 #include "rig/mesh_import.h"
 #include "rig/urdf_import.h"
+#include "sim/character_rig.h"
 #include "sim/hash.h"
 
 namespace thew {
@@ -272,6 +273,7 @@ std::string solver_hash(const Model& model) {
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
   for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   faces(model.skin.surface.triangles);
+  hash_character(model, hash);
   return hash.hex();
 }
 
@@ -282,7 +284,11 @@ Model build_model(const Scene& scene) {
   model.scene = scene;
   model.warnings = scene.warnings;
   model.volume = volume_method(scene.solver.volume);
-  model.skeleton = import_urdf(scene.rig, scene.folder);
+  if (scene.character.given) {
+    build_character(scene, model);
+  } else {
+    model.skeleton = import_urdf(scene.rig, scene.folder);
+  }
   check_clip(model.scene.clip, model.skeleton, scene.clip_place, model.warnings);
   Pose bind_pose;
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
@@ -290,8 +296,10 @@ Model build_model(const Scene& scene) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
   }
   model.bones = load_bones(model.skeleton);
+  load_character_bones(scene, model);
   model.ignore = ignored_pairs(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
+  if (scene.skin.skinned) build_skinned(model);
   model.hash = solver_hash(model);
   return model;
 }

@@ -70,6 +70,30 @@ struct SceneView {
   double field_of_view = 30.0;  ///< degrees, vertical
 };
 
+/// A joint that turns a body of a character about one axis, so that keys can drive it.
+struct SceneHinge {
+  std::string name, body;
+  Vec3 axis = Vec3::UnitX();  ///< unit, in the body's frame
+  double at_bind = 0.0;       ///< rad, its angle in the bind pose; muscles are made at 0
+  std::array<double, 2> range = {-3.2, 3.2};  ///< rad
+  Place place;
+};
+struct SceneBone {
+  std::string name, body;
+  std::filesystem::path mesh;  ///< in the body's frame
+  Place place;
+};
+/// What [rig] says where its file is a character's.
+struct SceneCharacter {
+  bool given = false;
+  double scale = 1.0;
+  std::string animation;         ///< of the character; empty: the clip's keys, or `motion`
+  std::filesystem::path motion;  ///< BVH
+  std::vector<std::array<std::string, 2>> motion_names;  ///< its body -> the character's
+  std::vector<SceneHinge> hinges;
+  std::vector<SceneBone> bones;
+};
+
 struct Bound {
   /// volume_error, substep_volume_error, penetration, poke_through, attachment_gap
   std::string quantity;
@@ -88,12 +112,14 @@ struct Scene {
 
   std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
   Place rig_place;
+  SceneCharacter character;
   Clip clip;  ///< sampled with time 0 at the first frame; has one key at least
   Place clip_place;
 
   std::vector<SceneMuscle> muscles;
   struct {
     std::filesystem::path mesh;  ///< empty: no skin
+    bool skinned = false;        ///< the character's own mesh by its own weights; no `mesh`
     SkinSettings settings;
     Place place;
   } skin;

@@ -36,25 +36,35 @@ Affine to_affine(const aiMatrix4x4& m) {
   return out;
 }
 
-std::string name_of(const aiNode& node, int index, std::set<std::string>& taken) {
-  std::string name = node.mName.C_Str();
-  if (name.empty()) name = "node_" + std::to_string(index);
-  const std::string plain = name;
-  for (int k = 2; !taken.insert(name).second; ++k) name = plain + "_" + std::to_string(k);
-  return name;
-}
-
 // Nodes, parents before children, in the file's order.
 struct Nodes {
   std::vector<const aiNode*> nodes;
-  std::map<std::string, int> by_name;  // the first of a name
-  std::vector<Affine> world;           // at rest
+  std::map<std::string, int> by_name;
+  std::vector<Affine> world;  // at rest
 };
+
+// Where a mesh and a bone share a name, as Blender lets them, the bone is meant.
+void name_bodies(Nodes& nodes, std::vector<std::string>& names) {
+  names.resize(nodes.nodes.size());
+  std::set<std::string> taken;
+  for (const bool of_meshes : {false, true}) {
+    for (size_t i = 0; i < names.size(); ++i) {
+      const aiNode& node = *nodes.nodes[i];
+      if ((node.mNumMeshes > 0) != of_meshes) continue;
+      nodes.by_name.emplace(node.mName.C_Str(), static_cast<int>(i));
+      std::string plain = node.mName.C_Str();
+      if (plain.empty()) plain = "node_" + std::to_string(i);
+      names[i] = plain;
+      for (int k = 2; !taken.insert(names[i]).second; ++k) {
+        names[i] = plain + "_" + std::to_string(k);
+      }
+    }
+  }
+}
 
 Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
                      Character& character) {
   Nodes out;
-  std::set<std::string> taken;
   std::vector<std::pair<const aiNode*, int>> open = {{scene.mRootNode, -1}};
   while (!open.empty()) {
     const auto [node, parent] = open.back();
@@ -67,13 +77,12 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
       refuse(file, "node \"" + std::string(node->mName.C_Str()) + "\" has no sound transform");
     }
     out.nodes.push_back(node);
-    out.by_name.emplace(node->mName.C_Str(), index);
     out.world.push_back(parent < 0 ? local : out.world[parent] * local);
     character.rest.push_back(local);
-    character.skeleton.body_names.push_back(name_of(*node, index, taken));
     character.skeleton.parent.push_back(parent);
     for (unsigned i = node->mNumChildren; i-- > 0;) open.emplace_back(node->mChildren[i], index);
   }
+  name_bodies(out, character.skeleton.body_names);
   return out;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,16 @@ ExitCode bake_command(const CommandOptions& options);
 /// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
 ExitCode inspect_command(const CommandOptions& options);
+
+struct NewOptions {
+  std::filesystem::path character, out;
+  std::map<std::string, std::string> map;  ///< part of the arm -> body
+  std::string side = "both";               ///< left | right | both
+  double scale = 1.0;
+  bool force = false;
+};
+/// Character -> a scene with the template's muscles on it.
+ExitCode new_command(const NewOptions& options);
 
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();

@@ -16,6 +16,28 @@ void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
 }
 
+CLI::App* add_new(CLI::App& app, NewOptions& options) {
+  CLI::App* command = app.add_subcommand("new", "a scene for another character");
+  command->add_option("CHARACTER", options.character, "glTF, FBX or Collada")->required();
+  command->add_option("--out", options.out, "the scene, SCENE.toml")->required();
+  command->add_option("--template", "arm")->check(CLI::IsMember({"arm"}));
+  command->add_option("--side", options.side)->check(CLI::IsMember({"left", "right", "both"}));
+  command->add_option("--scale", options.scale, "times all lengths of the file")
+      ->check(CLI::Range(1e-6, 1e6));
+  command->add_option_function<std::vector<std::string>>(
+      "--map",
+      [&options](const std::vector<std::string>& pairs) {
+        for (const std::string& pair : pairs) {
+          const size_t middle = pair.find('=');
+          if (middle == std::string::npos) throw CLI::ValidationError("--map", "give PART=BODY");
+          options.map[pair.substr(0, middle)] = pair.substr(middle + 1);
+        }
+      },
+      "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
+  command->add_flag("--force", options.force, "replace a scene that is there");
+  return command;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
   app.set_version_flag("--version", "thew 0.1.0");
@@ -43,6 +65,9 @@ int run(int argc, char** argv) {
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
 
+  NewOptions new_options;
+  CLI::App* create = add_new(app, new_options);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -52,6 +77,7 @@ int run(int argc, char** argv) {
   listen_for_signals();
   if (*bake) return static_cast<int>(bake_command(options));
   if (*render) return static_cast<int>(render_command(options, scene));
+  if (*create) return static_cast<int>(new_command(new_options));
   return static_cast<int>(inspect_command(options));
 }
 

@@ -253,12 +253,13 @@ std::string view_text(const std::string& name, const char* show, const Vec3& eye
 std::string views_text(const Target& to) {
   const Vec3 shoulder = to.rest[to.arm.humerus].translation();
   const Vec3 elbow = to.fit.elbow, bend = to.fit.frame.col(0);
-  const double size = (shoulder - elbow).norm();
+  const Vec3 wrist = to.rest[to.arm.hand].translation();
+  const double size = (shoulder - elbow).norm() + (wrist - elbow).norm();
   const double way = (bend - bend.y() * Vec3::UnitY()).norm();
   Vec3 from = way > 0.3 ? Vec3(bend.x(), 0.0, bend.z()).normalized() : Vec3::UnitZ();
   const Vec3 out = to.fit.frame.col(2) - to.fit.frame.col(2).y() * Vec3::UnitY();
   from = (from + 0.8 * out + 0.25 * Vec3::UnitY()).normalized();
-  const Vec3 target = elbow + 0.1 * size * bend, eye = target + 4.8 * size * from;
+  const Vec3 target = elbow + 0.1 * size * bend, eye = target + 2.4 * size * from;
   return view_text("skin", "skin", eye, target) + view_text("muscles", "muscles", eye, target);
 }
 
@@ -297,7 +298,7 @@ fs::path bring_character(const fs::path& file, const fs::path& folder) {
   return file.filename();
 }
 
-void say_fit(const Target& to) {
+void say_fit(const Target& to, double scale) {
   const Skeleton& skeleton = to.character.skeleton;
   const double length = to.fit.along_upper * to.from.landmarks.elbow.norm();
   std::printf(
@@ -313,8 +314,8 @@ void say_fit(const Target& to) {
   if (length >= kShortestHumerus && length <= kLongestHumerus) return;
   std::fprintf(stderr,
                "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "
-               "is not the metre, add --scale %.3g\n",
-               length, 0.32 / length);
+               "is not the metre, give --scale %.3g\n",
+               length, scale * 0.32 / length);
 }
 
 }  // namespace
@@ -353,7 +354,7 @@ ExitCode new_command(const NewOptions& options) {
   std::optional<std::string> views;
   for (size_t i = 0; i < arms.size(); ++i) {
     const Target to{from, character, rest, arms[i], fits[i], arms[i].left ? "left" : "right"};
-    say_fit(to);
+    say_fit(to, options.scale);
     write_arm(to, folder, written);
     if (!views) views = views_text(to);
   }

@@ -45,16 +45,29 @@ Vec3 bend_direction(const Character& character, const ArmBodies& arm, const Vec3
   return angle > kSureBend || (angle > kLeastBend && agrees) ? bend.normalized() : forward;
 }
 
-// Vertices that go with a body more than with any other.
-std::vector<Vec3> vertices_of(const Character& character, int body) {
-  std::vector<Vec3> points;
+// Points on the edges that go with a body more than with any other: a low cylinder has vertices at
+// its ends alone.
+std::vector<Vec3> points_of(const Character& character, int body) {
+  constexpr int kSteps = 10;
   const SkinWeights& skin = character.skin;
-  for (size_t i = 0; i < character.mesh.vertices.size(); ++i) {
-    double mine = 0.0;
+  std::vector<char> mine(character.mesh.vertices.size(), 0);
+  for (size_t i = 0; i < mine.size(); ++i) {
+    double weight = 0.0;
     for (int k = skin.first[i]; k < skin.first[i + 1]; ++k) {
-      if (skin.links[skin.link[k]].body == body) mine += skin.weight[k];
+      if (skin.links[skin.link[k]].body == body) weight += skin.weight[k];
     }
-    if (mine > 0.5) points.push_back(character.mesh.vertices[i]);
+    mine[i] = weight > 0.5;
+  }
+  std::vector<Vec3> points;
+  for (const Triangle& t : character.mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      if (!mine[a] || !mine[b]) continue;
+      for (int step = 0; step < kSteps; ++step) {
+        const double u = (step + 0.5) / kSteps;
+        points.push_back((1.0 - u) * character.mesh.vertices[a] + u * character.mesh.vertices[b]);
+      }
+    }
   }
   return points;
 }
@@ -148,9 +161,9 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmLandma
 
   fit.along_upper = upper / landmarks.elbow.norm();
   fit.along_fore = fore / (landmarks.wrist - landmarks.elbow).norm();
-  fit.girth_upper = girth_ratio(girth_of(vertices_of(character, arm.humerus), shoulder, elbow),
+  fit.girth_upper = girth_ratio(girth_of(points_of(character, arm.humerus), shoulder, elbow),
                                 landmarks.girth_upper, fit.along_upper);
-  fit.girth_fore = girth_ratio(girth_of(vertices_of(character, arm.forearm), elbow, wrist),
+  fit.girth_fore = girth_ratio(girth_of(points_of(character, arm.forearm), elbow, wrist),
                                landmarks.girth_fore, fit.along_fore);
   fit.upper = stretched(fit.frame, shaft, fit.along_upper, fit.girth_upper);
   fit.fore = stretched(least_turn(straight, at_rest) * fit.frame, fore_template, fit.along_fore,

@@ -20,8 +20,15 @@ constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
   throw Error(ExitCode::kInput, file.string() + ": " + what);
 }
 
+struct Raw {
+  TriMesh mesh;
+  std::vector<std::array<float, 4>> colours;  // by vertex; white where a part has none
+  int coloured = 0;                           // vertices that have one
+};
+
 // Appends the triangles of one mesh under its node's transform; a mirroring one turns them round.
-void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, TriMesh& mesh) {
+void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, Raw& raw) {
+  TriMesh& mesh = raw.mesh;
   const int first = static_cast<int>(mesh.vertices.size());
   const int count = static_cast<int>(part.mNumVertices);
   const Mat3 linear = m.topLeftCorner<3, 3>();
@@ -30,6 +37,12 @@ void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, 
   for (int i = 0; i < count; ++i) {
     const Vec3 p(part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z);
     mesh.vertices.push_back(plain ? p : linear * p + shift);
+    std::array<float, 4> colour = {1, 1, 1, 1};
+    if (const aiColor4D* c = part.mColors[0]) {
+      colour = {c[i].r, c[i].g, c[i].b, c[i].a};
+      ++raw.coloured;
+    }
+    raw.colours.push_back(colour);
     if (mesh.vertices.back().allFinite()) continue;
     refuse(file, "mesh \"" + std::string(part.mName.C_Str()) + "\", vertex " + std::to_string(i) +
                      " is not finite: " + point_text(mesh.vertices.back()) +
@@ -54,8 +67,8 @@ void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, 
 }
 
 // All triangles of all nodes, depth first and in the file's order.
-TriMesh collect(const fs::path& file, const aiScene& scene) {
-  TriMesh mesh;
+Raw collect(const fs::path& file, const aiScene& scene) {
+  Raw mesh;
   std::vector<std::pair<const aiNode*, Eigen::Matrix4d>> open;
   open.emplace_back(scene.mRootNode, to_matrix(scene.mRootNode->mTransformation));
   while (!open.empty()) {
@@ -72,7 +85,7 @@ TriMesh collect(const fs::path& file, const aiScene& scene) {
   return mesh;
 }
 
-TriMesh read_through_assimp(const fs::path& file) {
+Raw read_through_assimp(const fs::path& file) {
   Assimp::Importer importer;
   return collect(file, read_assimp_scene(file, true, importer));
 }
@@ -97,33 +110,36 @@ void check_ply_header(const fs::path& file) {
 }
 
 template <typename Archive>
-void walk(Archive& archive, TriMesh& mesh) {
-  archive.list(mesh.vertices);
-  archive.list(mesh.triangles);
+void walk(Archive& archive, Raw& raw) {
+  archive.list(raw.mesh.vertices);
+  archive.list(raw.mesh.triangles);
+  archive.list(raw.colours);
+  archive.number(raw.coloured);
 }
 
 // assimp 5.2 hangs and crashes on some damaged files of all formats.
-TriMesh read_in_child(const fs::path& file) {
+Raw read_in_child(const fs::path& file) {
   Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
-    TriMesh mesh = read_through_assimp(file);
+    Raw mesh = read_through_assimp(file);
     Packer packer;
     walk(packer, mesh);
     return packer.bytes;
   });
   const std::string bytes = child.ask();
-  TriMesh mesh;
+  Raw raw;
   Unpacker unpacker{bytes};
-  walk(unpacker, mesh);
+  walk(unpacker, raw);
+  const TriMesh& mesh = raw.mesh;
   const auto nodes = static_cast<int>(mesh.vertices.size());
   const bool sound =
-      unpacker.finished() &&
+      unpacker.finished() && raw.colours.size() == mesh.vertices.size() &&
       std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
                   [](const Vec3& p) { return p.allFinite(); }) &&
       std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
         return std::all_of(t.begin(), t.end(), [&](int i) { return i >= 0 && i < nodes; });
       });
   if (!sound) child.refuse("its reader sent nonsense");
-  return mesh;
+  return raw;
 }
 
 }  // namespace
@@ -137,23 +153,39 @@ ImportedMesh import_mesh(const fs::path& file) {
   }
   check_readable(file, kAssimpFileLimit);
   if (ending == "ply") check_ply_header(file);
-  const TriMesh raw = read_in_child(file);
-  if (raw.triangles.empty()) refuse(file, "holds no triangles; export the mesh with its faces");
-  WeldResult welded = weld(raw);
-  return {std::move(welded.mesh), std::move(welded.map_back),
-          static_cast<int>(raw.vertices.size())};
+  const Raw raw = read_in_child(file);
+  if (raw.mesh.triangles.empty())
+    refuse(file, "holds no triangles; export the mesh with its faces");
+  WeldResult welded = weld(raw.mesh);
+  ImportedMesh out{std::move(welded.mesh),
+                   std::move(welded.map_back),
+                   static_cast<int>(raw.mesh.vertices.size()),
+                   {}};
+  if (raw.coloured == 0) return out;
+  out.colours.resize(out.mesh.vertices.size());
+  for (size_t i = out.map_back.size(); i-- > 0;) {  // the first vertex of a place has the last word
+    out.colours[out.map_back[i]] = raw.colours[i];
+  }
+  return out;
 }
 
-TriMesh import_closed_mesh(const fs::path& file) {
+ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& place) {
   ImportedMesh imported = import_mesh(file);
+  if (!place.matrix().isIdentity(0.0)) {
+    for (Vec3& p : imported.mesh.vertices) p = place * p;
+  }
   const std::vector<Defect> defects = find_defects(imported.mesh);
-  if (defects.empty()) return std::move(imported.mesh);
+  if (defects.empty()) return imported;
   std::string message = "is not a sound closed surface";
   for (const Defect& d : defects) {
     message += std::string("\n  ") + defect_name(d.kind) + ": " + std::to_string(d.count) +
                ", first " + d.where + "; " + d.fix;
   }
   refuse(file, message);
+}
+
+TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& place) {
+  return std::move(import_closed_mesh_whole(file, place).mesh);
 }
 
 }  // namespace thew

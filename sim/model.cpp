@@ -11,6 +11,7 @@
 #include "rig/urdf_import.h"
 #include "sim/character_rig.h"
 #include "sim/hash.h"
+#include "sim/muscle_weights.h"
 
 namespace thew {
 namespace {
@@ -48,21 +49,17 @@ std::vector<char> driven_nodes(const CarriedShape& shape) {
   return driven;
 }
 
-std::vector<double> node_weights(const Muscle& muscle, const std::string& place) {
+std::vector<double> node_weights(const Muscle& muscle, const ImportedMesh& imported,
+                                 const std::string& place) {
   const SceneMuscle& scene = muscle.settings;
   const size_t nodes = muscle.rest.vertices.size();
-  if (!scene.node_weights.empty() && scene.node_weights.size() != nodes) {
-    throw Error(ExitCode::kUsage, place + ": " + std::to_string(scene.node_weights.size()) +
-                                      " weights for a mesh of " + std::to_string(nodes) +
-                                      " vertices; give one per vertex, in the file's order");
-  }
+  const std::vector<double> painted = authored_weights(scene, muscle.rest, imported, place);
   const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
   std::vector<double> weights(nodes, 0.0);
   for (size_t i = 0; i < nodes; ++i) {
     if (muscle.driven[i]) continue;
     const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
-    const double authored =
-        scene.node_weights.empty() ? profile_weight(scene.weights, u) : scene.node_weights[i];
+    const double authored = painted.empty() ? profile_weight(scene.weights, u) : painted[i];
     weights[i] = authored * smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
   }
   try {
@@ -97,9 +94,14 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     throw Error(ExitCode::kUsage, place + ": belly reaches beyond the path, which is " +
                                       std::to_string(length) + " m long at rest");
   }
-  muscle.rest = scene.mesh.empty() ? make_tube(trace_path(path, bind_pose), scene.profile.around,
-                                               scene.profile.rings, scene.profile.radius)
-                                   : import_closed_mesh(scene.mesh);
+  ImportedMesh imported;
+  if (scene.mesh.empty()) {
+    muscle.rest = make_tube(trace_path(path, bind_pose), scene.profile.around, scene.profile.rings,
+                            scene.profile.radius);
+  } else {
+    imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
+    muscle.rest = imported.mesh;
+  }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
@@ -114,7 +116,7 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   }
   muscle.springs = make_springs(muscle.rest, fibres, scene.material);
   muscle.mass = lumped_masses(muscle.rest, scene.material.density);
-  muscle.weights = node_weights(muscle, place);
+  muscle.weights = node_weights(muscle, imported, place);
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);

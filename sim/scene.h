@@ -40,11 +40,22 @@ struct SceneWrap {
   Place place = {};
 };
 
+/// Weights that keep to places, so that they outlive edits of the mesh: each vertex takes that of
+/// the nearest place, which is no farther than the tolerance.
+struct SceneWeights {
+  std::vector<Vec3> places;  ///< m, in the rest pose
+  std::vector<double> weights;
+  double tolerance = 1e-3;     ///< m
+  int channel = -1;            ///< 0..3: of the colours of `mesh`; -1: none
+  std::filesystem::path mesh;  ///< whose colours; empty: the muscle's own
+};
+
 struct SceneMuscle {
   enum class Shape { kTarget, kWeights };
   std::string name;
   Place place;
-  std::filesystem::path mesh;  ///< empty: `profile` is used
+  std::filesystem::path mesh;                                ///< empty: `profile` is used
+  Eigen::Affine3d mesh_place = Eigen::Affine3d::Identity();  ///< from the file to the rest pose
   TubeProfile profile;
   std::vector<ScenePathPoint> path;
   std::vector<SceneWrap> wraps;
@@ -52,6 +63,7 @@ struct SceneMuscle {
   std::array<double, 2> belly = {0.0, 0.0};
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
+  SceneWeights painted;              ///< as well, by place or colour
   std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
   double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass

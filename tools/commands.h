@@ -24,7 +24,8 @@ struct CommandOptions {
 ExitCode bake_command(const CommandOptions& options);
 /// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
-ExitCode inspect_command(const CommandOptions& options);
+/// `repaired`: where the mesh goes once its safe repairs are done, or "".
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
 
 struct NewOptions {
   std::filesystem::path character, out;

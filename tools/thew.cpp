@@ -64,6 +64,8 @@ int run(int argc, char** argv) {
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
+  std::filesystem::path repaired;
+  inspect->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
 
   NewOptions new_options;
   CLI::App* create = add_new(app, new_options);
@@ -78,7 +80,7 @@ int run(int argc, char** argv) {
   if (*bake) return static_cast<int>(bake_command(options));
   if (*render) return static_cast<int>(render_command(options, scene));
   if (*create) return static_cast<int>(new_command(new_options));
-  return static_cast<int>(inspect_command(options));
+  return static_cast<int>(inspect_command(options, repaired));
 }
 
 }  // namespace

@@ -9,7 +9,8 @@
 namespace thew {
 namespace {
 
-constexpr int kSmoothings = 6;  // of the displacement, over the mesh
+constexpr double kSmoothed = 0.01;  // m, over which the displacement is evened out
+constexpr int kMostPasses = 50;
 
 void find_neighbours(SkinnedSkin& skin) {
   std::vector<std::set<int>> around(skin.mesh.vertices.size());
@@ -28,10 +29,25 @@ void find_neighbours(SkinnedSkin& skin) {
   }
 }
 
-// Half its own, half its neighbours' mean, several times: what one muscle's edge does to a single
-// row of vertices is spread over its surroundings.
+// n passes of half its own, half its neighbours' mean spread a value over e sqrt(n / 2), e the mean
+// edge near the muscles: none where the mesh is coarser than that.
+int passes_for(const SkinnedSkin& skin) {
+  double sum = 0.0;
+  int count = 0;
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    for (int k = skin.first_neighbour[i]; k < skin.first_neighbour[i + 1]; ++k) {
+      if (skin.share[i] <= 0.0) continue;
+      sum += to_vec(skin.rest[i] - skin.rest[skin.neighbours[k]]).norm();
+      ++count;
+    }
+  }
+  if (count == 0) return 0;
+  const double ratio = kSmoothed * count / sum;
+  return static_cast<int>(std::min(2.0 * ratio * ratio, 1.0 * kMostPasses));
+}
+
 void smooth(const SkinnedSkin& skin, Rows& push, Rows& before) {
-  for (int pass = 0; pass < kSmoothings; ++pass) {
+  for (int pass = 0; pass < skin.passes; ++pass) {
     before = push;
     for (size_t i = 0; i < push.size(); ++i) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
@@ -48,7 +64,7 @@ void smooth(const SkinnedSkin& skin, Rows& push, Rows& before) {
 SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const SkinWeights& weights, const std::vector<Affine>& rest,
                          const std::vector<Collider>& below, const SkinSettings& settings) {
-  SkinnedSkin skin{mesh, weights, map_back, {}, {}, {}, {}, {}, settings};
+  SkinnedSkin skin{mesh, weights, map_back, {}, {}, {}, {}, {}, settings, 0};
   skin_vertices(weights, mesh, rest, skin.rest);
   find_neighbours(skin);
   const size_t nodes = skin.rest.size();
@@ -65,6 +81,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
     skin.share.push_back(
         flesh.found ? 1.0 - smoothstep(0.5 * settings.reach, settings.reach, flesh.nearest) : 0.0);
   }
+  skin.passes = passes_for(skin);
   return skin;
 }
 

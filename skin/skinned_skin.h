@@ -20,6 +20,7 @@ struct SkinnedSkin {
   std::vector<double> share;  ///< of the muscles' displacement: 1 near them, 0 beyond reach
   std::vector<int> first_neighbour, neighbours;  ///< over the welded mesh, by first vertex
   SkinSettings settings;
+  int passes = 0;  ///< of smoothing, by the mesh's fineness
 };
 
 /// `below` are the muscles at rest, `rest` the bodies there.

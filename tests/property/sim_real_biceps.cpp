@@ -3,8 +3,8 @@
 // A real muscle, in millimetres and of another person, flexes on bones beside it.
 #include <gtest/gtest.h>
 
-#include "sim/step.h"
 #include "../unit/rig_temp.h"
+#include "sim/step.h"
 
 namespace thew {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "rig/character_import.h"
 #include "rig/math.h"
-#include "sim/step.h"
 #include "rig_temp.h"
+#include "sim/step.h"
 
 namespace thew {
 namespace {

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "rig/character_import.h"
+#include "rig_temp.h"
 #include "sim/model.h"
 #include "tools/commands.h"
 #include "tools/new_arm.h"
-#include "rig_temp.h"
 
 namespace thew {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -12,6 +13,7 @@ struct ImportedMesh {
   TriMesh mesh;               ///< welded by exact position
   std::vector<int> map_back;  ///< index in `mesh` of each vertex as the importer delivered it
   int imported_vertices = 0;
+  std::vector<std::array<float, 4>> colours;  ///< by vertex of `mesh`; empty: the file has none
 };
 
 /// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp, in a child
@@ -19,6 +21,10 @@ struct ImportedMesh {
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 /// import_mesh, and Error(kInput) listing every defect when the mesh is not a sound closed surface.
-TriMesh import_closed_mesh(const std::filesystem::path& file);
+/// `place` takes the file's metres (or millimetres) to where the mesh belongs; it is checked there.
+TriMesh import_closed_mesh(const std::filesystem::path& file,
+                           const Eigen::Affine3d& place = Eigen::Affine3d::Identity());
+ImportedMesh import_closed_mesh_whole(const std::filesystem::path& file,
+                                      const Eigen::Affine3d& place);
 
 }  // namespace thew

@@ -6,10 +6,12 @@
 
 #include "muscles/weights.h"
 #include "rig/math.h"
+#include "sim/character_rig.h"
 
 namespace thew {
 
 double bind_to_first_ends(const Model& model) {
+  if (is_animated(model)) return -0.5 * model.scene.settle;
   std::vector<double> first;
   sample_clip(model.scene.clip, model.skeleton, 0.0, first);
   const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; });
@@ -26,6 +28,7 @@ void joints_at(const Model& model, double time, std::vector<double>& joints) {
 void drive_bones(const Model& model, double time, State& state) {
   joints_at(model, time, state.joints);
   forward_kinematics(model.skeleton, state.joints, state.pose);
+  if (model.character) drive_character(model, time, state);
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     const Transform& place = state.pose[bone.body];
@@ -43,13 +46,18 @@ double activation_at(const Model& model, int m, double time) {
   return profile_weight(curve, model.scene.first_frame + time * model.scene.fps);
 }
 
-std::vector<Collider> colliders_of(const Model& model, const State& state) {
+std::vector<Collider> muscles_of(const Model& model, const State& state) {
   std::vector<Collider> colliders;
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
     colliders.push_back({&muscle.surface, &now.bvh, &now.x, &muscle.free_nodes});
   }
+  return colliders;
+}
+
+std::vector<Collider> colliders_of(const Model& model, const State& state) {
+  std::vector<Collider> colliders = muscles_of(model, state);
   for (size_t b = 0; b < model.bones.size(); ++b) {
     colliders.push_back({&model.bones[b].surface, &state.bones[b].bvh, &state.bones[b].x, nullptr});
   }

@@ -19,6 +19,8 @@ double activation_at(const Model& model, int m, double time);
 
 /// Muscles, then bones, as contact and skin see them.
 std::vector<Collider> colliders_of(const Model& model, const State& state);
+/// The muscles alone.
+std::vector<Collider> muscles_of(const Model& model, const State& state);
 void refit_muscles(const Model& model, Parallel& parallel, State& state);
 
 /// Contacts of every muscle with the others and the bones; one that goes on keeps its multiplier.

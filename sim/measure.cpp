@@ -143,7 +143,11 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     out.unreached += state.muscles[m].unreached;
     out.weight_fallbacks += state.muscles[m].weight_fallbacks;
   }
-  if (model.has_skin) out.skin = measure_skin(model.skin, colliders, state.skin);
+  if (model.skinned) {
+    out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
+  } else if (model.has_skin) {
+    out.skin = measure_skin(model.skin, colliders, state.skin);
+  }
   return out;
 }
 

@@ -9,7 +9,9 @@
 #include "rig/math.h"
 #include "rig/mesh_import.h"
 #include "rig/urdf_import.h"
+#include "sim/character_rig.h"
 #include "sim/hash.h"
+#include "sim/muscle_weights.h"
 
 namespace thew {
 namespace {
@@ -47,22 +49,18 @@ std::vector<char> driven_nodes(const CarriedShape& shape) {
   return driven;
 }
 
-std::vector<double> node_weights(const Muscle& muscle, const std::string& place) {
+std::vector<double> node_weights(const Muscle& muscle, const ImportedMesh& imported,
+                                 const std::string& place) {
   const SceneMuscle& scene = muscle.settings;
   const size_t nodes = muscle.rest.vertices.size();
-  if (!scene.node_weights.empty() && scene.node_weights.size() != nodes) {
-    throw Error(ExitCode::kUsage, place + ": " + std::to_string(scene.node_weights.size()) +
-                                      " weights for a mesh of " + std::to_string(nodes) +
-                                      " vertices; give one per vertex, in the file's order");
-  }
   const bool soft_body = !muscle.shape.held.empty();
+  const std::vector<double> painted = authored_weights(scene, muscle.rest, imported, place);
   const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
   std::vector<double> weights(nodes, 0.0);
   for (size_t i = 0; i < nodes; ++i) {
     if (muscle.driven[i]) continue;
     const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
-    const double authored =
-        scene.node_weights.empty() ? profile_weight(scene.weights, u) : scene.node_weights[i];
+    const double authored = painted.empty() ? profile_weight(scene.weights, u) : painted[i];
     weights[i] = authored;
     if (!soft_body) weights[i] *= smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
   }
@@ -111,14 +109,15 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
 }
 
 // Springs, masses, weights: what follows from mesh, carried shape and driven nodes.
-void finish_building(const std::vector<Vec3>& fibres, const std::string& place, Muscle& muscle) {
+void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& imported,
+                     const std::string& place, Muscle& muscle) {
   const SpringMaterial& material = muscle.settings.material;
   for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
   muscle.springs = make_springs(muscle.rest, fibres, material);
   muscle.rings = make_ring_springs(muscle.rest.triangles,
                                    static_cast<int>(muscle.rest.vertices.size()), muscle.springs);
   muscle.mass = lumped_masses(muscle.rest, material.density);
-  muscle.weights = node_weights(muscle, place);
+  muscle.weights = node_weights(muscle, imported, place);
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
@@ -131,7 +130,8 @@ Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const Sc
   muscle.name = scene.name;
   muscle.settings = scene;
   muscle.swells = false;
-  muscle.rest = import_closed_mesh(scene.mesh);
+  const ImportedMesh imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
+  muscle.rest = imported.mesh;
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   const std::vector<int> held = held_nodes(skeleton, scene, muscle.rest);
@@ -141,7 +141,7 @@ Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const Sc
     throw Error(ExitCode::kUsage,
                 place + ": every node is held; make the boxes of [fixed] smaller");
   }
-  finish_building({}, place, muscle);
+  finish_building({}, imported, place, muscle);
   return muscle;
 }
 
@@ -159,9 +159,14 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     throw Error(ExitCode::kUsage, place + ": belly reaches beyond the path, which is " +
                                       std::to_string(length) + " m long at rest");
   }
-  muscle.rest = scene.mesh.empty() ? make_tube(trace_path(path, bind_pose), scene.profile.around,
-                                               scene.profile.rings, scene.profile.radius)
-                                   : import_closed_mesh(scene.mesh);
+  ImportedMesh imported;
+  if (scene.mesh.empty()) {
+    muscle.rest = make_tube(trace_path(path, bind_pose), scene.profile.around, scene.profile.rings,
+                            scene.profile.radius);
+  } else {
+    imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
+    muscle.rest = imported.mesh;
+  }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
@@ -173,7 +178,7 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     Vec3 point;
     curve_at(muscle.shape, rest, muscle.shape.along[i], point, fibres[i]);
   }
-  finish_building(fibres, place, muscle);
+  finish_building(fibres, imported, place, muscle);
   return muscle;
 }
 
@@ -334,6 +339,7 @@ std::string solver_hash(const Model& model) {
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
   for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   faces(model.skin.surface.triangles);
+  hash_character(model, hash);
   return hash.hex();
 }
 
@@ -344,7 +350,11 @@ Model build_model(const Scene& scene) {
   model.scene = scene;
   model.warnings = scene.warnings;
   model.volume = volume_method(scene.solver.volume, scene.solver.integrator == "explicit");
-  model.skeleton = import_urdf(scene.rig, scene.folder);
+  if (scene.character.given) {
+    build_character(scene, model);
+  } else {
+    model.skeleton = import_urdf(scene.rig, scene.folder);
+  }
   check_clip(model.scene.clip, model.skeleton, scene.clip_place, model.warnings);
   Pose bind_pose;
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
@@ -352,8 +362,10 @@ Model build_model(const Scene& scene) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
   }
   model.bones = load_bones(model.skeleton);
+  load_character_bones(scene, model);
   model.ignore = ignored_pairs(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
+  if (scene.skin.skinned) build_skinned(model);
   model.hash = solver_hash(model);
   return model;
 }

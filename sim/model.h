@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,11 @@
 #include "muscles/ring_springs.h"
 #include "muscles/skyline.h"
 #include "muscles/springs.h"
+#include "rig/character.h"
 #include "sim/scene.h"
 #include "skin/contact.h"
 #include "skin/skin_layer.h"
+#include "skin/skinned_skin.h"
 
 namespace thew {
 
@@ -48,6 +51,15 @@ enum class VolumeMethod {
   kExactAlways  ///< explicit: exact in each substep
 };
 
+/// A rig that is a character's file. Muscles are made in the rest pose: the bind pose with its
+/// hinges at 0.
+struct CharacterRig {
+  Character character;
+  BodyClip clip;                ///< empty: the scene's keys drive the hinges
+  std::vector<Affine> rest;     ///< world transforms in the rest pose, stretch included
+  std::vector<Affine> stretch;  ///< by body, what its frame without stretch lacks
+};
+
 struct Model {
   Scene scene;
   Skeleton skeleton;
@@ -55,6 +67,8 @@ struct Model {
   std::vector<Bone> bones;
   SkinModel skin;  ///< empty surface: none
   bool has_skin = false;
+  std::optional<CharacterRig> character;  ///< where the rig is a character's file
+  std::optional<SkinnedSkin> skinned;     ///< stands for `skin` but for its triangles and rest
   VolumeMethod volume = VolumeMethod::kExact;
   /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
   std::vector<std::vector<char>> ignore;

@@ -5,9 +5,11 @@
 #include <optional>
 #include <set>
 
+#include "rig/character_import.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "sim/scene_muscle.h"
+#include "sim/scene_rig.h"
 #include "sim/scene_values.h"
 
 namespace thew {
@@ -145,20 +147,34 @@ void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.clip_place = table.place;
   scene.clip.times = {0.0};  // none: the rest pose
   scene.clip.values = {{}};
-  if (TomlValue* clip = find(table, "clip")) read_clip(*clip, folders, scene);
+  const bool character = names_character(scene.rig);
+  if (character) read_character_rig(table, folders, scene);
+  TomlValue* clip = find(table, "clip");
+  if (clip && character && read_character_clip(*clip, folders, scene)) return;
+  if (clip) read_clip(*clip, folders, scene);
 }
 
 void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.skin.place = table.place;
-  scene.skin.mesh = file_of(require(table, "mesh"), folders);
+  std::string kind = "layer";
+  read(table, "kind", kind, {"layer", "skinned"});
+  scene.skin.skinned = kind == "skinned";
+  if (scene.skin.skinned && !scene.character.given) {
+    refuse(*find(table, "kind"), "give a layer's mesh, or a character as [rig] file",
+           ", but the rig has no skin of its own");
+  }
+  if (!scene.skin.skinned) scene.skin.mesh = file_of(require(table, "mesh"), folders);
   SkinSettings& settings = scene.skin.settings;
   read(table, "thickness", settings.thickness, kNotNegative);
   read(table, "smoothing", settings.smoothing, kShare);
   read(table, "iterations", settings.iterations, 0, 10000);
   read(table, "fold_gap", settings.fold_gap, kNotNegative);
+  read(table, "reach", settings.reach, kPositive);
   bool enabled = true;
   read(table, "enabled", enabled);
-  if (!enabled) scene.skin.mesh.clear();
+  if (enabled) return;
+  scene.skin.mesh.clear();
+  scene.skin.skinned = false;
 }
 
 void read_solver(TomlValue& table, Scene& scene) {

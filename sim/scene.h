@@ -47,11 +47,22 @@ struct SceneFixed {
   Place place = {};
 };
 
+/// Weights that keep to places, so that they outlive edits of the mesh: each vertex takes that of
+/// the nearest place, which is no farther than the tolerance.
+struct SceneWeights {
+  std::vector<Vec3> places;  ///< m, in the rest pose
+  std::vector<double> weights;
+  double tolerance = 1e-3;     ///< m
+  int channel = -1;            ///< 0..3: of the colours of `mesh`; -1: none
+  std::filesystem::path mesh;  ///< whose colours; empty: the muscle's own
+};
+
 struct SceneMuscle {
   enum class Shape { kTarget, kWeights };
   std::string name;
   Place place;
-  std::filesystem::path mesh;  ///< empty: `profile` is used
+  std::filesystem::path mesh;                                ///< empty: `profile` is used
+  Eigen::Affine3d mesh_place = Eigen::Affine3d::Identity();  ///< from the file to the rest pose
   TubeProfile profile;
   /// Empty: a soft body, which springs of rest length and its volume alone shape.
   std::vector<ScenePathPoint> path;
@@ -61,6 +72,7 @@ struct SceneMuscle {
   std::array<double, 2> belly = {0.0, 0.0};
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
+  SceneWeights painted;              ///< as well, by place or colour
   std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
   double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass; a soft body has none
@@ -77,6 +89,30 @@ struct SceneView {
   std::string show = "skin";  ///< skin | muscles | weights
   Vec3 eye = Vec3(1, 0, 0), target = Vec3::Zero(), up = Vec3::UnitY();
   double field_of_view = 30.0;  ///< degrees, vertical
+};
+
+/// A joint that turns a body of a character about one axis, so that keys can drive it.
+struct SceneHinge {
+  std::string name, body;
+  Vec3 axis = Vec3::UnitX();  ///< unit, in the body's frame
+  double at_bind = 0.0;       ///< rad, its angle in the bind pose; muscles are made at 0
+  std::array<double, 2> range = {-3.2, 3.2};  ///< rad
+  Place place;
+};
+struct SceneBone {
+  std::string name, body;
+  std::filesystem::path mesh;  ///< in the body's frame
+  Place place;
+};
+/// What [rig] says where its file is a character's.
+struct SceneCharacter {
+  bool given = false;
+  double scale = 1.0;
+  std::string animation;         ///< of the character; empty: the clip's keys, or `motion`
+  std::filesystem::path motion;  ///< BVH
+  std::vector<std::array<std::string, 2>> motion_names;  ///< its body -> the character's
+  std::vector<SceneHinge> hinges;
+  std::vector<SceneBone> bones;
 };
 
 struct Bound {
@@ -97,12 +133,14 @@ struct Scene {
 
   std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
   Place rig_place;
+  SceneCharacter character;
   Clip clip;  ///< sampled with time 0 at the first frame; has one key at least
   Place clip_place;
 
   std::vector<SceneMuscle> muscles;
   struct {
     std::filesystem::path mesh;  ///< empty: no skin
+    bool skinned = false;        ///< the character's own mesh by its own weights; no `mesh`
     SkinSettings settings;
     Place place;
   } skin;

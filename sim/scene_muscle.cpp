@@ -2,7 +2,9 @@
 #include "sim/scene_muscle.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "rig/math.h"
 #include "rig/text.h"
 #include "sim/scene_values.h"
 
@@ -54,26 +56,39 @@ SceneFixed read_fixed(TomlValue& table) {
   return fixed;
 }
 
-std::vector<double> read_weight_file(const fs::path& file) {
-  std::vector<double> weights;
+// One weight a line, one line a vertex; or "x y z weight" a line, which finds its vertices.
+void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
   const std::string text = read_whole(file, kWeightFileLimit);
+  std::size_t width = 0, line = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const auto words = split_words(std::string_view(text).substr(begin, end - begin));
     begin = end + 1;
-    const auto number = words.size() == 1 ? parse_number(words[0]) : std::nullopt;
-    if (!number || !(*number >= 0.0 && *number <= 1e12)) {
-      throw Error(ExitCode::kInput,
-                  file.string() + ":" + std::to_string(weights.size() + 1) +
-                      ": is not a weight; give one number from 0 a line, one line "
-                      "per vertex");
+    ++line;
+    std::array<double, 4> values{};
+    if (width == 0 && (words.size() == 1 || words.size() == 4)) width = words.size();
+    bool good = width > 0 && words.size() == width;
+    for (std::size_t k = 0; good && k < width; ++k) {
+      const auto number = parse_number(words[k]);
+      good = number && std::abs(*number) <= 1e12 && (k + 1 < width || *number >= 0.0);
+      if (good) values[k] = *number;
     }
-    weights.push_back(*number);
+    if (!good) {
+      throw Error(ExitCode::kInput,
+                  file.string() + ":" + std::to_string(line) +
+                      ": is not a weight; give one number from 0 a line, one line per vertex, or x "
+                      "y z weight in each line");
+    }
+    if (width == 1) {
+      muscle.node_weights.push_back(values[0]);
+    } else {
+      muscle.painted.places.emplace_back(values[0], values[1], values[2]);
+      muscle.painted.weights.push_back(values[3]);
+    }
   }
-  if (weights.empty()) {
+  if (width == 0) {
     throw Error(ExitCode::kInput, file.string() + ": is empty; give one weight a line");
   }
-  return weights;
 }
 
 ZoneSettings read_zone(TomlValue& table) {
@@ -90,10 +105,35 @@ void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle)
     muscle.weights = preset_profile(word_of(value, {"left", "even", "right"}));
     return;
   }
+  SceneWeights& painted = muscle.painted;
+  read(value, "tolerance", painted.tolerance, kNotNegative);
+  if (const TomlValue* colour = find(value, "colour")) {
+    const std::vector<std::string> channels = {"red", "green", "blue", "alpha"};
+    const std::string& word = word_of(*colour, channels);
+    painted.channel =
+        static_cast<int>(std::find(channels.begin(), channels.end(), word) - channels.begin());
+    if (const TomlValue* file = find(value, "file")) painted.mesh = file_of(*file, folders);
+    return;
+  }
   const auto [kind, what] = require_one(value, {"profile", "file", "zone"});
-  if (kind == "file") muscle.node_weights = read_weight_file(file_of(*what, folders));
+  if (kind == "file") read_weight_file(file_of(*what, folders), muscle);
   if (kind == "zone") muscle.zone = read_zone(*what);
   if (kind == "profile") muscle.weights.keys = pairs_of(*what, "[u, weight]", kShare, kNotNegative);
+}
+
+// Scaled, then turned, then moved.
+Eigen::Affine3d read_transform(TomlValue& table) {
+  double scale = 1.0, angle = 0.0;
+  Vec3 axis = Vec3::UnitY(), move = Vec3::Zero();
+  read(table, "scale", scale, kPositive);
+  read(table, "axis", axis);
+  read(table, "angle", angle, {-360.0, 360.0});
+  read(table, "move", move);
+  if (axis.norm() < 1e-9) refuse(*find(table, "axis"), "give a direction, which is not zero");
+  Eigen::Affine3d out = Eigen::Affine3d::Identity();
+  out.linear() = scale * rotation_about(axis.normalized(), angle * kDegree);
+  out.translation() = move;
+  return out;
 }
 
 void read_material(TomlValue& table, SpringMaterial& material) {
@@ -149,6 +189,9 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
   muscle.name = name_of(require(table, "name"));
   const auto [kind, form] = require_one(table, {"mesh", "profile"});
   if (kind == "mesh") muscle.mesh = file_of(*form, folders);
+  if (kind == "mesh") {
+    if (TomlValue* place = find(table, "transform")) muscle.mesh_place = read_transform(*place);
+  }
   if (kind == "profile") read_tube(*form, muscle.profile);
   TomlValue* path = find(table, "path");
   const bool has_path = path || kind == "profile";  // a profile runs along a path

@@ -113,7 +113,11 @@ State initial_state(const Model& model) {
     now.bvh = build_bvh(model.muscles[m].surface, now.x);
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
   }
-  if (model.has_skin) state.skin = initial_skin(model.skin);
+  if (model.skinned) {
+    state.skin = initial_skinned(*model.skinned);
+  } else if (model.has_skin) {
+    state.skin = initial_skin(model.skin);
+  }
   return state;
 }
 

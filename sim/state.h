@@ -56,6 +56,7 @@ struct State {
   double time = 0.0;  ///< s, 0 at the first frame
   Pose pose;
   std::vector<double> joints;
+  std::vector<Affine> bodies;  ///< of a character, stretch included
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   SkinState skin;

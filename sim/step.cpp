@@ -88,6 +88,10 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
   if (!model.has_skin) return;
   StopWatch watch(seconds.skin);
   refit_muscles(model, parallel, state);
+  if (model.skinned) {
+    step_skinned(*model.skinned, state.bodies, muscles_of(model, state), state.skin);
+    return;
+  }
   step_skin(model.skin, state.pose, colliders_of(model, state), state.skin);
 }
 

@@ -18,6 +18,7 @@ struct SkinSettings {
   int iterations = 8;        ///< projections in each step
   double fold_gap = 5e-4;    ///< m, kept between skin and skin
   double bridging = 0.012;   ///< m, crevices of the flesh narrower than half of it are bridged
+  double reach = 0.03;       ///< m, a skinned skin feels the muscles within it
 };
 
 /// What never changes: topology, rest shape, binding to the bodies.

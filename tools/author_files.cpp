@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/author_files.h"
 
-#include <charconv>
 #include <fstream>
 #include <string>
 
@@ -11,12 +10,14 @@
 #include "tools/author_packing.h"
 #include "tools/author_skin.h"
 #include "tools/author_table.h"
+#include "tools/obj_text.h"
 
 namespace thew {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kMadeBy = ", metres; made by author_arm, Apache-2.0";
 constexpr double kSkinClearance = 0.0029;  // m; the scene asks for 2 mm
 
 void write_text(const fs::path& file, const std::string& text) {
@@ -26,32 +27,6 @@ void write_text(const fs::path& file, const std::string& text) {
   if (!out) {
     throw Error(ExitCode::kOutput, file.string() + ": cannot be written; check folder and space");
   }
-}
-
-// Metres with nine places, without the zeros at the end.
-std::string metres(double value) {
-  char buffer[64];
-  const auto end =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, 9);
-  std::string text(buffer, end.ptr);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text == "-0" ? "0" : text;
-}
-
-std::string metres(const Vec3& p, const char* between) {
-  return metres(p.x()) + between + metres(p.y()) + between + metres(p.z());
-}
-
-std::string obj_text(const std::string& what, const TriMesh& mesh, const Vec3& shift) {
-  std::string text = "# " + what + ", metres; made by author_arm, Apache-2.0\n";
-  for (const Vec3& p : mesh.vertices) text += "v " + metres(p + shift, " ") + "\n";
-  for (const Triangle& t : mesh.triangles) {
-    text += "f";
-    for (int corner : t) text += " " + std::to_string(corner + 1);
-    text += "\n";
-  }
-  return text;
 }
 
 std::string urdf_text(const Skeleton& skeleton) {
@@ -124,19 +99,21 @@ void write_arm(const fs::path& table, const fs::path& folder) {
     const Vec3 shift = humerus - rest[find_body(skeleton, bone.body)].translation();
     below.push_back(bone_mesh(bone));
     write_text(folder / "bones" / (bone.body + ".obj"),
-               obj_text(bone.body + " in its own frame", below.back(), shift));
+               obj_text(bone.body + " in its own frame" + kMadeBy, below.back(), shift));
   }
   const std::vector<TriMesh> meshes = pack_muscles(muscles, skeleton, bones);
   std::string blocks;
   for (size_t m = 0; m < muscles.size(); ++m) {
     const std::string& name = muscles[m].name;
-    write_text(folder / "muscles" / (name + ".obj"),
-               obj_text(name + " at rest in the root's frame", meshes[m], humerus));
+    write_text(
+        folder / "muscles" / (name + ".obj"),
+        obj_text(name + " at rest in the root's frame" + std::string(kMadeBy), meshes[m], humerus));
     blocks += muscle_text(muscles[m], skeleton);
   }
   below.insert(below.end(), meshes.begin(), meshes.end());
-  write_text(folder / "skin.obj", obj_text("skin at rest in the root's frame",
-                                           arm_skin(below, kSkinClearance), humerus));
+  write_text(folder / "skin.obj",
+             obj_text("skin at rest in the root's frame" + std::string(kMadeBy),
+                      arm_skin(below, kSkinClearance), humerus));
   write_text(folder / "arm.urdf", urdf_text(skeleton));
   write_text(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
 }

@@ -17,6 +17,7 @@
 #include "tools/options.h"
 #include "tools/pictures.h"
 #include "tools/progress.h"
+#include "tools/repair.h"
 #include "tools/report.h"
 #include "tools/report_viewer.h"
 
@@ -293,7 +294,15 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   return ExitCode::kDone;
 }
 
-ExitCode inspect_command(const CommandOptions& options) {
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired) {
+  if (!repaired.empty()) {
+    const std::vector<std::string> done = repair_file(options.input, repaired);
+    for (const std::string& line : done) std::fprintf(stderr, "%s\n", line.c_str());
+    if (done.empty()) std::fprintf(stderr, "nothing that could be repaired safely\n");
+    CommandOptions again = options;
+    again.input = repaired;
+    return inspect_command(again, {});
+  }
   const Inspection inspection = inspect(options.input, options.json);
   std::printf("%s\n", inspection.text.c_str());
   return inspection.sound ? ExitCode::kDone : ExitCode::kInput;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,6 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
                         int basis);
 /// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
 ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
-ExitCode inspect_command(const CommandOptions& options);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.
 ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,
@@ -47,6 +47,18 @@ int thread_count(int asked);
 
 /// An empty folder under the system's temporary one; whoever asks removes it. Error(kOutput).
 std::filesystem::path new_temporary_folder(const std::string& what);
+/// `repaired`: where the mesh goes once its safe repairs are done, or "".
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
+
+struct NewOptions {
+  std::filesystem::path character, out;
+  std::map<std::string, std::string> map;  ///< part of the arm -> body
+  std::string side = "both";               ///< left | right | both
+  double scale = 1.0;
+  bool force = false;
+};
+/// Character -> a scene with the template's muscles on it.
+ExitCode new_command(const NewOptions& options);
 
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();

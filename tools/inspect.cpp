@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "rig/character_import.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
 #include "rig/urdf_import.h"
@@ -53,6 +54,32 @@ Found inspect_mesh(const fs::path& file) {
   if (found.sound) found.facts["volume_m3"] = enclosed_volume(imported.mesh);
   found.facts["defects"] = defects;
   return found;
+}
+
+Found inspect_character(const Character& character) {
+  const Skeleton& skeleton = character.skeleton;
+  Found found;
+  found.facts = {{"kind", "character"},
+                 {"vertices", character.mesh.vertices.size()},
+                 {"triangles", character.mesh.triangles.size()}};
+  add_extent(character.mesh, found.facts);
+  ordered_json bodies = ordered_json::array(), animations = ordered_json::array();
+  for (int i = 0; i < skeleton.size(); ++i) {
+    bodies.push_back({{"body", skeleton.body_names[i]}});
+    if (skeleton.parent[i] >= 0) bodies.back()["on"] = skeleton.body_names[skeleton.parent[i]];
+    bodies.back()["at_m"] = point(character.bind[i].translation());
+  }
+  for (const BodyClip& clip : character.animations) {
+    animations.push_back({{"animation", clip.name}, {"seconds", clip.duration}});
+  }
+  found.facts["bodies"] = bodies;
+  found.facts["animations"] = animations;
+  found.facts["warnings"] = character.warnings;
+  return found;
+}
+
+bool is_skinned(const Character& character) {
+  return character.skin.links.size() > character.parts.size() || !character.animations.empty();
 }
 
 Found inspect_rig(const fs::path& file) {
@@ -197,6 +224,9 @@ Inspection inspect(const fs::path& file, bool as_json) {
     found = inspect_scene(file);
   } else if (ending == ".h5") {
     found = inspect_bake(file);
+  } else if (names_character(file)) {
+    const Character character = import_character(file);
+    found = is_skinned(character) ? inspect_character(character) : inspect_mesh(file);
   } else {
     found = inspect_mesh(file);
   }

@@ -13,8 +13,8 @@
 
 namespace thew {
 
-/// Views for a bake whose scene is not at hand: skin, muscles and weights, from the front and the side, so far
-/// away that all meshes of all frames are seen.
+/// Views for a bake whose scene is not at hand: skin, muscles and weights, from the front and the
+/// side, so far away that all meshes of all frames are seen.
 std::vector<SceneView> views_of(const BakeReader& bake);
 
 /// The pictures of a bake, FOLDER/VIEW.####.png. Those of an earlier run are kept where bake and

@@ -48,6 +48,28 @@ void open_standard_streams() {
   if (stream > STDERR_FILENO) ::close(stream);
 }
 
+CLI::App* add_new(CLI::App& app, NewOptions& options) {
+  CLI::App* command = app.add_subcommand("new", "a scene for another character");
+  command->add_option("CHARACTER", options.character, "glTF, FBX or Collada")->required();
+  command->add_option("--out", options.out, "the scene, SCENE.toml")->required();
+  command->add_option("--template", "arm")->check(CLI::IsMember({"arm"}));
+  command->add_option("--side", options.side)->check(CLI::IsMember({"left", "right", "both"}));
+  command->add_option("--scale", options.scale, "times all lengths of the file")
+      ->check(CLI::Range(1e-6, 1e6));
+  command->add_option_function<std::vector<std::string>>(
+      "--map",
+      [&options](const std::vector<std::string>& pairs) {
+        for (const std::string& pair : pairs) {
+          const size_t middle = pair.find('=');
+          if (middle == std::string::npos) throw CLI::ValidationError("--map", "give PART=BODY");
+          options.map[pair.substr(0, middle)] = pair.substr(middle + 1);
+        }
+      },
+      "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
+  command->add_flag("--force", options.force, "replace a scene that is there");
+  return command;
+}
+
 int run(int argc, char** argv) {
   open_standard_streams();
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
@@ -91,6 +113,11 @@ int run(int argc, char** argv) {
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
+  std::filesystem::path repaired;
+  inspect->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
+
+  NewOptions new_options;
+  CLI::App* create = add_new(app, new_options);
 
   std::filesystem::path actual, golden;
   CompareOptions limits;
@@ -122,6 +149,7 @@ int run(int argc, char** argv) {
   update->add_option("--frames", options.frames, "those to keep; else as before");
   check->add_flag("--json", options.json, "print all measures");
   add_limits(*check, limits, millimetres);
+
   CLI::App* paper = app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
   bool quick = false;
   std::filesystem::path cow;
@@ -147,7 +175,8 @@ int run(int argc, char** argv) {
   if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
   if (*exporting) return static_cast<int>(export_command(options, meshes, basis));
   if (*paper) return static_cast<int>(paper_command(options, quick, cow));
-  return static_cast<int>(inspect_command(options));
+  if (*create) return static_cast<int>(new_command(new_options));
+  return static_cast<int>(inspect_command(options, repaired));
 }
 
 }  // namespace

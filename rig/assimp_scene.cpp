@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/assimp_scene.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/config.h>
+#include <assimp/importerdesc.h>
+#include <assimp/postprocess.h>
+
+#include <algorithm>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
+#include <cstring>
+#include <utility>
+
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A file read as a whole: assimp never holds a handle.
+class Bytes : public Assimp::IOStream {
+ public:
+  explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
+  size_t Read(void* to, size_t size, size_t count) override {
+    if (size == 0) return 0;
+    const size_t whole = std::min(count, (bytes_.size() - at_) / size);
+    std::memcpy(to, bytes_.data() + at_, whole * size);
+    at_ += whole * size;
+    return whole;
+  }
+  size_t Write(const void*, size_t, size_t) override { return 0; }
+  aiReturn Seek(size_t offset, aiOrigin origin) override {
+    const size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
+    const size_t target = base + offset;  // a negative offset arrives wrapped, and wraps back
+    if (target > bytes_.size()) return aiReturn_FAILURE;
+    at_ = target;
+    return aiReturn_SUCCESS;
+  }
+  size_t Tell() const override { return at_; }
+  size_t FileSize() const override { return bytes_.size(); }
+  void Flush() override {}
+
+ private:
+  std::string bytes_;
+  size_t at_ = 0;
+};
+
+// Opens regular files of one folder (and below) for reading, and nothing else: glTF buffers and
+// OBJ material libraries may name any path.
+class ConfinedFiles : public Assimp::IOSystem {
+ public:
+  ConfinedFiles(fs::path folder, std::string& refused)
+      : folder_(std::move(folder)), refused_(refused) {}
+  bool Exists(const char* name) const override {
+    std::error_code error;
+    const fs::path file = fs::canonical(folder_ / name, error);  // an absolute name replaces it
+    return !error && is_below(file, folder_) && fs::is_regular_file(file, error);
+  }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    if (std::strpbrk(mode, "wa+")) return nullptr;
+    if (!Exists(name)) {
+      if (refused_.empty()) refused_ = name;
+      return nullptr;
+    }
+    return new Bytes(read_whole(fs::canonical(folder_ / name), kAssimpFileLimit));
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  fs::path folder_;
+  std::string& refused_;  // the first name that was not opened
+};
+
+bool serves(const Assimp::BaseImporter& importer, const std::string& ending) {
+  for (const std::string_view word : split_words(importer.GetInfo()->mFileExtensions)) {
+    if (word == ending) return true;
+  }
+  return false;
+}
+
+// Only the importers of the file's own ending remain: no guessing by content.
+void keep_importers(Assimp::Importer& importer, const std::string& ending) {
+  for (size_t i = importer.GetImporterCount(); i-- > 0;) {
+    Assimp::BaseImporter* candidate = importer.GetImporter(i);
+    if (serves(*candidate, ending)) continue;
+    importer.UnregisterLoader(candidate);
+    delete candidate;
+  }
+}
+
+}  // namespace
+
+Eigen::Matrix4d to_matrix(const aiMatrix4x4& m) {
+  Eigen::Matrix4d result;
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) result(i, k) = m[i][k];
+  }
+  return result;
+}
+
+std::string lower_ending(const fs::path& file) {
+  std::string ending = file.extension().string();
+  if (!ending.empty()) ending.erase(0, 1);
+  for (char& c : ending) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return ending;
+}
+
+const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
+                                 Assimp::Importer& importer) {
+  const std::string ending = lower_ending(file);
+  const fs::path real = fs::canonical(file);
+  std::string refused;
+  importer.SetIOHandler(new ConfinedFiles(real.parent_path(), refused));  // the importer owns it
+  keep_importers(importer, ending);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  // FBX says its unit, usually the centimetre, in its header. Never JoinIdenticalVertices: it joins
+  // by nearness, the weld by equality.
+  const unsigned steps = (with_meshes ? aiProcess_Triangulate | aiProcess_SortByPType : 0u) |
+                         (ending == "fbx" ? unsigned{aiProcess_GlobalScale} : 0u);
+  const aiScene* scene = nullptr;
+  std::string cause;
+  try {
+    scene = importer.ReadFile(real.string(), steps);
+    cause = importer.GetErrorString();
+  } catch (const std::exception& error) {
+    cause = error.what();
+  }
+  if (scene && scene->mRootNode && (!with_meshes || scene->HasMeshes())) return *scene;
+  if (!refused.empty()) {
+    cause += (cause.empty() ? "" : "; ") + ("it needs \"" + refused) +
+             "\", which is no regular file in its folder";
+  }
+  throw Error(ExitCode::kInput, file.string() + ": cannot be read as ." + ending + " (" +
+                                    (cause.empty() ? "no mesh" : cause) +
+                                    "); export it again, for instance as OBJ");
+}
+
+}  // namespace thew

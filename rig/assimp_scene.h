@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <assimp/scene.h>
+
+#include <assimp/Importer.hpp>
+#include <filesystem>
+#include <string>
+
+#include "rig/types.h"
+
+namespace thew {
+
+// What the importers of meshes and of characters share of assimp. Private to the libraries; to be
+// called in a child process (child.h).
+
+inline constexpr size_t kAssimpFileLimit = size_t{256} << 20;  // bytes
+
+/// "glb" of "x.GLB".
+std::string lower_ending(const std::filesystem::path& file);
+Eigen::Matrix4d to_matrix(const aiMatrix4x4& m);
+
+/// Reads the file by the importer of its own ending, confined to its folder, as triangles, in
+/// metres where the format names its unit. The scene belongs to `importer`. `with_meshes`: without
+/// a mesh it is Error(kInput).
+const aiScene& read_assimp_scene(const std::filesystem::path& file, bool with_meshes,
+                                 Assimp::Importer& importer);
+
+struct Character;
+/// The skeleton's names and parents alone; its frames come from `bind`. In metres times `scale`.
+Character read_character(const std::filesystem::path& file, double scale);
+
+}  // namespace thew

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/character.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "rig/math.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+// Gram-Schmidt: unlike a polar decomposition it needs no iteration, and a bone's stretch is along
+// its own axes.
+Mat3 turn_of(const Mat3& linear) {
+  Mat3 turn;
+  turn.col(0) = linear.col(0).normalized();
+  if (linear.determinant() < 0.0) turn.col(0) = -turn.col(0);
+  turn.col(1) = (linear.col(1) - turn.col(0).dot(linear.col(1)) * turn.col(0)).normalized();
+  turn.col(2) = turn.col(0).cross(turn.col(1));
+  return turn.allFinite() ? turn : Mat3::Identity();
+}
+
+// Eigen's slerp takes its sines from libm, whose bytes differ by processor.
+Eigen::Quaterniond slerp(const Eigen::Quaterniond& a, Eigen::Quaterniond b, double u) {
+  if (a.dot(b) < 0.0) b.coeffs() = -b.coeffs();
+  const double angle =
+      2.0 * arc_tan2((a.coeffs() - b.coeffs()).norm(), (a.coeffs() + b.coeffs()).norm());
+  const double sine = sin_cos(angle).sin;
+  Eigen::Quaterniond out;
+  if (sine < 1e-6) {
+    out.coeffs() = (1.0 - u) * a.coeffs() + u * b.coeffs();
+  } else {
+    out.coeffs() =
+        (sin_cos((1.0 - u) * angle).sin * a.coeffs() + sin_cos(u * angle).sin * b.coeffs()) / sine;
+  }
+  return out.normalized();
+}
+Vec3 between(const Vec3& a, const Vec3& b, double u) { return a + u * (b - a); }
+Eigen::Quaterniond between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b, double u) {
+  return slerp(a, b, u);
+}
+
+template <typename Value>
+void sample(const Curve<Value>& curve, double time, Value& value) {
+  if (curve.times.empty()) return;
+  const auto after = static_cast<size_t>(
+      std::upper_bound(curve.times.begin(), curve.times.end(), time) - curve.times.begin());
+  if (after == 0 || after == curve.times.size()) {
+    value = curve.values[after == 0 ? 0 : after - 1];
+    return;
+  }
+  const double begin = curve.times[after - 1], end = curve.times[after];
+  value = between(curve.values[after - 1], curve.values[after], (time - begin) / (end - begin));
+}
+
+}  // namespace
+
+LocalTransform split_transform(const Affine& transform) {
+  const Mat3 linear = transform.linear(), turn = turn_of(linear);
+  LocalTransform out;
+  out.translation = transform.translation();
+  out.rotation = Eigen::Quaterniond(turn);
+  for (int k = 0; k < 3; ++k) out.scale[k] = turn.col(k).dot(linear.col(k));
+  return out;
+}
+
+Affine join_transform(const LocalTransform& transform) {
+  Affine out = Affine::Identity();
+  out.linear() = transform.rotation.toRotationMatrix() * transform.scale.asDiagonal();
+  out.translation() = transform.translation;
+  return out;
+}
+
+Transform rigid_part(const Affine& transform) {
+  Transform out = Transform::Identity();
+  out.linear() = turn_of(transform.linear());
+  out.translation() = transform.translation();
+  return out;
+}
+
+void animated_bodies(const Character& character, const BodyClip& clip, double time,
+                     std::vector<Affine>& world) {
+  world = character.rest;
+  for (const BodyTrack& track : clip.tracks) {
+    LocalTransform local = split_transform(character.rest[track.body]);
+    sample(track.translation, time, local.translation);
+    sample(track.rotation, time, local.rotation);
+    sample(track.scale, time, local.scale);
+    world[track.body] = join_transform(local);
+  }
+  for (int i = 0; i < character.skeleton.size(); ++i) {
+    const int parent = character.skeleton.parent[i];
+    if (parent >= 0) world[i] = world[parent] * world[i];
+  }
+}
+
+void blend_bodies(const Skeleton& skeleton, const std::vector<Affine>& a,
+                  const std::vector<Affine>& b, double share, std::vector<Affine>& world) {
+  world.resize(a.size());
+  for (int i = 0; i < skeleton.size(); ++i) {
+    const int parent = skeleton.parent[i];
+    const auto local = [&](const std::vector<Affine>& of) {
+      return split_transform(parent < 0 ? of[i] : of[parent].inverse() * of[i]);
+    };
+    const LocalTransform from = local(a), to = local(b);
+    LocalTransform now;
+    now.translation = between(from.translation, to.translation, share);
+    now.rotation = slerp(from.rotation, to.rotation, share);
+    now.scale = between(from.scale, to.scale, share);
+    world[i] = parent < 0 ? join_transform(now) : world[parent] * join_transform(now);
+  }
+}
+
+void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
+                     std::vector<Affine>& of_links) {
+  of_links.resize(skin.links.size());
+  for (size_t k = 0; k < of_links.size(); ++k) {
+    of_links[k] = world[skin.links[k].body] * skin.links[k].from_bind;
+  }
+}
+
+Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex) {
+  Affine blend;
+  blend.matrix().setZero();
+  for (int k = skin.first[vertex]; k < skin.first[vertex + 1]; ++k) {
+    blend.matrix() += skin.weight[k] * of_links[skin.link[k]].matrix();
+  }
+  return blend;
+}
+
+void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
+                   Rows& x) {
+  std::vector<Affine> of_links;
+  link_transforms(skin, world, of_links);
+  x.resize(mesh.vertices.size());
+  for (size_t i = 0; i < x.size(); ++i) {
+    x[i] = to_row(blended_transform(skin, of_links, static_cast<int>(i)) * mesh.vertices[i]);
+  }
+}
+
+BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
+                  const std::vector<std::array<std::string, 2>>& names, const std::string& place,
+                  std::vector<std::string>& warnings) {
+  std::vector<int> source(to.skeleton.size(), -1);
+  int matched = 0;
+  for (const auto& [theirs, ours] : names) {
+    const int a = find_body(from.skeleton, theirs), b = find_body(to.skeleton, ours);
+    if (a < 0 || b < 0) {
+      const bool left = a < 0;
+      throw Error(ExitCode::kInput,
+                  place + ": body \"" + (left ? theirs : ours) + "\" is not in the " +
+                      (left ? "motion" : "rig") +
+                      did_you_mean(left ? theirs : ours, (left ? from : to).skeleton.body_names) +
+                      "; correct the name");
+    }
+    source[b] = a;
+  }
+  for (int b = 0; b < to.skeleton.size(); ++b) {
+    if (source[b] < 0) source[b] = find_body(from.skeleton, to.skeleton.body_names[b]);
+    matched += source[b] >= 0;
+  }
+  if (matched == 0) {
+    throw Error(ExitCode::kInput,
+                place + ": no body of the motion has the name of one of the rig (\"" +
+                    from.skeleton.body_names.back() + "\", \"" + to.skeleton.body_names.back() +
+                    "\"); name pairs with columns = { THEIRS = \"OURS\" }");
+  }
+  warnings.push_back(place + ": " + std::to_string(matched) + " of " +
+                     std::to_string(to.skeleton.size()) +
+                     " bodies follow the motion, by rotations alone; both rest poses are taken for "
+                     "the same");
+  std::vector<double> times;
+  for (const BodyTrack& track : clip.tracks) {
+    times.insert(times.end(), track.rotation.times.begin(), track.rotation.times.end());
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  BodyClip out{clip.name, clip.duration, {}};
+  for (int b = 0; b < to.skeleton.size(); ++b) out.tracks.push_back({b, {}, {}, {}});
+  Pose bind;
+  forward_kinematics(to.skeleton, std::vector<double>(to.skeleton.size(), 0.0), bind);
+  std::vector<Affine> theirs, rest;
+  animated_bodies(from, {}, 0.0, rest);
+  std::vector<Mat3> turn(to.skeleton.size());
+  for (double time : times) {
+    animated_bodies(from, clip, time, theirs);
+    for (int b = 0; b < to.skeleton.size(); ++b) {
+      const int parent = to.skeleton.parent[b], a = source[b];
+      const Mat3 carried =
+          (parent < 0 ? Mat3::Identity() : turn[parent]) * to.skeleton.joint_in_parent[b].linear();
+      turn[b] = a < 0 ? carried
+                      : turn_of(theirs[a].linear()) * turn_of(rest[a].linear()).transpose() *
+                            bind[b].linear();
+      const Mat3 local = parent < 0 ? turn[b] : turn[parent].transpose() * turn[b];
+      out.tracks[b].rotation.times.push_back(time);
+      out.tracks[b].rotation.values.push_back(Eigen::Quaterniond(local).normalized());
+    }
+  }
+  for (int b = 0; b < to.skeleton.size(); ++b) {
+    const int parent = to.skeleton.parent[b];
+    const LocalTransform local =
+        split_transform(parent < 0 ? to.bind[b] : to.bind[parent].inverse() * to.bind[b]);
+    out.tracks[b].translation = {{0.0}, {local.translation}};
+    out.tracks[b].scale = {{0.0}, {local.scale}};
+  }
+  return out;
+}
+
+}  // namespace thew

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "rig/mesh.h"
+#include "rig/skeleton.h"
+
+namespace thew {
+
+using Affine = Eigen::Affine3d;
+
+/// A frame of a body in its parent as files of characters have it: translate, turn, then stretch.
+struct LocalTransform {
+  Vec3 translation = Vec3::Zero();  ///< m
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Vec3 scale = Vec3::Ones();
+};
+/// A shear is lost, a mirroring one stretches x by less than 0.
+LocalTransform split_transform(const Affine& transform);
+Affine join_transform(const LocalTransform& transform);
+/// The turning and shifting part.
+Transform rigid_part(const Affine& transform);
+
+/// One curve: linear between keys (rotations along the shorter arc), held outside its range.
+template <typename Value>
+struct Curve {
+  std::vector<double> times;  ///< s, increasing
+  std::vector<Value> values;
+};
+struct BodyTrack {
+  int body = -1;
+  Curve<Vec3> translation;
+  Curve<Eigen::Quaterniond> rotation;
+  Curve<Vec3> scale;
+};
+/// An animation of a character: local transforms of bodies against time.
+struct BodyClip {
+  std::string name;
+  double duration = 0.0;  ///< s
+  std::vector<BodyTrack> tracks;
+};
+
+/// Weights of a mesh that somebody has skinned already, "linear blend skinning":
+/// x = sum_k weight_k world(body_k) from_bind_k rest.
+struct SkinWeights {
+  struct Link {
+    int body;
+    Affine from_bind;  ///< from the bind pose into the body, stretch included
+  };
+  std::vector<Link> links;
+  std::vector<int> first;      ///< influences of vertex i: first[i] to first[i + 1]
+  std::vector<int> link;       ///< by influence
+  std::vector<double> weight;  ///< by influence, of a vertex they sum to 1
+};
+
+/// A character as a file has it; metres, y up.
+struct Character {
+  Skeleton skeleton;         ///< in the bind pose; all joints fixed, frames without stretch
+  std::vector<Affine> bind;  ///< world transform of each body in the bind pose, stretch included
+  std::vector<Affine> rest;  ///< in the parent, where no animation moves the body
+  std::vector<BodyClip> animations;
+  TriMesh mesh;               ///< in the bind pose; vertices in the order of the importer
+  std::vector<int> map_back;  ///< of each vertex the first one at the same place
+  SkinWeights skin;
+  std::vector<std::string> parts;  ///< names of the meshes ...
+  std::vector<int> first_vertex;   ///< ... and where each begins
+  std::vector<std::string> warnings;
+};
+
+/// World transforms of all bodies at `time` (s) of the animation, stretch included.
+void animated_bodies(const Character& character, const BodyClip& clip, double time,
+                     std::vector<Affine>& world);
+/// From one to the other, local transforms of `a` at share 0 and of `b` at 1.
+void blend_bodies(const Skeleton& skeleton, const std::vector<Affine>& a,
+                  const std::vector<Affine>& b, double share, std::vector<Affine>& world);
+/// The skin as the weights alone carry it.
+void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
+                   Rows& x);
+/// The blend of a vertex' transforms.
+Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex);
+/// world(body) from_bind of each link.
+void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
+                     std::vector<Affine>& of_links);
+
+/// Motion of another skeleton (BVH) carried over by names: each body turns as its namesake turns
+/// from its own rest pose, both rest poses taken for the same. `names`: that body -> this body;
+/// where it is silent, equal names. Adds what was left out to `warnings`.
+BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
+                  const std::vector<std::array<std::string, 2>>& names, const std::string& place,
+                  std::vector<std::string>& warnings);
+
+}  // namespace thew

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/character_import.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "rig/assimp_scene.h"
+#include "rig/child.h"
+#include "rig/packed.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename Archive, typename Value>
+void walk(Archive& archive, Curve<Value>& curve) {
+  archive.list(curve.times);
+  std::vector<double> flat;
+  constexpr size_t kWidth = sizeof(Value) / sizeof(double);
+  if constexpr (std::is_same_v<Archive, Packer>) {
+    flat.resize(curve.values.size() * kWidth);
+    if (!flat.empty()) std::memcpy(flat.data(), curve.values.data(), flat.size() * sizeof(double));
+    archive.list(flat);
+  } else {
+    archive.list(flat);
+    curve.values.resize(flat.size() / kWidth);
+    if (!curve.values.empty()) {
+      std::memcpy(static_cast<void*>(curve.values.data()), flat.data(),
+                  curve.values.size() * kWidth * sizeof(double));
+    }
+  }
+}
+
+template <typename Archive>
+void walk_affine(Archive& archive, Affine& transform) {
+  for (int k = 0; k < 16; ++k) archive.number(transform.matrix().data()[k]);
+}
+
+template <typename Archive>
+void walk(Archive& archive, Character& c) {
+  const auto text = [](Archive& a, std::string& t) { a.list(t); };
+  const auto affine = [](Archive& a, Affine& t) { walk_affine(a, t); };
+  archive.each(c.skeleton.body_names, text);
+  archive.list(c.skeleton.parent);
+  archive.each(c.bind, affine);
+  archive.each(c.rest, affine);
+  archive.each(c.animations, [&](Archive& a, BodyClip& clip) {
+    a.list(clip.name);
+    a.number(clip.duration);
+    a.each(clip.tracks, [](Archive& b, BodyTrack& track) {
+      b.number(track.body);
+      walk(b, track.translation);
+      walk(b, track.rotation);
+      walk(b, track.scale);
+    });
+  });
+  archive.list(c.mesh.vertices);
+  archive.list(c.mesh.triangles);
+  archive.each(c.skin.links, [](Archive& a, SkinWeights::Link& link) {
+    a.number(link.body);
+    walk_affine(a, link.from_bind);
+  });
+  archive.list(c.skin.first);
+  archive.list(c.skin.link);
+  archive.list(c.skin.weight);
+  archive.each(c.parts, text);
+  archive.list(c.first_vertex);
+  archive.each(c.warnings, text);
+}
+
+// What the child sent is no better than what it may have become: indices within their lists.
+bool is_sound(const Character& c) {
+  const size_t bodies = c.skeleton.body_names.size(), vertices = c.mesh.vertices.size();
+  const auto within = [](const std::vector<int>& list, size_t size) {
+    return std::all_of(list.begin(), list.end(),
+                       [&](int i) { return i >= 0 && static_cast<size_t>(i) < size; });
+  };
+  const auto body_known = [&](const auto& one) {
+    return one.body >= 0 && static_cast<size_t>(one.body) < bodies;
+  };
+  bool sound = bodies > 0 && c.skeleton.parent.size() == bodies && c.bind.size() == bodies &&
+               c.rest.size() == bodies && c.skin.first.size() == vertices + 1 &&
+               c.skin.first.back() == static_cast<int>(c.skin.link.size()) &&
+               std::is_sorted(c.skin.first.begin(), c.skin.first.end()) && c.skin.first[0] == 0 &&
+               c.skin.weight.size() == c.skin.link.size() &&
+               within(c.skin.link, c.skin.links.size()) &&
+               std::all_of(c.skin.links.begin(), c.skin.links.end(), body_known);
+  for (size_t i = 0; sound && i < bodies; ++i) {
+    sound = c.skeleton.parent[i] >= -1 && c.skeleton.parent[i] < static_cast<int>(i);
+  }
+  for (const Triangle& t : c.mesh.triangles) {
+    sound = sound && within({t.begin(), t.end()}, vertices);
+  }
+  for (const BodyClip& clip : c.animations) {
+    for (const BodyTrack& track : clip.tracks) {
+      sound = sound && body_known(track) &&
+              track.translation.times.size() == track.translation.values.size() &&
+              track.rotation.times.size() == track.rotation.values.size() &&
+              track.scale.times.size() == track.scale.values.size();
+    }
+  }
+  return sound;
+}
+
+// The bind pose as a skeleton whose joints are all fixed.
+void complete_skeleton(Character& character) {
+  Skeleton& skeleton = character.skeleton;
+  std::vector<Transform> rigid;
+  for (int i = 0; i < skeleton.size(); ++i) {
+    const int parent = skeleton.parent[i];
+    rigid.push_back(rigid_part(character.bind[i]));
+    skeleton.joint_in_parent.push_back(parent < 0 ? rigid[i] : rigid[parent].inverse() * rigid[i]);
+    skeleton.joint_names.emplace_back(parent < 0 ? "" : skeleton.body_names[i]);
+    skeleton.joint_types.push_back(Skeleton::JointType::kFixed);
+    skeleton.joint_axes.push_back(Vec3::UnitX());
+    skeleton.lower.push_back(0.0);
+    skeleton.upper.push_back(0.0);
+    skeleton.visuals.emplace_back();
+  }
+}
+
+std::vector<int> first_at_place(const TriMesh& mesh) {
+  const WeldResult welded = weld(mesh);
+  std::vector<int> first(welded.mesh.vertices.size(), -1), out;
+  for (size_t i = 0; i < welded.map_back.size(); ++i) {
+    int& one = first[welded.map_back[i]];
+    if (one < 0) one = static_cast<int>(i);
+    out.push_back(one);
+  }
+  return out;
+}
+
+}  // namespace
+
+bool names_character(const fs::path& file) {
+  const std::string ending = lower_ending(file);
+  return ending == "gltf" || ending == "glb" || ending == "fbx" || ending == "dae";
+}
+
+Character import_character(const fs::path& file, double scale) {
+  if (!names_character(file) && lower_ending(file) != "bvh") {
+    throw Error(ExitCode::kInput, file.string() +
+                                      ": characters are read from glTF, FBX and Collada, motion "
+                                      "from BVH as well; export it as one of these");
+  }
+  check_readable(file, kAssimpFileLimit);
+  Child child(file, "export it again, for instance as glTF", [&](std::string_view) {
+    Character character = read_character(file, scale);
+    Packer packer;
+    walk(packer, character);
+    return packer.bytes;
+  });
+  const std::string bytes = child.ask();
+  Character character;
+  Unpacker unpacker{bytes};
+  walk(unpacker, character);
+  if (!unpacker.finished() || !is_sound(character)) child.refuse("its reader sent nonsense");
+  complete_skeleton(character);
+  character.map_back = first_at_place(character.mesh);
+  return character;
+}
+
+}  // namespace thew

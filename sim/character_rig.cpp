@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/character_rig.h"
+
+#include <algorithm>
+
+#include "rig/character_import.h"
+#include "rig/math.h"
+#include "rig/mesh_import.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+int body_of(const Skeleton& skeleton, const std::string& name, const Place& place) {
+  const int body = find_body(skeleton, name);
+  if (body >= 0) return body;
+  throw Error(ExitCode::kUsage, place + ": body \"" + name + "\" is not in the character" +
+                                    did_you_mean(name, skeleton.body_names) + "; correct the name");
+}
+
+void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
+  const int body = body_of(skeleton, hinge.body, hinge.place);
+  skeleton.joint_names[body] = hinge.name;
+  skeleton.joint_types[body] = Skeleton::JointType::kRevolute;
+  skeleton.joint_axes[body] = hinge.axis;
+  skeleton.lower[body] = hinge.range[0];
+  skeleton.upper[body] = hinge.range[1];
+  skeleton.joint_in_parent[body].linear() *= rotation_about(hinge.axis, -hinge.at_bind);
+}
+
+BodyClip named_animation(const Scene& scene, const Character& character) {
+  std::vector<std::string> names;
+  for (const BodyClip& clip : character.animations) {
+    if (clip.name == scene.character.animation) return clip;
+    names.push_back(clip.name);
+  }
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  throw Error(ExitCode::kUsage, scene.clip_place + ": animation \"" + scene.character.animation +
+                                    "\" is not in " + scene.rig.string() +
+                                    did_you_mean(scene.character.animation, names) +
+                                    "; it has: " + (all.empty() ? "none" : all));
+}
+
+BodyClip motion_of(const Scene& scene, const Character& character,
+                   std::vector<std::string>& warnings) {
+  const Character motion = import_character(scene.character.motion);
+  if (motion.animations.empty()) {
+    throw Error(ExitCode::kInput,
+                scene.character.motion.string() + ": holds no motion; export it with its frames");
+  }
+  return retarget(motion, motion.animations[0], character, scene.character.motion_names,
+                  scene.clip_place, warnings);
+}
+
+}  // namespace
+
+void build_character(const Scene& scene, Model& model) {
+  CharacterRig& rig = model.character.emplace();
+  rig.character = import_character(scene.rig, scene.character.scale);
+  const Character& character = rig.character;
+  model.warnings.insert(model.warnings.end(), character.warnings.begin(), character.warnings.end());
+  model.skeleton = character.skeleton;
+  for (const SceneHinge& hinge : scene.character.hinges) add_hinge(hinge, model.skeleton);
+  if (!scene.character.animation.empty()) rig.clip = named_animation(scene, character);
+  if (!scene.character.motion.empty()) rig.clip = motion_of(scene, character, model.warnings);
+  Pose rest;
+  forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), rest);
+  for (int b = 0; b < model.skeleton.size(); ++b) {
+    rig.stretch.push_back(rigid_part(character.bind[b]).inverse() * character.bind[b]);
+    rig.rest.push_back(rest[b] * rig.stretch[b]);
+  }
+}
+
+void load_character_bones(const Scene& scene, Model& model) {
+  for (const SceneBone& of_scene : scene.character.bones) {
+    Bone bone;
+    bone.name = of_scene.name;
+    bone.body = body_of(model.skeleton, of_scene.body, of_scene.place);
+    bone.in_body = import_closed_mesh(of_scene.mesh);
+    bone.surface =
+        make_surface(bone.in_body.triangles, static_cast<int>(bone.in_body.vertices.size()));
+    model.bones.push_back(std::move(bone));
+  }
+}
+
+void build_skinned(Model& model) {
+  const CharacterRig& rig = *model.character;
+  const size_t count = model.muscles.size();
+  std::vector<Rows> rows(count);
+  std::vector<Bvh> trees;
+  trees.reserve(count);
+  std::vector<Collider> below;
+  for (size_t m = 0; m < count; ++m) {
+    const Muscle& muscle = model.muscles[m];
+    for (const Vec3& p : muscle.rest.vertices) rows[m].push_back(to_row(p));
+    trees.push_back(build_bvh(muscle.surface, rows[m]));
+    below.push_back({&muscle.surface, &trees[m], &rows[m], nullptr});
+  }
+  const Character& character = rig.character;
+  if (character.mesh.triangles.empty()) {
+    throw Error(ExitCode::kInput,
+                model.scene.rig.string() + ": has no skin; export the character with its mesh");
+  }
+  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, rig.rest, below,
+                               model.scene.skin.settings);
+  model.skin.surface.triangles = character.mesh.triangles;
+  model.skin.rest = model.skinned->rest;
+  model.has_skin = true;
+}
+
+void hash_character(const Model& model, Hash& hash) {
+  if (!model.character) return;
+  const CharacterRig& rig = *model.character;
+  const auto numbers = [&](const auto& list) {
+    const double count = static_cast<double>(list.size());
+    hash.add(&count, sizeof count);
+    hash.add(list.data(), list.size() * sizeof list[0]);
+  };
+  const auto affines = [&](const std::vector<Affine>& list) {
+    for (const Affine& one : list) hash.add(one.data(), 16 * sizeof(double));
+  };
+  affines(rig.rest);
+  affines(rig.character.rest);
+  for (const BodyTrack& track : rig.clip.tracks) {
+    hash.add(&track.body, sizeof track.body);
+    numbers(track.translation.times);
+    numbers(track.translation.values);
+    numbers(track.rotation.times);
+    for (const auto& q : track.rotation.values) hash.add(q.coeffs().data(), 4 * sizeof(double));
+    numbers(track.scale.times);
+    numbers(track.scale.values);
+  }
+  if (!model.skinned) return;
+  numbers(model.skinned->weights.link);
+  numbers(model.skinned->weights.weight);
+  const SkinSettings& settings = model.scene.skin.settings;
+  for (double value : {settings.reach, settings.bridging}) hash.add(&value, sizeof value);
+}
+
+bool is_animated(const Model& model) {
+  return model.character && !model.character->clip.tracks.empty();
+}
+
+void drive_character(const Model& model, double time, State& state) {
+  const CharacterRig& rig = *model.character;
+  if (is_animated(model)) {
+    std::vector<Affine> now;
+    animated_bodies(rig.character, rig.clip, std::max(time, 0.0), now);
+    const double share =
+        time >= 0.0 ? 1.0 : smoothstep(-model.scene.settle, -0.5 * model.scene.settle, time);
+    if (share < 1.0) {
+      blend_bodies(model.skeleton, rig.rest, now, share, state.bodies);
+    } else {
+      state.bodies = std::move(now);
+    }
+    for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
+    return;
+  }
+  state.bodies.resize(state.pose.size());
+  for (size_t b = 0; b < state.pose.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
+}
+
+}  // namespace thew

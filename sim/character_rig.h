@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/hash.h"
+#include "sim/state.h"
+
+namespace thew {
+
+// A rig that is a character's file, in the model and in each frame.
+
+/// Skeleton with its hinges, and the clip where it is an animation or a BVH.
+void build_character(const Scene& scene, Model& model);
+/// Meshes that the scene gives to bodies of the character.
+void load_character_bones(const Scene& scene, Model& model);
+/// The character's own skin, with the muscles under it.
+void build_skinned(Model& model);
+void hash_character(const Model& model, Hash& hash);
+
+/// Whether an animation moves all bodies, and not keys the hinges.
+bool is_animated(const Model& model);
+/// All bodies at `time` (s); before 0 they go from the rest pose to the clip's first. After the
+/// keyed joints have been applied.
+void drive_character(const Model& model, double time, State& state);
+
+}  // namespace thew

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene_rig.h"
+
+#include "rig/math.h"
+
+namespace thew {
+namespace {
+
+SceneHinge read_hinge(TomlValue& table) {
+  SceneHinge hinge;
+  hinge.place = table.place;
+  hinge.name = text_of(require(table, "name"));
+  hinge.body = text_of(require(table, "body"));
+  TomlValue& axis = require(table, "axis");
+  hinge.axis = vector_of(axis);
+  if (hinge.axis.norm() < 1e-9) refuse(axis, "give a direction, which is not zero");
+  hinge.axis.normalize();
+  constexpr Range kTurn{-360.0, 360.0};
+  read(table, "at_bind", hinge.at_bind, kTurn);
+  hinge.at_bind *= kDegree;
+  if (TomlValue* range = find(table, "range")) {
+    const std::vector<TomlValue>& ends = items_of(*range, "degrees, [from, to]", 2, 2);
+    hinge.range = {number_of(ends[0], kTurn) * kDegree, number_of(ends[1], kTurn) * kDegree};
+    if (hinge.range[1] < hinge.range[0]) refuse(ends[1], "give no less than the first");
+  }
+  return hinge;
+}
+
+}  // namespace
+
+void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) {
+  SceneCharacter& character = scene.character;
+  character.given = true;
+  read(table, "scale", character.scale, kPositive);
+  for (TomlValue* hinge : tables_of(table, "hinge")) {
+    character.hinges.push_back(read_hinge(*hinge));
+  }
+  for (TomlValue* bone : tables_of(table, "bone")) {
+    character.bones.push_back({name_of(require(*bone, "name")), text_of(require(*bone, "body")),
+                               file_of(require(*bone, "mesh"), folders), bone->place});
+  }
+}
+
+bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene) {
+  SceneCharacter& character = scene.character;
+  if (const TomlValue* name = find(table, "animation")) {
+    character.animation = text_of(*name);
+    scene.clip_place = name->place;
+    for (const char* other : {"keys", "file"}) {
+      if (TomlValue* both = find(table, other)) {
+        refuse(*both, "remove it, or the animation at " + name->place);
+      }
+    }
+    return true;
+  }
+  TomlValue* file = find(table, "file");
+  if (!file || file->type != TomlValue::Type::kText || !file->text.ends_with(".bvh")) return false;
+  scene.clip_place = file->place;
+  character.motion = file_of(*file, folders);
+  if (TomlValue* columns = find(table, "columns")) {
+    const TomlValue& names = entries_of(*columns);
+    for (size_t i = 0; i < names.items.size(); ++i) {
+      character.motion_names.push_back({names.keys[i], text_of(names.items[i])});
+    }
+  }
+  return true;
+}
+
+}  // namespace thew

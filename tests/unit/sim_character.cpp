@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A character's file as a scene's rig, and its own skin over muscles.
+#include <gtest/gtest.h>
+
+#include "rig/character_import.h"
+#include "rig/math.h"
+#include "rig_temp.h"
+#include "sim/step.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CharacterScene : public TempFolder {
+ protected:
+  // The robot with one muscle on its right arm; `more` is the rest of the scene.
+  fs::path robot_scene(const std::string& rig, const std::string& more = "") {
+    const fs::path robot = fs::path(THEW_SHARED_DATA) / "robot.glb";
+    if (!fs::exists(robot)) return {};
+    fs::copy_file(robot, folder / "robot.glb", fs::copy_options::overwrite_existing);
+    return write(
+        "scene.toml",
+        "[rig]\nfile = \"robot.glb\"\n" + rig +
+            "[[muscle]]\nname = \"a\"\npath = "
+            "[[\"UpperArm.R\", 0, 0.1, 0.1], [\"LowerArm.R\", 0, 0.4, 0.1]]\nprofile = { around "
+            "= 8, rings = 6, radius = [[0, 0.05]] }\n" +
+            more);
+  }
+};
+
+TEST_F(CharacterScene, AnimationMovesBodiesAndSkin) {
+  const fs::path file = robot_scene("[rig.clip]\nanimation = \"Robot_Wave\"\n",
+                                    "[skin]\nkind = \"skinned\"\n[scene]\nframes = \"1-8\"\n");
+  if (file.empty()) GTEST_SKIP() << "robot.glb is not there";
+  const Model model = build_model(read_scene(file));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  settle(model, parallel, state);
+  StageSeconds seconds;
+  step_frame(model, 0.25, parallel, state, seconds);
+  const Character robot = import_character(folder / "robot.glb");
+  const BodyClip* wave = nullptr;
+  for (const BodyClip& clip : robot.animations) wave = clip.name == "Robot_Wave" ? &clip : wave;
+  ASSERT_NE(wave, nullptr);
+  std::vector<Affine> world;
+  animated_bodies(robot, *wave, 0.25, world);
+  for (int b = 0; b < robot.skeleton.size(); ++b) {
+    EXPECT_LT((state.pose[b].translation() - world[b].translation()).norm(), 1e-12);
+  }
+  // Away from the muscle the skin is the user's own, in the user's order.
+  Rows x;
+  skin_vertices(robot.skin, robot.mesh, world, x);
+  ASSERT_EQ(x.size(), state.skin.x.size());
+  int same = 0, moved = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const double d = (to_vec(x[i]) - to_vec(state.skin.x[i])).norm();
+    same += d < 1e-12;
+    moved += d > 1e-5;
+    EXPECT_LT(d, 0.1);
+  }
+  EXPECT_GT(same, static_cast<int>(x.size()) / 2);
+  EXPECT_GT(moved, 0);
+}
+
+TEST_F(CharacterScene, HingeTurnsItsBodyFromTheBindPose) {
+  const fs::path file = robot_scene(
+      "[[rig.hinge]]\nname = \"elbow\"\nbody = \"LowerArm.R\"\naxis = [1, 0, 0]\nat_bind = 10\n"
+      "[rig.clip]\nunit = \"deg\"\nkeys = { elbow = [[1, 40]] }\n",
+      "[skin]\nkind = \"skinned\"\n");
+  if (file.empty()) GTEST_SKIP() << "robot.glb is not there";
+  const Model model = build_model(read_scene(file));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  settle(model, parallel, state);
+  const int fore = find_body(model.skeleton, "LowerArm.R");
+  const Transform bind = rigid_part(model.character->character.bind[fore]);
+  const Mat3 turned = bind.linear().transpose() * state.pose[fore].linear();
+  EXPECT_LT((turned - rotation_about(Vec3::UnitX(), 30 * kDegree)).norm(), 1e-9);
+  EXPECT_LT((state.pose[fore].translation() - bind.translation()).norm(), 1e-9);
+}
+
+TEST_F(CharacterScene, SkinAtRestIsTheUsersSkin) {
+  const fs::path file = robot_scene("", "[skin]\nkind = \"skinned\"\n");
+  if (file.empty()) GTEST_SKIP() << "robot.glb is not there";
+  const Model model = build_model(read_scene(file));
+  State state = initial_state(model);
+  const SkinnedSkin& skin = *model.skinned;
+  std::vector<Collider> muscles;
+  for (size_t m = 0; m < state.muscles.size(); ++m) {
+    muscles.push_back({&model.muscles[m].surface, &state.muscles[m].bvh, &state.muscles[m].x, {}});
+  }
+  step_skinned(skin, model.character->rest, muscles, state.skin);
+  int near = 0;
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    ASSERT_LT((to_vec(state.skin.x[i]) - model.character->character.mesh.vertices[i]).norm(), 3e-6);
+    near += skin.share[i] > 0.5;
+  }
+  EXPECT_GT(near, 0);
+}
+
+TEST_F(CharacterScene, SaysWhatItHasWhereANameIsWrong) {
+  const auto message = [&](const std::string& rig, const std::string& more = "") {
+    const fs::path file = robot_scene(rig, more);
+    if (file.empty()) return std::string("not there");
+    try {
+      build_model(read_scene(file));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string wave = message("[rig.clip]\nanimation = \"Robot_Wawe\"\n");
+  if (wave == "not there") GTEST_SKIP() << "robot.glb is not there";
+  EXPECT_HAS(wave, "scene.toml:4");
+  EXPECT_HAS(wave, "did you mean \"Robot_Wave\"");
+  EXPECT_HAS(message("[[rig.hinge]]\nname = \"e\"\nbody = \"LowerArmR\"\naxis = [1, 0, 0]\n"),
+             "did you mean \"LowerArm.R\"");
+  EXPECT_HAS(message("[rig.clip]\nanimation = \"Robot_Wave\"\nfile = \"x.bvh\"\n"), "remove it");
+  EXPECT_HAS(message("hinges = 1\n"), "hinge");
+}
+
+class PlacedWeights : public TempFolder {
+ protected:
+  Model with(const std::string& weights) {
+    fs::copy_file(fs::path(THEW_SOURCE_DIR) / "tests/scenes/one_muscle/rig.urdf",
+                  folder / "rig.urdf", fs::copy_options::overwrite_existing);
+    return build_model(
+        read_scene(write("scene.toml",
+                         "[rig]\nfile = \"rig.urdf\"\n[[muscle]]\nname = \"a\"\npath = "
+                         "[[\"humerus\", 0.03, -0.03, 0], [\"ulna\", 0.03, -0.05, 0]]\nprofile = "
+                         "{ around = 8, rings = 9, radius = [[0, 0.01]] }\nweights = " +
+                             weights + "\n")));
+  }
+};
+
+TEST_F(PlacedWeights, FindTheirVerticesInAnyOrder) {
+  const Model even = with("\"even\"");
+  const std::vector<Vec3>& rest = even.muscles[0].rest.vertices;
+  std::string list;
+  for (size_t i = rest.size(); i-- > 0;) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%.9f %.9f %.9f %d\n", rest[i].x() + 2e-4, rest[i].y(),
+                  rest[i].z(), i % 8 == 1 ? 3 : 1);
+    list += line;
+  }
+  write("w.txt", list);
+  const Model placed = with("{ file = \"w.txt\" }");
+  const std::vector<double>&a = even.muscles[0].weights, &b = placed.muscles[0].weights;
+  double heavy = 0.0, light = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (a[i] > 0.0) (i % 8 == 1 ? heavy : light) = b[i] / a[i];
+  }
+  EXPECT_NEAR(heavy / light, 3.0, 1e-9);
+  try {
+    with("{ file = \"w.txt\", tolerance = 1e-4 }");
+    ADD_FAILURE() << "0.2 mm are within 0.1 mm";
+  } catch (const Error& error) {
+    EXPECT_HAS(std::string(error.what()), "tolerance");
+  }
+}
+
+TEST_F(PlacedWeights, ColoursOfAPaintedMesh) {
+  const Model even = with("\"even\"");
+  const TriMesh& rest = even.muscles[0].rest;
+  std::string ply = "ply\nformat ascii 1.0\nelement vertex " +
+                    std::to_string(rest.vertices.size()) +
+                    "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar "
+                    "red\nproperty uchar green\nproperty uchar blue\nelement face " +
+                    std::to_string(rest.triangles.size()) +
+                    "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (size_t i = 0; i < rest.vertices.size(); ++i) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%.9f %.9f %.9f 51 %d 0\n", rest.vertices[i].x(),
+                  rest.vertices[i].y(), rest.vertices[i].z(), i % 8 == 1 ? 255 : 85);
+    ply += line;
+  }
+  for (const Triangle& t : rest.triangles) {
+    ply += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+           "\n";
+  }
+  write("painted.ply", ply);
+  const Model painted = with("{ colour = \"green\", file = \"painted.ply\" }");
+  const std::vector<double>&a = even.muscles[0].weights, &b = painted.muscles[0].weights;
+  double heavy = 0.0, light = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (a[i] > 0.0) (i % 8 == 1 ? heavy : light) = b[i] / a[i];
+  }
+  EXPECT_NEAR(heavy / light, 3.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "rig/character_import.h"
+#include "rig_temp.h"
+#include "sim/model.h"
+#include "tools/commands.h"
+#include "tools/new_arm.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+class NewScene : public TempFolder {
+ protected:
+  fs::path data(const char* name) { return fs::path(THEW_SHARED_DATA) / name; }
+};
+
+TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
+  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
+  NewOptions options;
+  options.character = data("robot.glb");
+  options.out = folder / "robot.toml";
+  options.scale = 0.4;
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(options.out));  // all meshes closed, outward
+  ASSERT_EQ(model.muscles.size(), 24u);
+  EXPECT_EQ(model.bones.size(), 10u);
+  for (size_t m = 0; m < 12; ++m) {
+    EXPECT_EQ(model.muscles[m].name, model.scene.muscles[m + 12].name.substr(
+                                         0, model.scene.muscles[m + 12].name.rfind("_left")) +
+                                         "_right");
+    EXPECT_GT(model.muscles[m].rest_volume, 0.0);
+    EXPECT_GT(model.muscles[m + 12].rest_volume, 0.0);
+  }
+  EXPECT_THROW(new_command(options), Error);  // what is there may have been edited
+}
+
+TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
+  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
+  const Character man = import_character(data("cesium_man.gltf"));
+  std::vector<std::string> notes;
+  const auto arms = find_arms(man, "both", {}, "man", notes);
+  ASSERT_EQ(arms.size(), 2u);
+  EXPECT_EQ(notes.size(), 2u);
+  // He looks along +x, so his right is at +z.
+  EXPECT_GT(man.bind[arms[0].humerus].translation().z(), 0.0);
+  EXPECT_LT(man.bind[arms[1].humerus].translation().z(), 0.0);
+  EXPECT_EQ(man.skeleton.parent[arms[0].hand], arms[0].forearm);
+  EXPECT_EQ(man.skeleton.parent[arms[0].forearm], arms[0].humerus);
+}
+
+TEST_F(NewScene, LandmarksLandOnTheCharactersJoints) {
+  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
+  const Character man = import_character(data("cesium_man.gltf"));
+  std::vector<std::string> notes;
+  const ArmLandmarks landmarks{Vec3(0.006, -0.29, -0.012), Vec3(0.028, -0.56, 0.035),
+                               Vec3(0.05, 0.04, 0.998).normalized(), 0.045, 0.04};
+  const auto arms = find_arms(man, "both", {}, "man", notes);
+  std::vector<ArmFit> fits;
+  for (const ArmBodies& arm : arms) fits.push_back(fit_arm(man, arm, landmarks));
+  const Pose rest = rest_pose_of(man, arms, fits);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_LT((map_point(fits[i], Vec3::Zero()) - rest[arms[i].humerus].translation()).norm(),
+              1e-6);
+    EXPECT_LT((map_point(fits[i], landmarks.elbow) - rest[arms[i].forearm].translation()).norm(),
+              1e-6);
+    EXPECT_LT((map_point(fits[i], landmarks.wrist) - rest[arms[i].hand].translation()).norm(),
+              1e-6);
+    EXPECT_EQ(fits[i].frame.determinant() < 0.0, arms[i].left);
+  }
+  // The two arms of a man who is alike on both sides are mapped alike, mirrored in z.
+  for (const Vec3& p : {Vec3(0.05, -0.1, 0.02), Vec3(0.03, -0.4, -0.01)}) {
+    Vec3 a = map_point(fits[0], p), b = map_point(fits[1], p);
+    b.z() = -b.z() - 0.01;  // his middle lies at -5 mm
+    EXPECT_LT((a - b).norm(), 2e-3);
+  }
+}
+
+TEST_F(NewScene, DoubtIsToldWithItsCandidates) {
+  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
+  const Character robot = import_character(data("robot.glb"));
+  std::vector<std::string> notes;
+  const auto message = [&](const Character& character, const BoneMap& map) -> std::string {
+    try {
+      find_arms(character, "right", map, "x.glb", notes);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message(robot, {}), "");
+  EXPECT_HAS(message(robot, {{"humerus", "UpperArmR"}}), "did you mean \"UpperArm.R\"");
+  EXPECT_HAS(message(robot, {{"humerous", "UpperArm.R"}}), "did you mean \"humerus\"");
+  EXPECT_HAS(message(robot, {{"forearm", "Neck"}}), "does not hang on");
+  Character nameless = robot;
+  for (std::string& name : nameless.skeleton.body_names) name = "b" + name.substr(name.size() - 1);
+  nameless.mesh.vertices.clear();
+  EXPECT_HAS(message(nameless, {}), "Candidates:");
+}
+
+}  // namespace
+}  // namespace thew

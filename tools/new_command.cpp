@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// thew new: the template's muscles on another character, as a scene that its artist goes on with.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "muscles/path.h"
+#include "rig/character_import.h"
+#include "rig/math.h"
+#include "rig/mesh_import.h"
+#include "rig/text.h"
+#include "rig/urdf_import.h"
+#include "sim/durable_file.h"
+#include "sim/scene.h"
+#include "tools/commands.h"
+#include "tools/new_arm.h"
+#include "tools/obj_text.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
+constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
+
+struct Template {
+  Scene scene;
+  Skeleton skeleton;
+  Pose rest;
+  Vec3 humerus;  // its origin at rest
+  ArmLandmarks landmarks;
+};
+
+// Beside the program, where it was installed; else in the tree it was built from.
+fs::path template_file() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / ".." / THEW_SHARE / "arm" / "arm.toml";
+  for (const fs::path& file : {installed, fs::path(THEW_ASSETS) / "arm" / "arm.toml"}) {
+    if (fs::is_regular_file(file, error)) return fs::canonical(file);
+  }
+  throw Error(ExitCode::kInput, installed.string() +
+                                    ": the template is not there; install Thew with its folder "
+                                    "share");
+}
+
+Template read_template() {
+  Template of;
+  of.scene = read_scene(template_file());
+  of.skeleton = import_urdf(of.scene.rig, of.scene.folder);
+  forward_kinematics(of.skeleton, std::vector<double>(of.skeleton.size(), 0.0), of.rest);
+  const auto place = [&](const char* body) {
+    return Vec3(of.rest[find_body(of.skeleton, body)].translation());
+  };
+  of.humerus = place("humerus");
+  of.landmarks.elbow = place("ulna") - of.humerus;
+  of.landmarks.wrist = place("hand") - of.humerus;
+  of.landmarks.elbow_axis = of.skeleton.joint_axes[find_body(of.skeleton, "ulna")];
+  std::vector<Vec3> skin = import_closed_mesh(of.scene.skin.mesh).vertices;
+  for (Vec3& p : skin) p -= of.humerus;
+  of.landmarks.girth_upper = girth_of(skin, Vec3::Zero(), of.landmarks.elbow);
+  of.landmarks.girth_fore = girth_of(skin, of.landmarks.elbow, of.landmarks.wrist);
+  return of;
+}
+
+// One arm of the character with all that is needed to put the template's things on it.
+struct Target {
+  const Template& from;
+  const Character& character;
+  const Pose& rest;
+  ArmBodies arm;
+  ArmFit fit;
+  std::string side;  // "right" or "left"
+
+  int body_of(int template_body) const {
+    const std::string& name = from.skeleton.body_names[template_body];
+    if (name == "scapula") return arm.clavicle;
+    if (name == "humerus") return arm.humerus;
+    return name == "hand" ? arm.hand : arm.forearm;
+  }
+  const std::string& name_of(int body) const { return character.skeleton.body_names[body]; }
+  Vec3 mapped(const Vec3& world) const { return map_point(fit, world - from.humerus); }
+};
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (char c : text) {
+    if (c == '"' || c == '\\') out.push_back('\\');
+    out.push_back(c);
+  }
+  return out + "\"";
+}
+
+TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into) {
+  for (Vec3& p : mesh.vertices) p = into * to.mapped(p);
+  if (to.fit.mirrored) {
+    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return mesh;
+}
+
+MusclePath template_path(const Template& from, const SceneMuscle& muscle) {
+  MusclePath path;
+  for (const ScenePathPoint& point : muscle.path) {
+    path.points.push_back({find_body(from.skeleton, point.body), point.position});
+  }
+  for (const SceneWrap& wrap : muscle.wraps) {
+    path.wraps.push_back({wrap.segment, find_body(from.skeleton, wrap.body), wrap.centre,
+                          wrap.axis.normalized(), wrap.radius, wrap.turn});
+  }
+  return path;
+}
+
+MusclePath mapped_path(const Target& to, MusclePath path) {
+  for (PathPoint& point : path.points) {
+    const Vec3 world = to.mapped(to.from.rest[point.body] * point.position);
+    point.body = to.body_of(point.body);
+    point.position = to.rest[point.body].inverse() * world;
+  }
+  for (WrapCylinder& wrap : path.wraps) {
+    const Transform& place = to.from.rest[wrap.body];
+    const Vec3 world = to.mapped(place * wrap.centre);
+    const Vec3 axis = to.fit.frame * (place.linear() * wrap.axis);
+    wrap.body = to.body_of(wrap.body);
+    wrap.centre = to.rest[wrap.body].inverse() * world;
+    wrap.axis = (to.rest[wrap.body].linear().transpose() * axis).normalized();
+    wrap.radius *= 0.5 * (to.fit.girth_upper + to.fit.girth_fore);
+    if (to.fit.mirrored) wrap.turn = -wrap.turn;
+  }
+  return path;
+}
+
+// The same places along the mapped path, in its own metres.
+std::array<double, 2> mapped_belly(const Target& to, const MusclePath& before,
+                                   const MusclePath& after, const std::array<double, 2>& belly) {
+  const TracedPath traced = trace_path(before, to.from.rest);
+  std::vector<double> s = {0.0}, mapped = {0.0};
+  for (size_t i = 1; i < traced.points.size(); ++i) {
+    const Vec3 &a = traced.points[i - 1], &b = traced.points[i];
+    s.push_back(s.back() + (b - a).norm());
+    mapped.push_back(mapped.back() + (to.mapped(b) - to.mapped(a)).norm());
+  }
+  const double length = trace_path(after, to.rest).length;
+  std::array<double, 2> out;
+  for (int k = 0; k < 2; ++k) {
+    const double at = belly[k] / traced.length * s.back();
+    size_t i = 1;
+    while (i + 1 < s.size() && s[i] < at) ++i;
+    const double u = s[i] > s[i - 1] ? (at - s[i - 1]) / (s[i] - s[i - 1]) : 0.0;
+    out[k] =
+        std::clamp((mapped[i - 1] + u * (mapped[i] - mapped[i - 1])) / mapped.back(), 0.0, 1.0) *
+        length;
+  }
+  return out;
+}
+
+std::string weights_text(const WeightProfile& weights) {
+  for (const char* preset : {"left", "even", "right"}) {
+    if (preset_profile(preset).keys == weights.keys) return quoted(preset);
+  }
+  std::string text;
+  for (const auto& [u, w] : weights.keys) {
+    text += (text.empty() ? "[" : ", [") + metres(u) + ", " + metres(w) + "]";
+  }
+  return "{ profile = [" + text + "] }";
+}
+
+std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
+                        const fs::path& mesh) {
+  const MusclePath before = template_path(to.from, muscle), after = mapped_path(to, before);
+  const std::array<double, 2> belly = mapped_belly(to, before, after, muscle.belly);
+  std::string text =
+      "[[muscle]]\nname = " + quoted(name) + "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
+  for (const PathPoint& point : after.points) {
+    text += "  [" + quoted(to.name_of(point.body)) + ", " + metres(point.position, ", ") + "],\n";
+  }
+  text += "]\n";
+  for (const WrapCylinder& wrap : after.wraps) {
+    text += "wrap = [{ segment = " + std::to_string(wrap.segment) +
+            ", body = " + quoted(to.name_of(wrap.body)) + ", centre = [" +
+            metres(wrap.centre, ", ") + "], axis = [" + metres(wrap.axis, ", ") +
+            "], radius = " + metres(wrap.radius) + ", turn = " + metres(wrap.turn) + " }]\n";
+  }
+  // Force goes with the section, fibres with the length.
+  const double girth = to.fit.girth_upper;
+  return text + "belly = [" + metres(belly[0]) + ", " + metres(belly[1]) +
+         "]\nweights = " + weights_text(muscle.weights) +
+         "\nf_max = " + number_text(muscle.f_max * girth * girth) +
+         "\nfibre_length = " + metres(muscle.fibre_length * to.fit.along_upper) + "\n\n";
+}
+
+// Files of one arm, and its part of the scene.
+struct Written {
+  std::string rig, muscles, ignore, keys;
+};
+
+void write_arm(const Target& to, const fs::path& folder, Written& out) {
+  const Template& from = to.from;
+  const Transform world = Transform::Identity();
+  for (int b = 0; b < from.skeleton.size(); ++b) {
+    for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
+      TriMesh mesh = import_closed_mesh(visual.mesh_file);
+      for (Vec3& p : mesh.vertices) {
+        p = from.rest[b] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
+      }
+      const int body = to.body_of(b);
+      const std::string name = from.skeleton.body_names[b] + "_" + to.side;
+      const fs::path file = fs::path("bones") / (name + ".obj");
+      write_durably(
+          folder / file,
+          obj_text(name + " in the frame of " + to.name_of(body) + ", metres; made by thew new",
+                   mapped_mesh(to, mesh, to.rest[body].inverse()), Vec3::Zero()));
+      out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
+                 "\nmesh = " + quoted(file.string()) + "\n\n";
+    }
+  }
+  for (const SceneMuscle& muscle : from.scene.muscles) {
+    const std::string name = muscle.name + "_" + to.side;
+    const fs::path file = fs::path("muscles") / (name + ".obj");
+    const TriMesh mesh = mapped_mesh(to, import_closed_mesh(muscle.mesh), world);
+    write_durably(folder / file, obj_text(name + " at rest, in the world, metres; made by thew new",
+                                          mesh, Vec3::Zero()));
+    out.muscles += muscle_text(to, muscle, name, file);
+  }
+  for (const auto& [a, b] : from.scene.contact.ignore) {
+    out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(a + "_" + to.side) + ", " +
+                  quoted(b + "_" + to.side) + "]";
+  }
+  Pose bind;
+  forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),
+                     bind);
+  const double degrees = to.fit.at_bind / kDegree;
+  const std::string elbow = "elbow_" + to.side;
+  out.rig += "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
+             quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
+             metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
+             "]\nat_bind = " + number_text(degrees) + "\nrange = [" +
+             number_text(std::min(0.0, std::floor(degrees))) + ", 140]\n\n";
+  out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
+              "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
+}
+
+std::string view_text(const std::string& name, const char* show, const Vec3& eye,
+                      const Vec3& target) {
+  return "[[render.view]]\nname = " + quoted(name) + "\nshow = " + quoted(show) + "\neye = [" +
+         metres(eye, ", ") + "]\ntarget = [" + metres(target, ", ") + "]\nfield_of_view = 30\n\n";
+}
+
+// From before the breast and a little above, at the first arm.
+std::string views_text(const Target& to) {
+  const Vec3 shoulder = to.rest[to.arm.humerus].translation();
+  const Vec3 elbow = to.fit.elbow, bend = to.fit.frame.col(0);
+  const Vec3 wrist = to.rest[to.arm.hand].translation();
+  const double size = (shoulder - elbow).norm() + (wrist - elbow).norm();
+  const double way = (bend - bend.y() * Vec3::UnitY()).norm();
+  Vec3 from = way > 0.3 ? Vec3(bend.x(), 0.0, bend.z()).normalized() : Vec3::UnitZ();
+  const Vec3 out = to.fit.frame.col(2) - to.fit.frame.col(2).y() * Vec3::UnitY();
+  from = (from + 0.8 * out + 0.25 * Vec3::UnitY()).normalized();
+  const Vec3 target = elbow + 0.1 * size * bend, eye = target + 2.4 * size * from;
+  return view_text("skin", "skin", eye, target) + view_text("muscles", "muscles", eye, target);
+}
+
+std::string clip_text(const Written& written, const Character& character) {
+  std::string text = "[rig.clip]\nunit = \"deg\"\nkeys = { " + written.keys + " }\n";
+  if (!character.animations.empty()) {
+    text +=
+        "# Or instead of unit and keys one of the character's own, or a BVH (file = \"x.bvh\"):\n";
+  }
+  for (const BodyClip& clip : character.animations) {
+    text += "# animation = " + quoted(clip.name) + "  # " + number_text(clip.duration) + " s\n";
+  }
+  return text + "\n";
+}
+
+std::string scene_text(const std::string& name, const fs::path& character_file, double scale,
+                       const Written& written, const std::string& clip, const std::string& views) {
+  return "# Twelve muscles an arm on " + character_file.filename().string() +
+         ", made by `thew new`: metres, seconds, newtons. Yours to edit.\n[scene]\nname = " +
+         quoted(name) +
+         "\nfps = 24\nframes = \"1-72\"\nsettle = 2.0\ngravity = [0, -9.81, 0]\n\n[rig]\nfile = " +
+         quoted(character_file.string()) + "\n" +
+         (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + written.rig + clip +
+         written.muscles +
+         "[skin]  # the character's own, with the muscles' displacement on top\nkind = "
+         "\"skinned\"\n\n[contact]\nignore = [" +
+         written.ignore + "]\n\n[render]\nsize = [960, 540]\n\n" + views +
+         "[[bound]]\nvolume_error = 1e-9\n";
+}
+
+// A scene reads nothing outside its folder: a character from elsewhere is copied beside it.
+fs::path bring_character(const fs::path& file, const fs::path& folder) {
+  const fs::path real = fs::canonical(file), below = fs::canonical(folder);
+  if (is_below(real, below)) return fs::relative(real, below);
+  write_durably(folder / file.filename(), read_whole(real, size_t{256} << 20));
+  return file.filename();
+}
+
+void say_fit(const Target& to, double scale) {
+  const Skeleton& skeleton = to.character.skeleton;
+  const double length = to.fit.along_upper * to.from.landmarks.elbow.norm();
+  std::printf(
+      "%s arm: clavicle %s, humerus %s, forearm %s, hand %s\n", to.side.c_str(),
+      skeleton.body_names[to.arm.clavicle].c_str(), skeleton.body_names[to.arm.humerus].c_str(),
+      skeleton.body_names[to.arm.forearm].c_str(), skeleton.body_names[to.arm.hand].c_str());
+  std::printf(
+      "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
+      "%.2f; "
+      "bent by %.1f deg in the bind pose\n",
+      length, to.fit.along_upper, to.fit.girth_upper, to.fit.along_fore, to.fit.girth_fore,
+      to.fit.at_bind / kDegree);
+  if (length >= kShortestHumerus && length <= kLongestHumerus) return;
+  std::fprintf(stderr,
+               "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "
+               "is not the metre, give --scale %.3g\n",
+               length, scale * 0.32 / length);
+}
+
+}  // namespace
+
+ExitCode new_command(const NewOptions& options) {
+  if (options.out.extension() != ".toml") {
+    throw Error(ExitCode::kUsage,
+                options.out.string() + ": a scene's name ends in .toml; give --out SCENE.toml");
+  }
+  if (fs::exists(options.out) && !options.force) {
+    throw Error(ExitCode::kUsage, options.out.string() +
+                                      ": exists already, and may have been edited; give another "
+                                      "name, or --force to replace it");
+  }
+  const Template from = read_template();
+  if (!names_character(options.character)) {
+    throw Error(ExitCode::kInput,
+                options.character.string() + ": give a skinned character as glTF, FBX or Collada");
+  }
+  Character character = import_character(options.character, options.scale);
+  for (const std::string& warning : character.warnings) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  }
+  std::vector<std::string> notes;
+  const std::vector<ArmBodies> arms =
+      find_arms(character, options.side, options.map, options.character.string(), notes);
+  for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+  std::vector<ArmFit> fits;
+  for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.landmarks));
+  const Pose rest = rest_pose_of(character, arms, fits);
+
+  const fs::path folder = fs::absolute(options.out).parent_path();
+  for (const char* below : {"bones", "muscles"}) create_folders(folder / below);
+  const fs::path file = bring_character(options.character, folder);
+  Written written;
+  std::optional<std::string> views;
+  for (size_t i = 0; i < arms.size(); ++i) {
+    const Target to{from, character, rest, arms[i], fits[i], arms[i].left ? "left" : "right"};
+    say_fit(to, options.scale);
+    write_arm(to, folder, written);
+    if (!views) views = views_text(to);
+  }
+  write_durably(options.out, scene_text(options.out.stem().string(), file, options.scale, written,
+                                        clip_text(written, character), *views));
+  std::printf("%s: %zu muscles; next: thew bake %s --out FOLDER\n", options.out.c_str(),
+              arms.size() * from.scene.muscles.size(), options.out.c_str());
+  return ExitCode::kDone;
+}
+
+}  // namespace thew

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "rig/mesh.h"
+
+namespace thew {
+
+/// Metres with nine places, without the zeros at the end.
+std::string metres(double value);
+std::string metres(const Vec3& p, const char* between);
+/// An OBJ of vertices and triangles; `what` is its first line.
+std::string obj_text(const std::string& what, const TriMesh& mesh, const Vec3& shift);
+
+}  // namespace thew

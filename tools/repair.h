@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "rig/mesh.h"
+
+namespace thew {
+
+/// Does what cannot spoil a mesh: joins vertices that lie within a millionth of its extent where it
+/// is open, drops triangles without area and those that are there twice, turns triangles to one
+/// winding and closed parts outward, fills holes of at most eight edges, drops loose vertices. One
+/// line for each thing done.
+std::vector<std::string> repair(TriMesh& mesh);
+
+/// Reads, repairs and writes an OBJ; returns what was done. What is left is for find_defects.
+std::vector<std::string> repair_file(const std::filesystem::path& file,
+                                     const std::filesystem::path& out);
+
+}  // namespace thew

@@ -33,7 +33,7 @@ struct MuscleState : MuscleMotion {
   int unreached = 0;                  ///< substeps in which the volume could not be reached
   int weight_fallbacks = 0;           ///< iterations in which even weights had to stand in
   // Scratch, kept so that a step does not allocate.
-  std::vector<Contact> contacts_before;
+  std::vector<Contact> contacts_before, pressing;
   std::vector<double> push_before;
   Rows start;  ///< x when the step began
   Rows seen;   ///< x when the iteration began, as the others see it

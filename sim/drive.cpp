@@ -27,11 +27,15 @@ void joints_at(const Model& model, double time, std::vector<double>& joints) {
 
 void drive_bones(const Model& model, double time, State& state) {
   joints_at(model, time, state.joints);
+  const Pose before = state.pose;
   forward_kinematics(model.skeleton, state.joints, state.pose);
   if (model.character) drive_character(model, time, state);
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     const Transform& place = state.pose[bone.body];
+    const bool still = before.size() == state.pose.size() &&
+                       before[bone.body].matrix() == place.matrix();
+    if (still) continue;
     for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
       state.bones[b].x[i] = to_row(place * bone.in_body.vertices[i]);
     }
@@ -118,8 +122,12 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     MuscleState& now = state.muscles[m];
     now.contacts_before.swap(now.contacts);
     now.push_before.swap(now.push);
-    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.memory,
-                  now.contacts);
+    now.pressing.clear();
+    for (size_t c = 0; c < now.contacts_before.size(); ++c) {
+      if (now.push_before[c] > 0.0) now.pressing.push_back(now.contacts_before[c]);
+    }
+    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.pressing,
+                  now.memory, now.contacts);
     keep_pushes(now);
   });
 }

@@ -86,6 +86,7 @@ void walk(Archive& archive, State& state) {
   for (Rows* rows : {&state.skin.x, &state.skin.offset, &state.skin.force, &state.skin.slip}) {
     walk(archive, *rows);
   }
+  walk(archive, state.skin.moved);
 }
 
 }  // namespace

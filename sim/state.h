@@ -35,7 +35,7 @@ struct MuscleState : MuscleMotion {
   Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
   int weight_fallbacks = 0;             ///< iterations in which even weights had to stand in
   // Scratch, kept so that a step does not allocate.
-  std::vector<Contact> contacts_before;
+  std::vector<Contact> contacts_before, pressing;
   std::vector<double> push_before;
   Rows start;  ///< x when the step began
   Rows seen;   ///< x when the iteration began, as the others see it

@@ -36,7 +36,8 @@ Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
 
 void find_contacts(const std::vector<Collider>& colliders, int mover,
                    const std::vector<char>& ignore, const ContactSettings& settings,
-                   ContactMemory& memory, std::vector<Contact>& contacts) {
+                   const std::vector<Contact>& pressing, ContactMemory& memory,
+                   std::vector<Contact>& contacts) {
   contacts.clear();
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
@@ -44,6 +45,14 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
   const double reach = std::max(settings.margin, settings.max_depth);
   memory.triangle.resize(static_cast<size_t>(nodes) * others, -1);
   memory.clear.resize(memory.triangle.size(), 0.0);
+  auto pressed = pressing.begin();
+  const auto is_pressed = [&](int node, int other) {
+    const auto before = [&] {
+      return pressed->node < node || (pressed->node == node && pressed->other < other);
+    };
+    while (pressed != pressing.end() && before()) ++pressed;
+    return pressed != pressing.end() && pressed->node == node && pressed->other == other;
+  };
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;
     const Vec3 p = to_vec((*self.x)[node]);
@@ -52,14 +61,15 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
       const Collider& target = colliders[other];
       double& clear = memory.clear[static_cast<size_t>(node) * others + other];
       clear -= self.moved + target.moved;  // what both moved can have come nearer at most
-      if (clear >= settings.margin || !in_reach(*target.bvh, p, settings.margin)) continue;
+      const double margin = is_pressed(node, other) ? reach : settings.margin;
+      if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
       int& hint = memory.triangle[static_cast<size_t>(node) * others + other];
       const ClosestPoint near =
           closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
       clear = near.triangle < 0 ? reach : std::max(near.distance, 0.0);
       if (near.triangle < 0) continue;
       hint = near.triangle;
-      if (near.distance >= settings.margin || near.distance <= -settings.max_depth) continue;
+      if (near.distance >= margin || near.distance <= -settings.max_depth) continue;
       const Vec3 normal = steady_normal(self, node, contact_normal(near, p));
       Contact contact{node, other, near.triangle, {}, normal, normal.dot(p - near.point)};
       std::copy(near.barycentric, near.barycentric + 3, contact.barycentric);

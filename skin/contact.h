@@ -35,7 +35,7 @@ struct Contact {
 };
 
 struct ContactSettings {
-  double margin = 0.004;     ///< m, how far ahead contacts are looked for
+  double margin = 0.0015;    ///< m, how far ahead contacts are looked for
   double max_depth = 0.006;  ///< m, deeper ones are looked for as well
   double gap = 6e-4;         ///< m, kept between surfaces
 };
@@ -44,10 +44,13 @@ struct ContactSettings {
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 
 /// All contacts of the free nodes of `mover` with the other colliders, by node, then by collider.
-/// `ignore[other]` true: that pair is left out (declared attachment patches). `memory` goes
-/// from call to call (sized on first use).
+/// `ignore[other]` true: that pair is left out (declared attachment patches). `pressing`: contacts
+/// of the step before that bore a force, in the same order; they are let go of beyond `max_depth`,
+/// not `margin`, so that no force vanishes in a step. `memory` goes from call to call (sized on
+/// first use).
 void find_contacts(const std::vector<Collider>& colliders, int mover,
                    const std::vector<char>& ignore, const ContactSettings& settings,
-                   ContactMemory& memory, std::vector<Contact>& contacts);
+                   const std::vector<Contact>& pressing, ContactMemory& memory,
+                   std::vector<Contact>& contacts);
 
 }  // namespace thew

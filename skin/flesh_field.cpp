@@ -70,7 +70,7 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
   struct Distance {
     double away;
     int plane;
-  } d[FleshPlanes::kMost];
+  } d[FleshPlanes::kMost] = {};
   for (int k = 0; k < count; ++k) {
     const double distance = near[k].normal.dot(x) - near[k].offset;
     int at = k;

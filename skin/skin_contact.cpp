@@ -104,7 +104,7 @@ void even_out(const SkinModel& model, int i, SkinState& state) {
     sum += model.weights[k] * state.x[model.neighbours[k]];
     weight += model.weights[k];
   }
-  state.x[i] = sum * (1.0 / weight);
+  state.x[i] += 0.5 * (sum * (1.0 / weight) - state.x[i]);
 }
 
 }  // namespace
@@ -191,7 +191,7 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 }
 
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  constexpr int kSweeps = 4;
+  constexpr int kSweeps = 1;
   std::vector<char> marked(state.x.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
     refit_bvh(model.surface, state.x, state.bvh);

@@ -162,6 +162,7 @@ void predict_skin(SkinState& state) {
     const double share = std::min(kReturn, kLongestReturn / std::max(far, kLongestReturn));
     state.x[i] = state.elastic[i] + offset + share * back;
   }
+  state.predicted = state.x;
 }
 
 void relax(const SkinModel& model, SkinState& state) {
@@ -169,6 +170,15 @@ void relax(const SkinModel& model, SkinState& state) {
   find_normals(model, state);
   for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
+}
+
+void ease(SkinState& state) {
+  constexpr double kSpeedUp = 2.0, kAlways = 1.5e-4;  // m
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Row way = state.x[i] - state.predicted[i];
+    const double far = std::sqrt(dot(way, way)), most = kSpeedUp * state.moved[i] + kAlways;
+    if (far > most) state.x[i] = state.predicted[i] + (most / far) * way;
+  }
 }
 
 void remember(const SkinModel& model, SkinState& state) {
@@ -185,6 +195,8 @@ void remember(const SkinModel& model, SkinState& state) {
     const Row way = flesh.found ? to_row(way_out(flesh, state.normals[i])) : Row{};
     state.force[i] = turn_back(state.turns[i], dot(way, sum) * way);
     state.offset[i] = turn_back(state.turns[i], d);
+    const Row led = state.x[i] - state.predicted[i];
+    state.moved[i] = std::sqrt(dot(led, led));
     state.slip[i] = turn_back(state.turns[i], state.x[i] - state.bound[i]);
   }
 }

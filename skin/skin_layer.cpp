@@ -17,6 +17,7 @@ SkinState initial_skin(const SkinModel& model) {
   state.x = state.bound = state.elastic = state.normals = state.looked = model.rest;
   state.offset.assign(nodes, Row{});
   state.force = state.slip = state.offset;
+  state.moved.assign(nodes, 0.0);
   state.turned.resize(model.neighbours.size());
   state.turns.resize(nodes);
   state.planes.planes.resize(nodes);
@@ -42,6 +43,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
     part_folds(model, state);
     cover_triangles(model, state);
   }
+  ease(state);
   cover_flesh(model, below, state);
   untangle(model, below, state);
   remember(model, state);

@@ -56,16 +56,18 @@ struct SkinFold {
 struct SkinState {
   Rows x;
   // What a step reads of the step before, turned back to the bind pose.
-  Rows offset;  ///< m, of x from the elastic shape
-  Rows force;   ///< of the flesh on each node, in m of stretch of an edge of weight 1
-  Rows slip;    ///< m, of x from the bound shape
+  Rows offset;                ///< m, of x from the elastic shape
+  Rows force;                 ///< of the flesh on each node, in m of stretch of an edge of weight 1
+  Rows slip;                  ///< m, of x from the bound shape
+  std::vector<double> moved;  ///< m, how far the passes led from the prediction
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
-  Rows bound;    ///< carried by the bodies alone
-  Rows elastic;  ///< least elastic energy, without the flesh
-  Rows turned;   ///< e by neighbour
-  Rows normals;  ///< of the skin, evened out
-  Rows looked;   ///< x when the flesh below was last looked up
+  Rows bound;      ///< carried by the bodies alone
+  Rows elastic;    ///< least elastic energy, without the flesh
+  Rows turned;     ///< e by neighbour
+  Rows normals;    ///< of the skin, evened out
+  Rows predicted;  ///< x before the passes
+  Rows looked;     ///< x when the flesh below was last looked up
   std::vector<Mat3> turns;
   FleshPlanes planes;
   std::vector<SkinPlane> covers;

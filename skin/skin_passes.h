@@ -29,6 +29,10 @@ void part_folds(const SkinModel& model, SkinState& state);
 /// Moves triangles out over what look_above found.
 void cover_triangles(const SkinModel& model, SkinState& state);
 
+/// No node leaves its prediction by more than twice what it did a step before: what snaps, as the
+/// walls of a fold do when they let go, gathers speed instead of jumping.
+void ease(SkinState& state);
+
 /// Moves nodes that are too near the flesh out of it.
 void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 /// Both ways, until no node of the skin is too near the flesh and none of the flesh pierces the

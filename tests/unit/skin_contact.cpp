@@ -18,7 +18,7 @@ struct Pair {
   const std::vector<Contact>& find(const ContactSettings& settings, bool ignored = false) {
     const std::vector<Collider> colliders{{&a.surface, &a.bvh, &a.x, &free_nodes},
                                           {&b.surface, &b.bvh, &b.x, nullptr}};
-    find_contacts(colliders, 0, {0, ignored}, settings, memory, contacts);
+    find_contacts(colliders, 0, {0, ignored}, settings, {}, memory, contacts);
     return contacts;
   }
 };

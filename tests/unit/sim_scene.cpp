@@ -108,7 +108,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.solver.iterations, 9);
   EXPECT_EQ(scene.solver.place, file.string() + ":55");
   EXPECT_FALSE(scene.contact.enabled);
-  EXPECT_EQ(scene.contact.settings.margin, 0.0015);
+  EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
   EXPECT_EQ(scene.contact.settings.gap, 1e-4);
   const std::vector<std::pair<std::string, std::string>> ignore = {{"tube", "by_mesh"},

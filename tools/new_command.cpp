@@ -17,6 +17,7 @@
 #include "tools/commands.h"
 #include "tools/new_arm.h"
 #include "tools/obj_text.h"
+#include "tools/options.h"
 
 namespace thew {
 namespace {
@@ -35,21 +36,9 @@ struct Template {
 };
 
 // Beside the program, where it was installed; else in the tree it was built from.
-fs::path template_file() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path() / ".." / THEW_SHARE / "arm" / "arm.toml";
-  for (const fs::path& file : {installed, fs::path(THEW_ASSETS) / "arm" / "arm.toml"}) {
-    if (fs::is_regular_file(file, error)) return fs::canonical(file);
-  }
-  throw Error(ExitCode::kInput, installed.string() +
-                                    ": the template is not there; install Thew with its folder "
-                                    "share");
-}
-
 Template read_template() {
   Template of;
-  of.scene = read_scene(template_file());
+  of.scene = read_scene(own_asset("arm/arm.toml"));
   of.skeleton = import_urdf(of.scene.rig, of.scene.folder);
   forward_kinematics(of.skeleton, std::vector<double>(of.skeleton.size(), 0.0), of.rest);
   const auto place = [&](const char* body) {

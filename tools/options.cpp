@@ -96,4 +96,16 @@ ProgressStyle parse_progress(const std::string& word, bool on_terminal) {
                                     "choose auto, bar, plain, json or none");
 }
 
+std::filesystem::path own_asset(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path() / ".." / THEW_SHARE / name;
+  for (const fs::path& path : {installed, fs::path(THEW_ASSETS) / name}) {
+    if (fs::exists(path, error)) return fs::canonical(path);
+  }
+  throw Error(ExitCode::kInput,
+              installed.string() + ": is not there; install Thew with its folder share");
+}
+
 }  // namespace thew

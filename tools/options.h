@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,9 @@ enum class ProgressStyle { kBar, kPlain, kJson, kNone };
 /// auto | bar | plain | json | none; auto is a bar on a terminal and plain lines elsewhere.
 /// Error(kUsage) for other words.
 ProgressStyle parse_progress(const std::string& word, bool on_terminal);
+
+/// What we bring along, "arm/arm.toml" for instance: installed below the program's prefix, or in
+/// the source tree it was built from. Error(kInput) where it is in neither.
+std::filesystem::path own_asset(const std::string& name);
 
 }  // namespace thew

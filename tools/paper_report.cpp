@@ -3,6 +3,7 @@
 
 #include "sim/durable_file.h"
 #include "tools/contact_sheet.h"
+#include "tools/options.h"
 
 namespace thew {
 namespace {
@@ -64,11 +65,7 @@ std::string number(double value, int digits) { return readable(value, digits); }
 
 PaperReport::PaperReport(const std::filesystem::path& out, bool is_quick,
                          const std::filesystem::path& cow_file, Progress& progress)
-    : quick(is_quick),
-      folder(out),
-      cow(cow_file),
-      scenes(THEW_ASSETS "/paper"),
-      progress_(progress) {
+    : quick(is_quick), folder(out), cow(cow_file), scenes(own_asset("paper")), progress_(progress) {
   create_folders(out);
 }
 

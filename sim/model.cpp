@@ -333,6 +333,7 @@ std::string solver_hash(const Model& model) {
     list(muscle.springs.stiffness);
   }
   for (size_t b = 0; b < model.bones.size(); ++b) {
+    hash.add(&model.bones[b].body, sizeof(int));
     points(model.bones[b].in_body.vertices);
     faces(model.bones[b].in_body.triangles);
   }

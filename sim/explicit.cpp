@@ -343,6 +343,10 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding
   }
+  if (has_path && (method == VolumeMethod::kExact || method == VolumeMethod::kExactAlways)) {
+    restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0,
+                   now.x);  // which that has moved
+  }
   for (size_t c = 0; c < touches.size(); ++c) {
     now.push[c] = touches[c].pushed / (frame * contact_stiffness(muscle, touches[c].node));
   }

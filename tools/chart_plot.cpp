@@ -57,7 +57,7 @@ struct Family {
   const char* colour;
 };
 Family family_of(const ChartSetting& setting) {
-  if (setting.integrator == "explicit") return {"explicit, substeps", chart_colour(3)};
+  if (setting.integrator == "explicit") return {"explicit", chart_colour(3)};
   if (setting.substeps == 1) return {"local_global, 1 substep", chart_colour(0)};
   if (setting.substeps == 2) return {"local_global, 2 substeps", chart_colour(1)};
   if (setting.substeps == 4) return {"local_global, 4 substeps", chart_colour(2)};
@@ -67,8 +67,9 @@ Family family_of(const ChartSetting& setting) {
 std::string label_of(const ChartPoint& point) {
   const ChartSetting& setting = point.setting;
   const bool is_explicit = setting.integrator == "explicit";
-  std::string label = std::to_string(setting.substeps) +
-                      (is_explicit ? "" : "×" + std::to_string(setting.iterations));
+  std::string label = std::to_string(setting.substeps);
+  if (!is_explicit) label += "×" + std::to_string(setting.iterations);
+  if (is_explicit && setting.substeps == 1) label = "fewest";  // each muscle's own limit
   if (setting.volume != "exact" || is_explicit) label += " " + setting.volume;
   return label + (point.is_default ? " (the scene's)" : "");
 }
@@ -93,7 +94,7 @@ std::string place_label(const ChartPoint& point, double x, double y, std::vector
                                                         {x + 4, y + gap}}};
   for (const auto& [left, top] : places) {
     const Box box{left, top, left + width, top + kLine};
-    if (left < kLeft || box.x1 > kWidth - 4 || box.y1 > kHeight - kBottom) continue;
+    if (left < kLeft || box.x1 > kWidth - kRight + 4 || box.y1 > kHeight - kBottom) continue;
     if (std::any_of(taken.begin(), taken.end(), [&](const Box& b) { return b.meets(box); })) {
       continue;
     }
@@ -181,7 +182,8 @@ std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::
   const Axis y = axis_of(errors, kHeight - kBottom, kTop);
   std::string svg = "<svg class=\"cost\" viewBox=\"0 0 " + svg_px(kWidth) + " " + svg_px(kHeight) +
                     "\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\">\n" + kStyle;
-  const std::string title = chart.scene + ", " + std::to_string(chart.muscles) + " muscles, " +
+  const std::string title = chart.scene + ", " + std::to_string(chart.muscles) +
+                            (chart.muscles == 1 ? " muscle, " : " muscles, ") +
                             std::to_string(chart.nodes) + " nodes, " +
                             std::to_string(chart.frames) + " frames: " + what;
   svg += svg_text(kLeft, 24, title, " class=\"head\"") + draw_axes(x, y, what);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <optional>
 
 #include "sim/measure.h"
 #include "sim/muscle_step.h"
@@ -44,16 +45,21 @@ void stop_if_interrupted() {
   if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
 }
 
-// Calls on_frame(model, state) at each frame, the first one included. What the solver cannot do is
-// the point's failure; all other errors end the chart.
+// Calls on_frame(model, state) at each frame, the first one included; settles once for all runs of
+// a point. What the solver cannot do is the point's failure; all other errors end the chart.
 void simulate(const Scene& scene, ChartPoint& point, int last,
-              const std::function<void(const Model&, State&)>& on_frame, double& seconds) {
+              const std::function<void(const Model&, State&)>& on_frame,
+              std::optional<State>& settled, double& seconds) {
   const Model model = model_with(scene, point.setting);
   Parallel one(1);
   StageSeconds stages;
   try {
-    State state = initial_state(model);
-    settle(model, one, state);
+    if (!settled) {
+      State rest = initial_state(model);
+      settle(model, one, rest);
+      settled = rest;
+    }
+    State state = *settled;
     if (on_frame) on_frame(model, state);
     for (int frame = scene.first_frame + 1; frame <= last; ++frame) {
       stop_if_interrupted();
@@ -71,11 +77,12 @@ void simulate(const Scene& scene, ChartPoint& point, int last,
 Frames run_reference(const Scene& scene, ChartPoint& point) {
   Frames frames;
   double unused = 0.0;
+  std::optional<State> settled;
   const auto keep = [&](const Model&, State& state) {
     std::vector<Rows>& rows = frames.emplace_back();
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.x);
   };
-  simulate(scene, point, scene.last_frame, keep, unused);
+  simulate(scene, point, scene.last_frame, keep, settled, unused);
   if (!point.failure.empty()) {
     throw Error(ExitCode::kSolver, scene.file.string() + ": the reference, " +
                                        setting_name(point.setting) + ", failed: " + point.failure +
@@ -90,7 +97,8 @@ double rest_diagonal(const Muscle& muscle) {
   return (high - low).norm();
 }
 
-void measure_point(const Scene& scene, const Frames& reference, ChartPoint& point) {
+void measure_point(const Scene& scene, const Frames& reference, ChartPoint& point,
+                   std::optional<State>& settled) {
   double sum = 0.0, unused = 0.0;
   std::size_t count = 0, frame = 0;
   std::vector<double> areas;
@@ -114,7 +122,7 @@ void measure_point(const Scene& scene, const Frames& reference, ChartPoint& poin
     point.penetration_mm = std::max(point.penetration_mm, 1e3 * measures.contact_penetration);
     ++frame;
   };
-  simulate(scene, point, scene.last_frame, compare, unused);
+  simulate(scene, point, scene.last_frame, compare, settled, unused);
   if (!point.failure.empty()) {
     ChartPoint failed;
     failed.setting = point.setting;
@@ -223,10 +231,11 @@ Chart run_chart(const ChartAsk& ask) {
   const Frames reference = run_reference(scene, chart.references.back());
   int done = 1;
   ask.on_step(done, total);
+  std::vector<std::optional<State>> settled(count);
   std::mutex one_at_a_time;
   Parallel parallel(ask.threads);
   parallel.each(count, [&](int k) {
-    measure_point(scene, reference, *measured[k]);
+    measure_point(scene, reference, *measured[k], settled[k]);
     const std::lock_guard lock(one_at_a_time);
     ask.on_step(++done, total);
   });
@@ -235,7 +244,7 @@ Chart run_chart(const ChartAsk& ask) {
   for (int r = 0; r < ask.repetitions; ++r) {
     for (int k = 0; k < points; ++k) {
       if (chart.points[k].failure.empty()) {
-        simulate(scene, chart.points[k], scene.first_frame + chart.timed_frames, {},
+        simulate(scene, chart.points[k], scene.first_frame + chart.timed_frames, {}, settled[k],
                  seconds[k].emplace_back(0.0));
       }
       ask.on_step(++done, total);

@@ -15,24 +15,8 @@ constexpr double kLabelHeight = 14;
 constexpr int kLinesInColour = 12;
 constexpr double kLowestDecade = -17;  // below it a double relative to 1 has no digits
 
-std::string px(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 1);
-  return {text, end.ptr};
-}
-
-std::string text_at(double x, double y, const std::string& text, const std::string& more = "") {
-  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\"" + more + ">" + escape_html(text) +
-         "</text>\n";
-}
-
-std::string line_between(double x0, double y0, double x1, double y1, const std::string& more) {
-  return "<line x1=\"" + px(x0) + "\" y1=\"" + px(y0) + "\" x2=\"" + px(x1) + "\" y2=\"" + px(y1) +
-         "\" " + more + "/>\n";
-}
-
 std::string begin(const std::string& title, const std::string& unit, double height) {
-  return "<svg viewBox=\"0 0 " + px(kWidth) + " " + px(height) +
+  return "<svg viewBox=\"0 0 " + svg_px(kWidth) + " " + svg_px(height) +
          "\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\" aria-label=\"" + escape_html(title) +
          "\">\n<text x=\"0\" y=\"14\" class=\"title\">" + escape_html(title) +
          (unit.empty() ? "" : "<tspan dx=\"8\" class=\"unit\">" + escape_html(unit) + "</tspan>") +
@@ -120,25 +104,25 @@ std::string axes(const LineChart& chart, const Scale& scale) {
   for (const double tick : scale.ticks) {
     const double y = scale.y(tick);
     const bool floor = scale.logarithmic && tick == scale.ticks.front();
-    svg += line_between(kLeft, y, right, y, "class=\"grid\"");
+    svg += svg_line(kLeft, y, right, y, "class=\"grid\"");
     // Rounding leaves some 1e-17 where a tick is zero.
     const double near = std::abs(tick) < 1e-12 * (scale.high - scale.low) ? 0.0 : tick;
-    svg += text_at(kLeft - 6, y + 4,
-                   floor ? "0" : (scale.logarithmic ? decade(tick) : readable(near, 4)),
-                   " class=\"tick\" text-anchor=\"end\"");
+    svg += svg_text(kLeft - 6, y + 4,
+                    floor ? "0" : (scale.logarithmic ? decade(tick) : readable(near, 4)),
+                    " class=\"tick\" text-anchor=\"end\"");
   }
   const Scale frames = linear_scale(chart.x.front(), chart.x.back());
   for (const double tick : frames.ticks) {
     if (tick != std::floor(tick) || tick < chart.x.front() || tick > chart.x.back()) continue;
-    svg += text_at(x_of(chart, static_cast<int>(tick)), bottom + 16, readable(tick, 6),
-                   " class=\"tick\" text-anchor=\"middle\"");
+    svg += svg_text(x_of(chart, static_cast<int>(tick)), bottom + 16, readable(tick, 6),
+                    " class=\"tick\" text-anchor=\"middle\"");
   }
   svg +=
-      text_at((kLeft + right) / 2, bottom + 32, "frame", " class=\"tick\" text-anchor=\"middle\"");
+      svg_text((kLeft + right) / 2, bottom + 32, "frame", " class=\"tick\" text-anchor=\"middle\"");
   if (chart.limit) {
     const double y = scale.y(*chart.limit);
-    svg += line_between(kLeft, y, right, y, "class=\"limit\"");
-    svg += text_at(kLeft + 6, y + 13, "bound " + readable(*chart.limit), " class=\"limit\"");
+    svg += svg_line(kLeft, y, right, y, "class=\"limit\"");
+    svg += svg_text(kLeft + 6, y + 13, "bound " + readable(*chart.limit), " class=\"limit\"");
   }
   return svg;
 }
@@ -187,19 +171,19 @@ std::string draw_line(const LineChart& chart, const Scale& scale, std::size_t i,
   const bool dashed = i >= kLinesInColour;
   std::string points;
   for (std::size_t k = 0; k < line.values.size(); ++k) {
-    points += px(x_of(chart, chart.x[k])) + "," + px(scale.y(line.values[k])) + " ";
+    points += svg_px(x_of(chart, chart.x[k])) + "," + svg_px(scale.y(line.values[k])) + " ";
   }
   const double end_x = x_of(chart, chart.x.back()), end_y = scale.y(line.values.back());
   std::string svg = "<g stroke=\"" + colour + "\"><title>" + escape_html(line.name) + "</title>\n";
   svg += "<polyline points=\"" + points + "\"" + (dashed ? " stroke-dasharray=\"5 3\"" : "") +
          " class=\"line\"/>\n";
   if (line.values.size() == 1) {
-    svg += "<circle cx=\"" + px(end_x) + "\" cy=\"" + px(end_y) + "\" r=\"2.5\"/>\n";
+    svg += "<circle cx=\"" + svg_px(end_x) + "\" cy=\"" + svg_px(end_y) + "\" r=\"2.5\"/>\n";
   }
-  svg += line_between(end_x + 2, end_y, kWidth - kRight + 12, label_y, "class=\"leader\"");
+  svg += svg_line(end_x + 2, end_y, kWidth - kRight + 12, label_y, "class=\"leader\"");
   svg += "</g>\n";
-  return svg + text_at(kWidth - kRight + 16, label_y + 4, line.name,
-                       " class=\"label\" fill=\"" + colour + "\"");
+  return svg + svg_text(kWidth - kRight + 16, label_y + 4, line.name,
+                        " class=\"label\" fill=\"" + colour + "\"");
 }
 
 }  // namespace
@@ -237,6 +221,22 @@ std::string escape_html(const std::string& text) {
   return escaped;
 }
 
+std::string svg_px(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 1);
+  return {text, end.ptr};
+}
+
+std::string svg_text(double x, double y, const std::string& text, const std::string& more) {
+  return "<text x=\"" + svg_px(x) + "\" y=\"" + svg_px(y) + "\"" + more + ">" + escape_html(text) +
+         "</text>\n";
+}
+
+std::string svg_line(double x0, double y0, double x1, double y1, const std::string& more) {
+  return "<line x1=\"" + svg_px(x0) + "\" y1=\"" + svg_px(y0) + "\" x2=\"" + svg_px(x1) +
+         "\" y2=\"" + svg_px(y1) + "\" " + more + "/>\n";
+}
+
 const char* chart_colour(std::size_t i) {
   static constexpr const char* kColours[kLinesInColour] = {
       "#0072b2", "#c9480c", "#00855f", "#b5559a", "#7a5200", "#2f9bd6",
@@ -266,12 +266,12 @@ std::string draw_chart(const BarChart& chart) {
     const double y = kTop + kRow * static_cast<double>(i);
     const double width =
         largest > 0.0 ? (kWidth - kBarLeft - kBarRight) * std::max(value, 0.0) / largest : 0.0;
-    svg += text_at(kBarLeft - 8, y + 17, name, " class=\"tick\" text-anchor=\"end\"");
-    svg += "<rect x=\"" + px(kBarLeft) + "\" y=\"" + px(y) + "\" width=\"" +
-           px(std::max(width, 1.0)) + "\" height=\"" + px(kRow - 10) + "\" rx=\"2\" fill=\"" +
-           chart_colour(0) + "\"/>\n";
-    svg += text_at(kBarLeft + width + 8, y + 17, readable(value) + " " + chart.unit,
-                   " class=\"label\"");
+    svg += svg_text(kBarLeft - 8, y + 17, name, " class=\"tick\" text-anchor=\"end\"");
+    svg += "<rect x=\"" + svg_px(kBarLeft) + "\" y=\"" + svg_px(y) + "\" width=\"" +
+           svg_px(std::max(width, 1.0)) + "\" height=\"" + svg_px(kRow - 10) +
+           "\" rx=\"2\" fill=\"" + chart_colour(0) + "\"/>\n";
+    svg += svg_text(kBarLeft + width + 8, y + 17, readable(value) + " " + chart.unit,
+                    " class=\"label\"");
   }
   return svg + "</svg>\n";
 }

@@ -12,6 +12,11 @@ std::string readable(double value, int digits = 3);
 /// Text inside HTML or SVG.
 std::string escape_html(const std::string& text);
 
+/// Pieces of SVG: a coordinate; a text; a line. `more`: attributes.
+std::string svg_px(double value);
+std::string svg_text(double x, double y, const std::string& text, const std::string& more = "");
+std::string svg_line(double x0, double y0, double x1, double y1, const std::string& more);
+
 /// The i-th of twelve colours that can be told apart on white; later ones repeat.
 const char* chart_colour(std::size_t i);
 

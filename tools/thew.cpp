@@ -159,6 +159,13 @@ int run(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   paper->add_option("--progress", options.progress, "auto, bar, plain, json or none");
 
+  CLI::App* chart = app.add_subcommand("chart", "speed against accuracy of a scene's muscles");
+  chart->add_option("SCENE", options.input, "scene file, TOML")->required();
+  chart->add_option("--out", options.out, "folder of the chart")->required();
+  chart->add_option("--threads", options.threads, "0: all; what is timed runs on one")
+      ->check(CLI::Range(0, 1024));
+  chart->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -175,6 +182,7 @@ int run(int argc, char** argv) {
   if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
   if (*exporting) return static_cast<int>(export_command(options, meshes, basis));
   if (*paper) return static_cast<int>(paper_command(options, quick, cow));
+  if (*chart) return static_cast<int>(chart_command(options));
   if (*create) return static_cast<int>(new_command(new_options));
   return static_cast<int>(inspect_command(options, repaired));
 }

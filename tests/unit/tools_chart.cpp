@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Speed against accuracy: the front of known points, and a small scene's whole table.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tools/chart_plot.h"
+
+namespace thew {
+namespace {
+
+ChartPoint point(double milliseconds, double largest, const std::string& failure = "") {
+  ChartPoint out;
+  out.setting = {"local_global", "exact", 1, 1};
+  out.milliseconds = milliseconds;
+  out.largest_mm = largest;
+  out.failure = failure;
+  return out;
+}
+
+TEST(ParetoFront, HasWhatNoCheaperOneBeats) {
+  const std::vector<ChartPoint> points = {
+      point(4, 0.5), point(1, 2),  point(2, 3), point(2, 1), point(0.1, 0, "diverged"),
+      point(5, 0.5), point(8, 0.1)};
+  EXPECT_EQ(pareto_front(points, &ChartPoint::largest_mm), (std::vector<std::size_t>{1, 3, 0, 6}));
+}
+
+TEST(ChartSettings, HaveTheScenesOwnOnce) {
+  Scene scene;
+  scene.solver.iterations = 7;
+  const std::vector<ChartSetting> settings = chart_settings(scene, 9);
+  EXPECT_EQ(std::count(settings.begin(), settings.end(), settings.front()), 1);
+  EXPECT_EQ(settings.front(), (ChartSetting{"local_global", "exact", 1, 7}));
+  scene.solver.iterations = 3;
+  EXPECT_EQ(chart_settings(scene, 9).size(), settings.size() - 1);
+}
+
+TEST(Chart, SaysWhatFailed) {
+  Chart chart;
+  chart.points = {point(1, 2), point(0, 0, "node 3 of \"biceps\" is not finite")};
+  chart.points[1].setting = {"explicit", "linear", 4, 1};
+  chart.references = {point(0, 0)};
+  const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
+  EXPECT_NE(svg.find("1 of 2 runs failed"), std::string::npos);
+  EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
+  EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,\n"), std::string::npos);
+  EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
+}
+
+TEST(Chart, OfOneMuscle) {
+  ChartAsk ask{.scene = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml",
+               .last = 6,
+               .threads = 2,
+               .repetitions = 1};
+  const Chart chart = run_chart(ask);
+  const ChartPoint& self = chart.references.back();
+  EXPECT_EQ(self.largest_mm, 0.0);
+  EXPECT_EQ(self.rms_mm, 0.0);
+  EXPECT_GT(chart.references.front().largest_mm, 0.0);
+  EXPECT_GT(chart.references[0].rms_mm, chart.references[1].rms_mm);
+
+  const auto is_default = [](const ChartPoint& p) { return p.is_default; };
+  ASSERT_EQ(std::count_if(chart.points.begin(), chart.points.end(), is_default), 1);
+  const auto own = std::find_if(chart.points.begin(), chart.points.end(), is_default);
+  EXPECT_EQ(own->setting, (ChartSetting{"local_global", "exact", 1, 3}));
+  EXPECT_LT(own->volume_error, 1e-9);
+  EXPECT_GT(own->milliseconds, 0.0);
+  const auto loose = std::find_if(chart.points.begin(), chart.points.end(), [](const auto& p) {
+    return p.setting == ChartSetting{"local_global", "none", 1, 3};
+  });
+  ASSERT_NE(loose, chart.points.end());
+  EXPECT_GT(loose->volume_error, 1e-4);
+
+  const std::string csv = chart_csv(chart);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'),
+            static_cast<std::ptrdiff_t>(chart.points.size()) + 1);
+  const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
+  EXPECT_NE(svg.find("class=\"default\""), std::string::npos);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace thew

@@ -158,7 +158,7 @@ std::string draw_failed(const Chart& chart) {
     if (point.failure.empty()) continue;
     names += (failed++ > 0 ? ", " : "") + setting_name(point.setting);
   }
-  const std::string runs = std::to_string(chart.points.size()) + " runs failed";
+  const std::string runs = std::to_string(chart.points.size()) + " runs failed or given up";
   const double y = kHeight - kBottom + 64;
   if (failed == 0) return svg_text(kLeft, y, "none of " + runs, " class=\"soft\"");
   std::string svg = "<rect x=\"" + svg_px(kLeft - 6) + "\" y=\"" + svg_px(y - 16) + "\" width=\"" +

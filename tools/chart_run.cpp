@@ -17,7 +17,8 @@
 namespace thew {
 namespace {
 
-constexpr int kTimedFrames = 24;  // at most, the first ones: a run of all is not repeated
+constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
+constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
 
 using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]
 
@@ -71,6 +72,34 @@ void simulate(const Scene& scene, ChartPoint& point, int last,
   } catch (const Error& error) {
     if (error.code() != ExitCode::kSolver) throw;
     point.failure = error.what();
+  }
+}
+
+// CPU seconds of the very first frame; 0 where it fails, which the whole run will tell.
+double first_frame(const Scene& scene, const ChartSetting& setting) {
+  stop_if_interrupted();
+  const Model model = model_with(scene, setting);
+  Parallel one(1);
+  StageSeconds stages;
+  State state = initial_state(model);
+  const double begin = cpu_seconds();
+  try {
+    step_frame(model, state.time + 1.0 / scene.fps, one, state, stages);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::kSolver) throw;
+    return 0.0;
+  }
+  return cpu_seconds() - begin;
+}
+
+void give_up_slow(const Scene& scene, const ChartSetting& reference,
+                  std::vector<ChartPoint>& points) {
+  const double most = kMostCost * first_frame(scene, reference);
+  for (ChartPoint& point : points) {
+    const double seconds = first_frame(scene, point.setting);
+    if (seconds <= most) continue;
+    point.failure = "given up: its first frame took " + std::to_string(std::lround(1e3 * seconds)) +
+                    " ms of CPU, over three times the reference's";
   }
 }
 
@@ -223,6 +252,7 @@ Chart run_chart(const ChartAsk& ask) {
   }
 
   std::vector<ChartPoint*> measured;
+  give_up_slow(scene, chart.references.back().setting, chart.points);
   for (ChartPoint& point : chart.points) measured.push_back(&point);
   for (ChartPoint& point : chart.references) measured.push_back(&point);
   const int count = static_cast<int>(measured.size()),
@@ -235,7 +265,7 @@ Chart run_chart(const ChartAsk& ask) {
   std::mutex one_at_a_time;
   Parallel parallel(ask.threads);
   parallel.each(count, [&](int k) {
-    measure_point(scene, reference, *measured[k], settled[k]);
+    if (measured[k]->failure.empty()) measure_point(scene, reference, *measured[k], settled[k]);
     const std::lock_guard lock(one_at_a_time);
     ask.on_step(++done, total);
   });

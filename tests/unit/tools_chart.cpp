@@ -42,7 +42,7 @@ TEST(Chart, SaysWhatFailed) {
   chart.points[1].setting = {"explicit", "linear", 4, 1};
   chart.references = {point(0, 0)};
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
-  EXPECT_NE(svg.find("1 of 2 runs failed"), std::string::npos);
+  EXPECT_NE(svg.find("1 of 2 runs failed or given up"), std::string::npos);
   EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
   EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,\n"), std::string::npos);
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);

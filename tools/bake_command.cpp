@@ -303,7 +303,7 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
     again.input = repaired;
     return inspect_command(again, {});
   }
-  const Inspection inspection = inspect(options.input, options.json);
+  const Inspection inspection = inspect(options.input, options.json, options.frames);
   std::printf("%s\n", inspection.text.c_str());
   return inspection.sound ? ExitCode::kDone : ExitCode::kInput;
 }

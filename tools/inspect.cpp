@@ -11,6 +11,8 @@
 #include "rig/urdf_import.h"
 #include "sim/cache.h"
 #include "sim/scene.h"
+#include "tools/inspect_crossings.h"
+#include "tools/options.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -136,19 +138,88 @@ const char* kind_name(BakeMesh::Kind kind) {
   }
 }
 
-Found inspect_bake(const fs::path& file) {
+ordered_json crossings_entry(const Crossings& found, const std::vector<BakeMesh>& meshes) {
+  ordered_json entry = {{"intersecting_triangle_pairs", found.pairs},
+                        {"at_attachments", found.attached},
+                        {"deepest_penetration_mm", 1e3 * found.depth}};
+  if (found.pairs > 0) {
+    entry["first_pair"] = meshes[found.mesh_a].name + " triangle " +
+                          std::to_string(found.triangle_a) + " and " + meshes[found.mesh_b].name +
+                          " triangle " + std::to_string(found.triangle_b);
+    entry["first_pair_at_m"] = point(found.at);
+  }
+  if (found.deep_mesh >= 0) {
+    const bool out = meshes[found.deep_in].kind == BakeMesh::Kind::kSkin;
+    entry["deepest"] = meshes[found.deep_mesh].name + " vertex " +
+                       std::to_string(found.deep_vertex) + (out ? " outside " : " inside ") +
+                       meshes[found.deep_in].name;
+    entry["deepest_at_m"] = point(found.deep_at);
+  }
+  return entry;
+}
+
+/// By pair of layers, the worst of the frames seen so far.
+struct WorstCrossings {
+  Crossings most, deepest;
+  int most_attached = 0, most_frame = 0, deepest_frame = 0;
+};
+
+void keep_worst(const Crossings& now, int frame, WorstCrossings& worst) {
+  worst.most_attached = std::max(worst.most_attached, now.attached);
+  if (now.pairs > worst.most.pairs) worst.most = now, worst.most_frame = frame;
+  if (now.depth > worst.deepest.depth) worst.deepest = now, worst.deepest_frame = frame;
+}
+
+ordered_json worst_entry(const char* layers, const WorstCrossings& worst,
+                         const std::vector<BakeMesh>& meshes) {
+  Crossings both = worst.deepest;
+  both.pairs = worst.most.pairs, both.attached = worst.most_attached, both.at = worst.most.at;
+  both.mesh_a = worst.most.mesh_a, both.triangle_a = worst.most.triangle_a;
+  both.mesh_b = worst.most.mesh_b, both.triangle_b = worst.most.triangle_b;
+  ordered_json entry = {{"layers", layers}};
+  entry.update(crossings_entry(both, meshes));
+  if (both.pairs > 0) entry["most_pairs_at_frame"] = worst.most_frame;
+  if (both.deep_mesh >= 0) entry["deepest_at_frame"] = worst.deepest_frame;
+  return entry;
+}
+
+const char* const kCrossingsNote =
+    "triangle pairs with a common point, by exact tests; bone against bone is left out; pairs of "
+    "bone and muscle within 15 mm of the muscle's first or last vertex, where the tendon enters "
+    "the bone, are counted apart as at attachments; depth is that of vertices inside a closed mesh "
+    "(of bone and muscle: outside the skin), and not measured of a mesh with itself";
+
+Found inspect_bake(const fs::path& file, const std::string& frames) {
   const BakeReader reader(file);
   const BakeInfo& info = reader.info();
+  std::vector<int> chosen = info.frames;
+  if (!frames.empty()) chosen = parse_frames(frames, info.frames.front(), info.frames.back());
+  std::array<WorstCrossings, kLayerPairs.size()> worst_crossings;
+  ordered_json crossings = ordered_json::array(), crossings_by_frame = ordered_json::array();
+  int checked = 0;
   std::vector<double> rest, worst(info.meshes.size(), 0.0);
   std::vector<int> worst_frame(info.meshes.size(), info.frames.front());
   for (const BakeMesh& mesh : info.meshes) rest.push_back(enclosed_volume(mesh.rest));
   for (std::size_t f = 0; f < info.frames.size(); ++f) {
     BakeFrame frame = reader.read(static_cast<int>(f));
+    if (std::find(chosen.begin(), chosen.end(), frame.frame) != chosen.end()) {
+      const auto found = find_crossings(info.meshes, frame.positions);
+      ordered_json entry = {{"frame", frame.frame}};
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        entry[kLayerPairs[i]] = crossings_entry(found[i], info.meshes);
+        keep_worst(found[i], frame.frame, worst_crossings[i]);
+      }
+      crossings_by_frame.push_back(entry);
+      ++checked;
+    }
     for (std::size_t m = 0; m < info.meshes.size(); ++m) {
       const TriMesh now{std::move(frame.positions[m]), info.meshes[m].rest.triangles};
       const double error = std::abs(enclosed_volume(now) / rest[m] - 1.0);
       if (!(error <= worst[m])) worst[m] = error, worst_frame[m] = frame.frame;
     }
+  }
+  for (std::size_t i = 0; i < kLayerPairs.size(); ++i) {
+    crossings.push_back(worst_entry(kLayerPairs[i], worst_crossings[i], info.meshes));
   }
   ordered_json meshes = ordered_json::array();
   for (std::size_t m = 0; m < info.meshes.size(); ++m) {
@@ -174,7 +245,11 @@ Found inspect_bake(const fs::path& file) {
            {"last_frame", info.frames.back()},
            {"precision", info.double_precision ? "double" : "single"},
            {"meshes", meshes},
-           {"metrics", info.metric_names}}};
+           {"metrics", info.metric_names},
+           {"frames_checked_for_crossings", checked},
+           {"crossings", crossings},
+           {"crossings_note", kCrossingsNote},
+           {"crossings_by_frame", crossings_by_frame}}};
 }
 
 std::string in_words(std::string key) {
@@ -195,6 +270,7 @@ std::string value_text(const ordered_json& value) {
 std::string as_text(const fs::path& file, const Found& found) {
   std::string text = file.string() + (found.sound ? "" : ": not sound") + "\n";
   for (const auto& [key, value] : found.facts.items()) {
+    if (key == "crossings_by_frame") continue;  // for programs; people read the worst of them
     if (!value.is_array() || value.empty() || !value[0].is_object()) {
       text += "  " + in_words(key) + ": " + value_text(value) + "\n";
       continue;
@@ -213,7 +289,7 @@ std::string as_text(const fs::path& file, const Found& found) {
 
 }  // namespace
 
-Inspection inspect(const fs::path& file, bool as_json) {
+Inspection inspect(const fs::path& file, bool as_json, const std::string& frames) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return std::tolower(c); });
@@ -223,7 +299,7 @@ Inspection inspect(const fs::path& file, bool as_json) {
   } else if (ending == ".toml") {
     found = inspect_scene(file);
   } else if (ending == ".h5") {
-    found = inspect_bake(file);
+    found = inspect_bake(file, frames);
   } else if (names_character(file)) {
     const Character character = import_character(file);
     found = is_skinned(character) ? inspect_character(character) : inspect_mesh(file);

@@ -12,7 +12,8 @@ struct Inspection {
 };
 
 /// What a file is and what is wrong with it: a mesh (by assimp's endings), a rig (.urdf), a scene
-/// (.toml) or a bake (.h5). Throws Error where it cannot be read at all.
-Inspection inspect(const std::filesystem::path& file, bool as_json);
+/// (.toml) or a bake (.h5; `frames` are those checked for crossings, "" for all). Throws Error
+/// where it cannot be read at all.
+Inspection inspect(const std::filesystem::path& file, bool as_json, const std::string& frames = "");
 
 }  // namespace thew

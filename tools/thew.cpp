@@ -113,6 +113,7 @@ int run(int argc, char** argv) {
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   inspect->add_option("FILE", options.input)->required();
   inspect->add_flag("--json", options.json);
+  inspect->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   std::filesystem::path repaired;
   inspect->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
 

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inspect_crossings.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "tools/exact_predicates.h"
+
+namespace thew {
+namespace {
+
+using Kind = BakeMesh::Kind;
+
+/// A triangle with its box.
+struct Item {
+  int mesh, triangle;
+  Vec3 low, high;
+};
+
+int layer_pair(Kind a, Kind b) {
+  const auto are = [&](Kind x, Kind y) { return (a == x && b == y) || (a == y && b == x); };
+  if (are(Kind::kBone, Kind::kMuscle)) return 0;
+  if (are(Kind::kMuscle, Kind::kMuscle)) return 1;
+  if (are(Kind::kSkin, Kind::kMuscle)) return 2;
+  if (are(Kind::kSkin, Kind::kBone)) return 3;
+  return are(Kind::kSkin, Kind::kSkin) ? 4 : -1;
+}
+
+Corners corners(const std::vector<Vec3>& x, const Triangle& t) {
+  return {x[t[0]], x[t[1]], x[t[2]]};
+}
+
+bool share_vertex(const Triangle& s, const Triangle& t) {
+  return std::any_of(s.begin(), s.end(),
+                     [&](int i) { return std::find(t.begin(), t.end(), i) != t.end(); });
+}
+
+bool closed(const std::vector<Triangle>& triangles) {
+  std::map<std::pair<int, int>, int> balance;  // +1 for an edge one way, -1 for the other
+  for (const Triangle& t : triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const int a = t[i], b = t[(i + 1) % 3];
+      balance[std::minmax(a, b)] += a < b ? 1 : -1;
+    }
+  }
+  return std::all_of(balance.begin(), balance.end(), [](const auto& e) { return e.second == 0; });
+}
+
+bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
+  return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
+}
+
+/// Of bone and muscle where the tendon enters its bone.
+bool is_attached(const Vec3& p, int a, int b, const std::vector<BakeMesh>& meshes,
+                 const std::vector<std::vector<Vec3>>& x) {
+  if (layer_pair(meshes[a].kind, meshes[b].kind) != 0) return false;
+  return near_pole(x[meshes[a].kind == Kind::kMuscle ? a : b], p);
+}
+
+std::vector<Item> items_along_y(const std::vector<BakeMesh>& meshes,
+                                const std::vector<std::vector<Vec3>>& x) {
+  std::vector<Item> items;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const auto& triangles = meshes[m].rest.triangles;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto [a, b, c] = corners(x[m], triangles[t]);
+      items.push_back({static_cast<int>(m), static_cast<int>(t), a.cwiseMin(b).cwiseMin(c),
+                       a.cwiseMax(b).cwiseMax(c)});
+    }
+  }
+  std::stable_sort(items.begin(), items.end(),
+                   [](const Item& a, const Item& b) { return a.low.y() < b.low.y(); });
+  return items;
+}
+
+void count_pair(const Item& a, const Item& b, const std::vector<BakeMesh>& meshes,
+                const std::vector<std::vector<Vec3>>& x, Crossings& found) {
+  const Triangle &s = meshes[a.mesh].rest.triangles[a.triangle],
+                 &t = meshes[b.mesh].rest.triangles[b.triangle];
+  if (a.mesh == b.mesh && share_vertex(s, t)) return;
+  const Corners first = corners(x[a.mesh], s), second = corners(x[b.mesh], t);
+  if (!triangles_meet(first, second)) return;
+  // Both triangles have to be there whole: a crossing that leaves the patch is no attachment.
+  const auto attached = [&](const Vec3& p) { return is_attached(p, a.mesh, b.mesh, meshes, x); };
+  const Corners& muscle = meshes[a.mesh].kind == Kind::kMuscle ? first : second;
+  if (std::all_of(muscle.begin(), muscle.end(), attached)) {
+    ++found.attached;
+    return;
+  }
+  if (found.pairs++ > 0) return;
+  found.mesh_a = a.mesh, found.triangle_a = a.triangle;
+  found.mesh_b = b.mesh, found.triangle_b = b.triangle;
+  found.at = first[0];
+}
+
+// Sweep along y, the arm's long axis.
+void count_pairs(const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& x,
+                 std::array<Crossings, kLayerPairs.size()>& found) {
+  const std::vector<Item> items = items_along_y(meshes, x);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Item& a = items[i];
+    for (std::size_t k = i + 1; k < items.size() && items[k].low.y() <= a.high.y(); ++k) {
+      const Item& b = items[k];
+      if (b.low.x() > a.high.x() || a.low.x() > b.high.x() || b.low.z() > a.high.z() ||
+          a.low.z() > b.high.z()) {
+        continue;
+      }
+      const int pair = layer_pair(meshes[a.mesh].kind, meshes[b.mesh].kind);
+      if (pair >= 0) count_pair(a, b, meshes, x, found[pair]);
+    }
+  }
+}
+
+double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double length = d.squaredNorm();
+  const double t = length > 0 ? std::clamp((p - a).dot(d) / length, 0.0, 1.0) : 0.0;
+  return (p - a - t * d).norm();
+}
+
+double triangle_distance(const Vec3& p, const Corners& t) {
+  const auto& [a, b, c] = t;
+  const Vec3 normal = (b - a).cross(c - a);
+  const auto within = [&](const Vec3& u, const Vec3& v) {
+    return normal.dot((v - u).cross(p - u)) >= 0.0;
+  };
+  if (normal.squaredNorm() > 0 && within(a, b) && within(b, c) && within(c, a)) {
+    return std::abs(normal.dot(p - a)) / normal.norm();
+  }
+  return std::min(
+      {segment_distance(p, a, b), segment_distance(p, b, c), segment_distance(p, c, a)});
+}
+
+double surface_distance(const Vec3& p, const std::vector<Vec3>& x,
+                        const std::vector<Triangle>& triangles) {
+  double best = std::numeric_limits<double>::max();
+  for (const Triangle& t : triangles) best = std::min(best, triangle_distance(p, corners(x, t)));
+  return best;
+}
+
+/// Triangles by slabs of y, so that a ray across y meets few of them.
+struct Slabs {
+  static constexpr int kCount = 128;
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  std::array<std::vector<Triangle>, kCount> triangles;
+
+  int at(double y) const {
+    const double extent = high.y() - low.y();
+    const double place = extent > 0 ? kCount * ((y - low.y()) / extent) : 0.0;
+    return std::clamp(static_cast<int>(place), 0, kCount - 1);
+  }
+};
+
+Slabs make_slabs(const std::vector<Vec3>& x, const std::vector<Triangle>& triangles) {
+  Slabs slabs;
+  for (const Triangle& t : triangles) {
+    for (const int i : t)
+      slabs.low = slabs.low.cwiseMin(x[i]), slabs.high = slabs.high.cwiseMax(x[i]);
+  }
+  for (const Triangle& t : triangles) {
+    const auto [least, most] = std::minmax({x[t[0]].y(), x[t[1]].y(), x[t[2]].y()});
+    for (int i = slabs.at(least); i <= slabs.at(most); ++i) slabs.triangles[i].push_back(t);
+  }
+  return slabs;
+}
+
+/// Crossings of the segment pq, or -1 where it touches an edge or a corner, or p lies on it.
+int count_ray(const Vec3& p, const Vec3& q, const std::vector<Vec3>& x,
+              const std::vector<Triangle>& triangles) {
+  const double low = std::min(p.z(), q.z()), high = std::max(p.z(), q.z());
+  int count = 0;
+  for (const Triangle& t : triangles) {
+    const auto [a, b, c] = corners(x, t);
+    if (std::min({a.z(), b.z(), c.z()}) > high || std::max({a.z(), b.z(), c.z()}) < low) continue;
+    const int sp = orientation(a, b, c, p), sq = orientation(a, b, c, q);
+    if (sp * sq > 0) continue;
+    const int u = orientation(p, q, a, b), v = orientation(p, q, b, c), w = orientation(p, q, c, a);
+    if (std::min({u, v, w}) < 0 && std::max({u, v, w}) > 0) continue;
+    if (sp * sq * u * v * w == 0) return -1;
+    ++count;
+  }
+  return count;
+}
+
+bool is_inside_slabs(const Vec3& p, const Slabs& slabs, const std::vector<Vec3>& x) {
+  if ((p.array() < slabs.low.array()).any() || (p.array() > slabs.high.array()).any()) return false;
+  // Rays across y; one that grazes a corner is turned a little, and stays in the plane of its y.
+  const double reach = 2.0 * (slabs.high - slabs.low).norm() + 1e-3;
+  for (int turn = 0; turn < 16; ++turn) {
+    const Vec3 q = p + Vec3(reach, 0, 0.0377 * turn * reach);
+    const int count = count_ray(p, q, x, slabs.triangles[slabs.at(p.y())]);
+    if (count >= 0) return count % 2 == 1;
+  }
+  return false;  // on the surface itself
+}
+
+/// The vertices of mesh `a` inside mesh `b`, or outside it where b is the skin.
+void measure_depth(int a, int b, const Slabs& slabs, const std::vector<BakeMesh>& meshes,
+                   const std::vector<std::vector<Vec3>>& x, Crossings& found) {
+  const bool outside = meshes[b].kind == Kind::kSkin;
+  std::vector<char> used(x[a].size(), 0);
+  for (const Triangle& t : meshes[a].rest.triangles) {
+    for (const int i : t) used[i] = 1;
+  }
+  for (std::size_t i = 0; i < x[a].size(); ++i) {
+    const Vec3& p = x[a][i];
+    if (!used[i] || is_inside_slabs(p, slabs, x[b]) == outside) continue;
+    if (is_attached(p, a, b, meshes, x)) continue;
+    const double depth = surface_distance(p, x[b], meshes[b].rest.triangles);
+    if (depth <= found.depth) continue;
+    found.depth = depth, found.deep_at = p;
+    found.deep_mesh = a, found.deep_vertex = static_cast<int>(i), found.deep_in = b;
+  }
+}
+
+}  // namespace
+
+bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
+               const std::vector<Triangle>& triangles) {
+  return is_inside_slabs(p, make_slabs(vertices, triangles), vertices);
+}
+
+std::array<Crossings, kLayerPairs.size()> find_crossings(
+    const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
+  std::array<Crossings, kLayerPairs.size()> found;
+  count_pairs(meshes, positions, found);
+  for (std::size_t b = 0; b < meshes.size(); ++b) {
+    if (!closed(meshes[b].rest.triangles)) continue;
+    const Slabs slabs = make_slabs(positions[b], meshes[b].rest.triangles);
+    for (std::size_t a = 0; a < meshes.size(); ++a) {
+      const int pair = layer_pair(meshes[a].kind, meshes[b].kind);
+      if (a == b || pair < 0) continue;
+      measure_depth(static_cast<int>(a), static_cast<int>(b), slabs, meshes, positions,
+                    found[pair]);
+    }
+  }
+  return found;
+}
+
+}  // namespace thew

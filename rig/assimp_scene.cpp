@@ -141,4 +141,24 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
                                     "); export it again, for instance as OBJ");
 }
 
+void append_triangles(const std::filesystem::path& file, const aiMesh& part, bool mirrored,
+                      int first, std::vector<Triangle>& triangles) {
+  for (unsigned f = 0; f < part.mNumFaces; ++f) {
+    const aiFace& face = part.mFaces[f];
+    if (face.mNumIndices != 3) continue;  // points and lines
+    Triangle t;
+    for (int k = 0; k < 3; ++k) {
+      if (face.mIndices[k] >= part.mNumVertices) {
+        throw Error(ExitCode::kInput,
+                    file.string() + ": mesh \"" + part.mName.C_Str() + "\", face " +
+                        std::to_string(f) + " names vertex " + std::to_string(face.mIndices[k]) +
+                        " of " + std::to_string(part.mNumVertices) + "; export the mesh again");
+      }
+      t[k] = first + static_cast<int>(face.mIndices[k]);
+    }
+    if (mirrored) std::swap(t[1], t[2]);
+    triangles.push_back(t);
+  }
+}
+
 }  // namespace thew

@@ -6,6 +6,7 @@
 #include <assimp/Importer.hpp>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "rig/types.h"
 
@@ -25,6 +26,11 @@ Eigen::Matrix4d to_matrix(const aiMatrix4x4& m);
 /// a mesh it is Error(kInput).
 const aiScene& read_assimp_scene(const std::filesystem::path& file, bool with_meshes,
                                  Assimp::Importer& importer);
+
+/// The part's triangles, its vertices counted from `first` on; points and lines are left out.
+/// `mirrored`: turned about, to face out again.
+void append_triangles(const std::filesystem::path& file, const aiMesh& part, bool mirrored,
+                      int first, std::vector<Triangle>& triangles);
 
 struct Character;
 /// The skeleton's names and parents alone; its frames come from `bind`. In metres times `scale`.

@@ -86,25 +86,6 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
   return out;
 }
 
-void append_triangles(const fs::path& file, const aiMesh& part, bool mirrored, int first,
-                      TriMesh& mesh) {
-  for (unsigned f = 0; f < part.mNumFaces; ++f) {
-    const aiFace& face = part.mFaces[f];
-    if (face.mNumIndices != 3) continue;  // points and lines
-    Triangle t;
-    for (int k = 0; k < 3; ++k) {
-      if (face.mIndices[k] >= part.mNumVertices) {
-        refuse(file, "mesh \"" + std::string(part.mName.C_Str()) + "\", face " + std::to_string(f) +
-                         " names vertex " + std::to_string(face.mIndices[k]) + " of " +
-                         std::to_string(part.mNumVertices));
-      }
-      t[k] = first + static_cast<int>(face.mIndices[k]);
-    }
-    if (mirrored) std::swap(t[1], t[2]);
-    mesh.triangles.push_back(t);
-  }
-}
-
 // By vertex: (link, weight).
 using Influences = std::vector<std::vector<std::pair<int, double>>>;
 
@@ -149,7 +130,7 @@ void append_mesh(const fs::path& file, const aiMesh& part, const Nodes& nodes, i
   }
   influences.resize(character.mesh.vertices.size());
   append_triangles(file, part, nodes.world[node].linear().determinant() < 0.0, first,
-                   character.mesh);
+                   character.mesh.triangles);
   append_weights(file, part, nodes, node, first, influences, character);
   // What nobody weighted goes with its node.
   int own = -1;

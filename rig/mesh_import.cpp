@@ -49,21 +49,7 @@ void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, 
                      "; export the mesh again");
   }
   const bool mirrored = linear.determinant() < 0.0;
-  for (unsigned f = 0; f < part.mNumFaces; ++f) {
-    const aiFace& face = part.mFaces[f];
-    if (face.mNumIndices != 3) continue;  // points and lines
-    Triangle t;
-    for (int k = 0; k < 3; ++k) {
-      if (face.mIndices[k] >= part.mNumVertices) {
-        refuse(file, "mesh \"" + std::string(part.mName.C_Str()) + "\", face " + std::to_string(f) +
-                         " names vertex " + std::to_string(face.mIndices[k]) + " of " +
-                         std::to_string(count) + "; export the mesh again");
-      }
-      t[k] = first + static_cast<int>(face.mIndices[k]);
-    }
-    if (mirrored) std::swap(t[1], t[2]);
-    mesh.triangles.push_back(t);
-  }
+  append_triangles(file, part, mirrored, first, mesh.triangles);
 }
 
 // All triangles of all nodes, depth first and in the file's order.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "rig/vectorise.h"
 
@@ -79,6 +81,12 @@ Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
     }
     matrix.first[i] = first;
     matrix.start[i + 1] = matrix.start[i] + (i - first + 1);
+  }
+  if (matrix_bytes(matrix) > kMostMatrixBytes) {
+    throw std::length_error("its " + std::to_string(matrix.size()) +
+                            " free nodes need a matrix of " +
+                            std::to_string(matrix_bytes(matrix) >> 20) + " MiB, more than " +
+                            std::to_string(kMostMatrixBytes >> 20) + "; use a coarser mesh");
   }
   matrix.values.assign(matrix.start.back(), 0.0);
   return matrix;

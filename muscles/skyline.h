@@ -24,6 +24,12 @@ struct Skyline {
   int size() const { return static_cast<int>(order.size()); }
 };
 
+inline constexpr std::size_t kMostMatrixBytes = std::size_t{2} << 30;
+/// What a matrix and its factor take.
+inline std::size_t matrix_bytes(const Skyline& matrix) {
+  return 2 * sizeof(double) * (matrix.start.empty() ? 0 : matrix.start.back());
+}
+
 /// A Cholesky factor in the same layout.
 struct SkylineFactor {
   std::vector<double> values;
@@ -31,7 +37,8 @@ struct SkylineFactor {
 };
 
 /// Orders the nodes that are not `driven` to keep the rows short (reverse Cuthill-McKee) and
-/// makes room for an entry per pair. All values are zero.
+/// makes room for an entry per pair. All values are zero. std::length_error where matrix and factor
+/// would take more than kMostMatrixBytes.
 Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
                      const std::vector<char>& driven);
 

@@ -71,6 +71,11 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   State state = initial_state(model);
   const std::vector<double> rest_areas = rest_belly_areas(model, state);
 
+  const auto go_on_if = [](bool wanted) {
+    if (!wanted) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+  };
+  const auto listen = [&] { go_on_if(!options.stop || !options.stop()); };
+
   int done = model.scene.first_frame - 1;  // the last frame that is simulated
   for (int number : writer.completed()) {
     const BakeFrame frame = writer.read_completed(number);
@@ -78,25 +83,28 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     if (number == writer.completed().back()) unpack_state(model, frame.state, state);
     done = number;
     ++result.resumed_frames;
-    if (!on_frame(frame)) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+    go_on_if(on_frame(frame));
   }
-  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state);
+  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, listen);
 
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
     const double time = (number - model.scene.first_frame) / model.scene.fps;
     if (number > model.scene.first_frame) step_frame(model, time, parallel, state, result.seconds);
-    if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) continue;
+    if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
+      listen();
+      continue;
+    }
     const FrameMeasures measures = measure(model, rest_areas, parallel, state);
     const BakeFrame frame = to_frame(number, state, measures);
     const auto begin = std::chrono::steady_clock::now();
     writer.write(frame);
     result.write_seconds += seconds_since(begin);
     result.measures.push_back(measures);
-    if (!on_frame(frame)) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+    go_on_if(on_frame(frame));
   }
   const auto begin = std::chrono::steady_clock::now();
-  result.hash = writer.pack();
+  result.hash = writer.pack(listen);
   result.write_seconds += seconds_since(begin);
   return result;
 }

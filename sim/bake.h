@@ -16,6 +16,7 @@ struct BakeOptions {
   std::vector<int> frames;  ///< to be written, rising; all frames before them are simulated
   int threads = 1;
   bool resume = false;
+  std::function<bool()> stop = {};  ///< asked between frames that are not written, and packed ones
 };
 
 struct BakeResult {
@@ -35,8 +36,8 @@ using OnFrame = std::function<bool(const BakeFrame& frame)>;
 BakeInfo bake_info(const Model& model, const std::vector<int>& frames);
 
 /// Simulates, writes each frame as it is completed, packs them into DIR/bake.h5. Error(kRetry)
-/// where `on_frame` stopped it, Error(kSolver) where the solver could not go on; earlier frames
-/// stay.
+/// where `on_frame` or `stop` stopped it, StepFailure where the solver could not go on; earlier
+/// frames stay.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
 
 }  // namespace thew

@@ -292,7 +292,7 @@ void BakeWriter::write(const BakeFrame& frame) {
   data.parts.push_back(part);
 }
 
-std::string BakeWriter::pack() {
+std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   Data& data = *data_;
   if (data.parts.empty()) {
     throw Error(ExitCode::kOutput,
@@ -305,6 +305,7 @@ std::string BakeWriter::pack() {
     Packing packing(temporary, data.info, data.parts.size());
     for (const Part& part : data.parts) {
       packing.add(read_part(data.parts_folder, part, data.info));
+      if (on_frame) on_frame();
     }
     hash = packing.finish();
     verify(temporary, data.info, data.parts_folder, data.parts);

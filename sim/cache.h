@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,7 +58,8 @@ class BakeWriter {
   void write(const BakeFrame& frame);
   /// Packs all parts into DIR/bake.h5 (beside, then renamed) and removes them. Returns the XXH3-128
   /// of all positions as little-endian float64, meshes by name, frame by frame, in hex.
-  std::string pack();
+  /// `on_frame` may throw to end it: the parts stay.
+  std::string pack(const std::function<void()>& on_frame = {});
 
  private:
   struct Data;

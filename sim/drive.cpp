@@ -33,13 +33,19 @@ void drive_bones(const Model& model, double time, State& state) {
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     const Transform& place = state.pose[bone.body];
-    const bool still = before.size() == state.pose.size() &&
-                       before[bone.body].matrix() == place.matrix();
+    const bool still =
+        before.size() == state.pose.size() && before[bone.body].matrix() == place.matrix();
+    BoneState& now = state.bones[b];
+    now.moved = 0.0;
     if (still) continue;
+    double squared = 0.0;
     for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
-      state.bones[b].x[i] = to_row(place * bone.in_body.vertices[i]);
+      const Row x = to_row(place * bone.in_body.vertices[i]), d = x - now.x[i];
+      squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+      now.x[i] = x;
     }
-    refit_bvh(bone.surface, state.bones[b].x, state.bones[b].bvh);
+    now.moved = std::sqrt(squared);
+    refit_bvh(bone.surface, now.x, now.bvh);
   }
 }
 

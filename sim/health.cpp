@@ -5,24 +5,181 @@
 #include <cmath>
 #include <cstdio>
 
+#include "muscles/volume.h"
+
 namespace thew {
 namespace {
 
-constexpr double kBox = 10.0;      // times the rig's own extent
-constexpr double kStretch = 10.0;  // of a spring over its present rest length
+constexpr double kBox = 10.0;        // times the rig's own extent
+constexpr double kStretch = 10.0;    // of a spring over its present rest length
+constexpr double kReversed = 0.05;   // share of edges against the carried shape's: look closer
+constexpr double kTurnedOver = 0.5;  // of the surface
+constexpr double kEnergy = 2.0;      // times what went in
 
-std::string trouble_at(const Model& model, int m, int node, double time, const char* what,
-                       double value, double limit, const char* unit) {
-  char numbers[200];
-  std::snprintf(numbers, sizeof numbers, "node %d at %.4f s: %s is %.6g %s, the limit is %.6g %s",
-                node, time, what, value, unit, limit, unit);
-  return "muscle \"" + model.muscles[m].name + "\", " + numbers +
+double squared(const Row& r) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
+double norm(const Row& r) { return std::sqrt(squared(r)); }
+double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+double extent_of(const State& state) {
+  double extent = 0.1;
+  for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
+  return extent;
+}
+
+Trouble trouble_at(const Model& model, int m, int node, const char* quantity, double value,
+                   double limit, const char* unit) {
+  return {"muscle \"" + model.muscles[m].name + "\"", node, quantity, value, limit, unit};
+}
+
+std::string text_of(const Trouble& trouble, const std::string& when, int substep, int substeps) {
+  if (trouble.node < 0) return when + ": " + trouble.part;
+  char numbers[200], steps[60] = "";
+  std::snprintf(numbers, sizeof numbers, "node %d: %s is %.6g %s, the limit is %.6g %s",
+                trouble.node, trouble.quantity, trouble.value, trouble.unit, trouble.limit,
+                trouble.unit);
+  if (substeps > 0) std::snprintf(steps, sizeof steps, " (substep %d of %d)", substep, substeps);
+  return when + steps + ": " + trouble.part + ", " + numbers +
          "; use more substeps or softer material";
 }
 
-double norm(const Row& r) { return std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]); }
+double stretch_energy(double stiffness, double length, double rest) {
+  return 0.5 * stiffness * (length - rest) * (length - rest);
+}
+
+// J, of the edges at x.
+double edge_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x) {
+  double sum = 0.0;
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    sum += stretch_energy(springs.stiffness[k], norm(x[a] - x[b]), rest_length[k]);
+  }
+  return sum;
+}
+
+// J, an upper bound of what all muscles may have after the step: twice what they had, what the rig
+// gives by moving them as they were, what gravity gives and what a blow of a bone gives; and always
+// as much as springs of twice their length hold.
+double energy_limit(const Model& model, double h, const State& state) {
+  double fastest = model.scene.contact.settings.max_depth / h;  // m/s, out of an overlap
+  for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.moved / h);
+  for (const MuscleState& muscle : state.muscles) {
+    for (const Row& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
+  }
+  double most = 0.0;
+  Rows guess;
+  for (int m = 0; m < state.count(); ++m) {
+    const Muscle& muscle = model.muscles[m];
+    const MuscleState& now = state.muscles[m];
+    const Springs& springs = muscle.springs;
+    guess = now.start;
+    for (size_t i = 0; i < guess.size(); ++i) {
+      guess[i] = muscle.driven[i] ? now.target[i] : guess[i] + h * now.target_velocity[i];
+      const double fall = std::abs(dot(to_row(model.scene.gravity), now.x[i] - now.start[i]));
+      most += kEnergy * muscle.mass[i] *
+              (0.5 * squared(now.frame_before.v[i]) + fall + fastest * fastest);
+    }
+    most += kEnergy * (edge_energy(springs, now.rest_length, guess) +
+                       edge_energy(springs, now.frame_before.rest_length, now.frame_before.x));
+    for (int k = 0; k < springs.structural; ++k) {
+      most += stretch_energy(springs.stiffness[k], 2.0 * springs.rest_length[k],
+                             springs.rest_length[k]);
+    }
+  }
+  return most;
+}
+
+Row area_vector(const Rows& x, const Triangle& t) {
+  const Row u = x[t[1]] - x[t[0]], v = x[t[2]] - x[t[0]];
+  return Row{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0], 0.0};
+}
+
+// Share of the carried shape's surface that x has turned over by more than a right angle.
+double turned_over(const Muscle& muscle, const Rows& x, const Rows& target) {
+  double all = 0.0, over = 0.0;
+  for (const Triangle& t : muscle.rest.triangles) {
+    const Row there = area_vector(target, t);
+    const double area = norm(there);
+    all += area;
+    if (dot(area_vector(x, t), there) < 0.0) over += area;
+  }
+  return all > 0.0 ? over / all : 0.0;
+}
+
+std::optional<Trouble> find_bad_node(const Model& model, double h, double extent,
+                                     const State& state, int m) {
+  const MuscleState& now = state.muscles[m];
+  const double reach = kBox * extent;
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    const int node = static_cast<int>(i);
+    const double distance = norm(now.x[i]);
+    if (!(distance <= reach)) {  // also where it is not a number
+      return trouble_at(model, m, node, "distance from the root", distance, reach, "m");
+    }
+    for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
+      if (!(speed <= extent / h)) {
+        return trouble_at(model, m, node, "speed", speed, extent / h, "m/s");
+      }
+    }
+  }
+  return {};
+}
+
+// What the edges tell. Energy and orientation cost something: only where the edges give cause.
+std::optional<Trouble> find_bad_shape(const Model& model, double h, const State& state, int m) {
+  const Muscle& muscle = model.muscles[m];
+  const MuscleState& now = state.muscles[m];
+  const Springs& springs = muscle.springs;
+  const bool has_path = muscle.shape.held.empty();
+  double energy = 0.0, usual = 0.0, most = 0.0;
+  int reversed = 0, strained = 0;
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    const Row d = now.x[a] - now.x[b];
+    const double length = norm(d);
+    const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
+    if (!(length <= limit)) return trouble_at(model, m, a, "length of an edge", length, limit, "m");
+    const double held = stretch_energy(springs.stiffness[k], length, now.rest_length[k]);
+    energy += held;
+    usual += 0.5 * springs.stiffness[k] * springs.rest_length[k] * springs.rest_length[k];
+    if (held > most) most = held, strained = a;
+    if (has_path && dot(d, now.target[a] - now.target[b]) < 0.0) ++reversed;
+  }
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (muscle.driven[i]) continue;
+    const double held = 0.5 * muscle.mass[i] * squared(now.v[i] - now.target_velocity[i]);
+    energy += held;
+    if (held > most) most = held, strained = static_cast<int>(i);
+  }
+  if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
+    const double volume = enclosed_volume(now.x, muscle.rest.triangles);
+    if (!(volume > 0.0) && enclosed_volume(now.frame_before.x, muscle.rest.triangles) > 0.0) {
+      return trouble_at(model, m, strained, "enclosed volume", volume, 0.0, "m^3");
+    }
+  }
+  if (reversed > kReversed * springs.structural) {
+    const double over = turned_over(muscle, now.x, now.target);
+    const MuscleMotion& before = now.frame_before;
+    if (over > kTurnedOver && over > turned_over(muscle, before.x, before.target)) {
+      return trouble_at(model, m, strained, "part of its surface turned inside out", over,
+                        kTurnedOver, "of 1");
+    }
+  }
+  if (!(energy <= usual)) {
+    const double limit = energy_limit(model, h, state);
+    if (!(energy <= limit)) return trouble_at(model, m, strained, "energy", energy, limit, "J");
+  }
+  return {};
+}
 
 }  // namespace
+
+StepFailure::StepFailure(const Trouble& of, const std::string& when, int number, int step,
+                         int steps)
+    : Error(ExitCode::kSolver, text_of(of, when, step, steps)),
+      trouble(of),
+      frame(number),
+      substep(step),
+      substeps(steps) {}
 
 void begin_frame(State& state) {
   for (MuscleState& muscle : state.muscles) {
@@ -30,6 +187,7 @@ void begin_frame(State& state) {
     muscle.unreached = muscle.weight_fallbacks = 0;
     muscle.frame_before = muscle;
   }
+  state.skin_before = state.skin;
 }
 
 void take_back(State& state) {
@@ -37,38 +195,39 @@ void take_back(State& state) {
     static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
     muscle.searched.clear();  // the next search knows of no motion
   }
+  static_cast<SkinMotion&>(state.skin) = state.skin_before;
 }
 
-std::string find_trouble(const Model& model, double h, const State& state) {
-  double extent = 0.1;
-  for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
-  const double reach = kBox * extent;
+std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
+  const double extent = extent_of(state);
   for (int m = 0; m < state.count(); ++m) {
-    const MuscleState& now = state.muscles[m];
-    const Springs& springs = model.muscles[m].springs;
-    for (size_t i = 0; i < now.x.size(); ++i) {
-      const double distance = norm(now.x[i]);
-      if (!(distance <= reach)) {  // also where it is not a number
-        return trouble_at(model, m, static_cast<int>(i), state.time, "distance from the root",
-                          distance, reach, "m");
-      }
-      for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
-        if (!(speed <= extent / h)) {
-          return trouble_at(model, m, static_cast<int>(i), state.time, "speed", speed, extent / h,
-                            "m/s");
-        }
+    if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
+  }
+  for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers
+    if (auto trouble = find_bad_shape(model, h, state, m)) return trouble;
+  }
+  return {};
+}
+
+std::optional<Trouble> find_skin_trouble(const State& state) {
+  const double reach = kBox * extent_of(state);
+  const SkinMotion& skin = state.skin;
+  for (size_t i = 0; i < skin.x.size(); ++i) {
+    for (const auto& [rows, quantity] : {std::pair(&skin.x, "distance from the root"),
+                                         std::pair(&skin.offset, "distance from the elastic shape"),
+                                         std::pair(&skin.slip, "distance from the bound shape"),
+                                         std::pair(&skin.force, "pull of the flesh")}) {
+      if (i >= rows->size()) continue;
+      const double value = norm((*rows)[i]);
+      if (!(value <= reach)) {
+        return Trouble{"skin", static_cast<int>(i), quantity, value, reach, "m"};
       }
     }
-    for (int k = 0; k < springs.structural; ++k) {
-      const double length = norm(now.x[springs.nodes[k][0]] - now.x[springs.nodes[k][1]]);
-      const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
-      if (!(length <= limit)) {
-        return trouble_at(model, m, springs.nodes[k][0], state.time, "length of an edge", length,
-                          limit, "m");
-      }
+    if (i < skin.moved.size() && !(skin.moved[i] <= reach)) {
+      return Trouble{"skin", static_cast<int>(i), "way of the passes", skin.moved[i], reach, "m"};
     }
   }
-  return "";
+  return {};
 }
 
 double fastest_node(const Model& model, const State& state) {

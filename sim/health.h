@@ -1,19 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "sim/state.h"
 
 namespace thew {
 
+/// What a step must not leave behind: which quantity of what is beyond which limit.
+struct Trouble {
+  std::string part;  ///< muscle "NAME", or skin; the whole message where there is no node
+  int node = -1;
+  const char* quantity = "";
+  double value = 0.0, limit = 0.0;
+  const char* unit = "";
+};
+
+/// A frame that could not be done. Its message has all that failure.json has.
+class StepFailure : public Error {
+ public:
+  StepFailure(const Trouble& trouble, const std::string& when, int frame, int substep,
+              int substeps);
+  Trouble trouble;
+  int frame = 0;                  ///< the clip's first one while settling
+  int substep = 0, substeps = 0;  ///< the last try's; of the skin, which is stepped once, 0
+};
+
 /// Clears the measures of the frame before and keeps what a failed step takes back.
 void begin_frame(State& state);
 void take_back(State& state);
 
-/// After a step of h seconds: empty, or what is wrong with which node of which muscle, with value
-/// and limit (not finite, beyond 10 times the rig's box, too fast, edges torn or crushed).
-std::string find_trouble(const Model& model, double h, const State& state);
+/// After a step of h seconds: nothing, or what is wrong with which node of which muscle (not
+/// finite, beyond 10 times the rig's box, too fast, edges torn, turned inside out, more energy than
+/// rig, gravity and springs can have given).
+std::optional<Trouble> find_trouble(const Model& model, double h, const State& state);
+/// The same of the skin: not finite, or beyond the rig's box.
+std::optional<Trouble> find_skin_trouble(const State& state);
 
 /// m/s, over all free nodes.
 double fastest_node(const Model& model, const State& state);

@@ -82,6 +82,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
     now.diagonal[i] += contact_stiffness(muscle, contact.node);
   }
   if (now.diagonal != now.factored_diagonal) {
+    now.factored_diagonal.clear();  // a factor that fails is of no diagonal
     if (!factorise(matrix, now.diagonal, now.factor)) {
       throw Error(ExitCode::kSolver, "muscle \"" + muscle.name +
                                          "\": the step's matrix is not positive definite; check "

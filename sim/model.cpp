@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 #include "muscles/tube.h"
 #include "muscles/volume.h"
@@ -121,7 +122,11 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
-  muscle.stiffness = spring_matrix(muscle.springs, material.shape, muscle.driven);
+  try {
+    muscle.stiffness = spring_matrix(muscle.springs, material.shape, muscle.driven);
+  } catch (const std::length_error& error) {
+    throw Error(ExitCode::kUsage, place + ": " + error.what());
+  }
 }
 
 Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene) {
@@ -248,8 +253,30 @@ void build_skin(const Pose& bind_pose, Model& model) {
         [&](size_t i) { return Vec3(bind_pose[bone.body] * bone.in_body.vertices[i]); },
         bone.in_body.vertices.size());
   }
-  model.skin = bind_skin(mesh, model.skeleton, bind_pose, below, bodies, model.scene.skin.settings);
+  try {
+    model.skin =
+        bind_skin(mesh, model.skeleton, bind_pose, below, bodies, model.scene.skin.settings);
+  } catch (const std::length_error& error) {
+    throw Error(ExitCode::kInput, model.scene.skin.mesh.string() + ": " + error.what());
+  }
   model.has_skin = true;
+}
+
+// What a bake of these muscles takes in memory, about: matrices, nodes, and what contact remembers
+// of each node and collider. Asked before more of them are made.
+void check_memory(const Model& model, const SceneMuscle& last) {
+  constexpr std::size_t kMost = std::size_t{4} << 30, kNode = 3000, kRemembered = 12;  // bytes
+  const std::size_t colliders = model.scene.muscles.size() + model.bones.size();
+  std::size_t bytes = 0;
+  for (const Muscle& muscle : model.muscles) {
+    bytes += matrix_bytes(muscle.stiffness) +
+             muscle.rest.vertices.size() * (kNode + kRemembered * colliders);
+  }
+  if (bytes <= kMost) return;
+  throw Error(ExitCode::kUsage, last.place + ": with muscle \"" + last.name +
+                                    "\" the scene takes " + std::to_string(bytes >> 20) +
+                                    " MiB of memory, more than " + std::to_string(kMost >> 20) +
+                                    "; use coarser meshes or fewer muscles");
 }
 
 // Implicit steps are exact in each iteration.
@@ -361,6 +388,7 @@ Model build_model(const Scene& scene) {
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
   for (const SceneMuscle& muscle : scene.muscles) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
+    check_memory(model, muscle);
   }
   model.bones = load_bones(model.skeleton);
   load_character_bones(scene, model);

@@ -13,11 +13,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kTubeNodes = 100000;
 constexpr std::size_t kWeightFileLimit = std::size_t{16} << 20;  // bytes
 
 void read_tube(TomlValue& table, TubeProfile& profile) {
   read(table, "around", profile.around, 3, 1000);
   read(table, "rings", profile.rings, 2, 1000);
+  if (profile.around * profile.rings > kTubeNodes) {
+    refuse(table, "around = " + std::to_string(profile.around) +
+                      " by rings = " + std::to_string(profile.rings) + " nodes are more than " +
+                      std::to_string(kTubeNodes) + "; make one of them smaller");
+  }
   profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {0.0, 10.0, true});
 }
 

@@ -18,6 +18,13 @@ struct MuscleMotion {
   std::vector<double> push;     ///< by contact: force over the contact stiffness, m
   double zone_radius = 0.0;     ///< m, of the automatic deformation zone
   std::vector<double> weights;  ///< of the volume correction: the authored ones, or the zone's
+  // Measures of the last frame.
+  double volume_error = 0.0;            ///< relative, at the end of its last step
+  double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
+  int unreached = 0;                    ///< substeps in which the volume could not be reached
+  int weight_fallbacks = 0;             ///< iterations in which even weights had to stand in
+  Vec3 impulse = Vec3::Zero();          ///< N s, given by contact since the start (explicit)
+  Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
 };
 
 struct MuscleState : MuscleMotion {
@@ -27,13 +34,6 @@ struct MuscleState : MuscleMotion {
   ContactMemory memory;
   Rows searched;              ///< x when contacts were last looked for
   MuscleMotion frame_before;  ///< to go back to
-  // Measures of the last frame.
-  double volume_error = 0.0;            ///< relative, at the end of its last step
-  double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
-  int unreached = 0;                    ///< substeps in which the volume could not be reached
-  Vec3 impulse = Vec3::Zero();          ///< N s, given by contact since the start (explicit)
-  Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
-  int weight_fallbacks = 0;             ///< iterations in which even weights had to stand in
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
   std::vector<double> push_before;
@@ -49,6 +49,7 @@ struct MuscleState : MuscleMotion {
 struct BoneState {
   Rows x, searched;
   Bvh bvh;
+  double moved = 0.0;  ///< m, the most that a node moved in the last step
 };
 
 /// All that goes from one frame to the next.
@@ -60,6 +61,7 @@ struct State {
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   SkinState skin;
+  SkinMotion skin_before;  ///< to go back to
 
   int count() const { return static_cast<int>(muscles.size()); }
 };

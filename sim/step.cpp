@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "sim/drive.h"
 #include "sim/health.h"
@@ -65,28 +66,7 @@ void step(const Model& model, double time, double h, Parallel& parallel, State& 
   solve_muscles(model, time, h, parallel, state);
 }
 
-}  // namespace
-
-void step_frame(const Model& model, double time, Parallel& parallel, State& state,
-                StageSeconds& seconds) {
-  const double frame = time - state.time;
-  const bool is_explicit = model.scene.solver.integrator == "explicit";  // it chooses its own
-  int substeps = is_explicit ? 1 : model.scene.solver.substeps;
-  begin_frame(state);
-  for (int halvings = 0;; ++halvings, substeps *= 2) {
-    std::string trouble;
-    for (int i = 1; i <= substeps && trouble.empty(); ++i) {
-      const double left = frame * (substeps - i) / substeps;
-      step(model, time - left, frame / substeps, parallel, state, seconds);
-      trouble = find_trouble(model, frame / substeps, state);
-    }
-    if (trouble.empty()) break;
-    if (halvings == 6) throw Error(ExitCode::kSolver, trouble);
-    take_back(state);
-  }
-  state.time = time;
-  if (!model.has_skin) return;
-  StopWatch watch(seconds.skin);
+void step_skin_of(const Model& model, Parallel& parallel, State& state) {
   refit_muscles(model, parallel, state);
   if (model.skinned) {
     step_skinned(*model.skinned, state.bodies, muscles_of(model, state), state.skin);
@@ -95,13 +75,68 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
   step_skin(model.skin, state.pose, colliders_of(model, state), state.skin);
 }
 
-Settled settle(const Model& model, Parallel& parallel, State& state) {
+// What went wrong, in which of the substeps; 0: with the skin.
+struct Failed {
+  Trouble trouble;
+  int substep = 0;
+};
+
+std::optional<Failed> try_frame(const Model& model, double time, int substeps, Parallel& parallel,
+                                State& state, StageSeconds& seconds) {
+  const double frame = time - state.time;
+  for (int i = 1; i <= substeps; ++i) {
+    const double left = frame * (substeps - i) / substeps;
+    try {
+      step(model, time - left, frame / substeps, parallel, state, seconds);
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::kSolver) throw;
+      return Failed{{error.what()}, i};
+    }
+    if (auto trouble = find_trouble(model, frame / substeps, state)) return Failed{*trouble, i};
+  }
+  if (!model.has_skin) return {};
+  StopWatch watch(seconds.skin);
+  step_skin_of(model, parallel, state);
+  if (auto trouble = find_skin_trouble(state)) return Failed{*trouble, 0};
+  return {};
+}
+
+StepFailure failure_of(const Model& model, double time, const Failed& failed, int substeps) {
+  const double frames = std::max(time, 0.0) * model.scene.fps;
+  const int frame = model.scene.first_frame + static_cast<int>(std::lround(frames));
+  std::string when = "frame " + std::to_string(frame);
+  if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
+  return {failed.trouble, when, frame, failed.substep, failed.substep > 0 ? substeps : 0};
+}
+
+}  // namespace
+
+void step_frame(const Model& model, double time, Parallel& parallel, State& state,
+                StageSeconds& seconds) {
+  constexpr int kHalvings = 6;
+  const bool is_explicit = model.scene.solver.integrator == "explicit";  // it chooses its own
+  int substeps = is_explicit ? 1 : model.scene.solver.substeps;
+  begin_frame(state);
+  // Once more as it was, since a fault of the machine does not come back; then in halves.
+  for (int tries = 1;; ++tries) {
+    const auto failed = try_frame(model, time, substeps, parallel, state, seconds);
+    if (!failed) break;
+    take_back(state);
+    if (tries == 2 + kHalvings) throw failure_of(model, time, *failed, substeps);
+    if (tries > 1) substeps *= 2;
+  }
+  state.time = time;
+}
+
+Settled settle(const Model& model, Parallel& parallel, State& state,
+               const std::function<void()>& on_frame) {
   Settled settled;
   StageSeconds unused;
   const double frame = 1.0 / model.scene.fps, begin = state.time;
   while (state.time < -0.5 * frame && !settled.converged) {
     const double time = std::min(0.0, state.time + frame);
     step_frame(model, time, parallel, state, unused);
+    if (on_frame) on_frame();
     settled.seconds = time - begin;
     settled.speed = fastest_node(model, state);
     settled.converged = settled.speed < kSettledSpeed && time >= bind_to_first_ends(model);

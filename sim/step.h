@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "sim/parallel.h"
 #include "sim/state.h"
 
@@ -12,18 +14,20 @@ struct StageSeconds {
 };
 
 /// Advances bones, muscles and skin from state.time to `time` (s), in scene.solver.substeps steps.
-/// What fails its health check is taken back and halved, six times at most; then Error(kSolver).
+/// What fails its health check is taken back and tried again, first as it was, then in halves, six
+/// times at most; then StepFailure, and the state is the one before the frame.
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds);
 
 /// From rest in the bind pose, at state.time = -scene.settle, to rest in the clip's first pose at
-/// time 0.
+/// time 0. `on_frame` may throw to end it.
 struct Settled {
   double seconds = 0.0;    ///< simulated
   double speed = 0.0;      ///< m/s, the fastest node at the end
   bool converged = false;  ///< speed below kSettledSpeed
 };
 inline constexpr double kSettledSpeed = 1e-4;
-Settled settle(const Model& model, Parallel& parallel, State& state);
+Settled settle(const Model& model, Parallel& parallel, State& state,
+               const std::function<void()>& on_frame = {});
 
 }  // namespace thew

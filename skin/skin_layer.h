@@ -53,13 +53,17 @@ struct SkinFold {
   SkinPlane wall;
 };
 
-struct SkinState {
+/// What a step reads of the step before, and a failed one takes back.
+struct SkinMotion {
   Rows x;
-  // What a step reads of the step before, turned back to the bind pose.
+  // Turned back to the bind pose:
   Rows offset;                ///< m, of x from the elastic shape
   Rows force;                 ///< of the flesh on each node, in m of stretch of an edge of weight 1
   Rows slip;                  ///< m, of x from the bound shape
   std::vector<double> moved;  ///< m, how far the passes led from the prediction
+};
+
+struct SkinState : SkinMotion {
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
   Rows bound;      ///< carried by the bodies alone

@@ -12,6 +12,7 @@
 
 #include "sim/bake.h"
 #include "sim/durable_file.h"
+#include "sim/health.h"
 #include "tools/commands.h"
 #include "tools/inspect.h"
 #include "tools/options.h"
@@ -25,6 +26,7 @@ namespace thew {
 namespace {
 
 volatile std::sig_atomic_t signal_seen = 0;
+constexpr const char* kResume = "run again with --resume";
 
 std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   if (!options.frames.empty()) {
@@ -143,8 +145,24 @@ void plan(const Model& model, const std::vector<int>& frames, const CommandOptio
       thread_count(options.threads), options.out.c_str());
 }
 
-void write_failure(const std::filesystem::path& folder, const std::string& what) {
-  write_durably(folder / "failure.json", nlohmann::json{{"error", what}}.dump(2) + "\n");
+// Null stands for what is not a number.
+void write_failure(const std::filesystem::path& folder, const StepFailure& failure) {
+  const Trouble& trouble = failure.trouble;
+  nlohmann::ordered_json json = {{"error", failure.what()}, {"frame", failure.frame}};
+  if (failure.substeps > 0) {
+    json["substep"] = failure.substep;
+    json["substeps"] = failure.substeps;
+  }
+  if (trouble.node >= 0) {
+    json["part"] = trouble.part;
+    json["nodes"] = {trouble.node};
+    json["quantity"] = trouble.quantity;
+    json["value"] = trouble.value;
+    json["limit"] = trouble.limit;
+    json["unit"] = trouble.unit;
+  }
+  write_durably(folder / "failure.json",
+                json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 // What a killed bake may lack when its cache is complete: pictures and report.
@@ -160,7 +178,7 @@ BakeResult read_result(const Model& model, const BakeReader& reader) {
 
 // Pictures of those frames of a cache that are not there yet.
 void draw_all(const BakeReader& reader, const std::vector<int>& frames,
-              const CommandOptions& options, Pictures& pictures) {
+              const CommandOptions& options, const char* again, Pictures& pictures) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
                     static_cast<int>(frames.size()), stderr);
   const std::vector<int>& baked = reader.info().frames;
@@ -169,7 +187,7 @@ void draw_all(const BakeReader& reader, const std::vector<int>& frames,
     if (!std::binary_search(frames.begin(), frames.end(), baked[i])) continue;
     pictures.draw(reader.read(static_cast<int>(i)));
     progress.step(++done, baked[i]);
-    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+    stop_if_interrupted(again);
   }
 }
 
@@ -217,11 +235,20 @@ int thread_count(int asked) {
 
 bool interrupted() { return signal_seen != 0; }
 
+void stop_if_interrupted(const char* advice) {
+  if (interrupted()) throw Error(ExitCode::kRetry, std::string("interrupted; ") + advice);
+}
+
 void listen_for_signals() {
   const auto handler = [](int) { signal_seen = 1; };
   std::signal(SIGTERM, handler);
   std::signal(SIGINT, handler);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
+  sigset_t ours;
+  sigemptyset(&ours);
+  sigaddset(&ours, SIGTERM);
+  sigaddset(&ours, SIGINT);
+  sigprocmask(SIG_UNBLOCK, &ours, nullptr);  // whoever started us may have blocked them
 }
 
 ExitCode bake_command(const CommandOptions& options) {
@@ -254,7 +281,7 @@ ExitCode bake_command(const CommandOptions& options) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
       return check_bounds(make_report(model, options, frames, result));
     }
-    draw_all(reader, frames, options, *pictures);
+    draw_all(reader, frames, options, kResume, *pictures);
     return conclude(model, options, frames, result, *pictures, begin);
   }
   const auto pictures = pictures_of(info.meshes);
@@ -263,14 +290,15 @@ ExitCode bake_command(const CommandOptions& options) {
   BakeResult result;
   try {
     int done = 0;
-    result = bake(model, {options.out, frames, thread_count(options.threads), options.resume},
+    result = bake(model,
+                  {options.out, frames, thread_count(options.threads), options.resume, interrupted},
                   [&](const BakeFrame& frame) {
                     pictures->draw(frame);
                     progress.step(++done, frame.frame);
                     return !interrupted();
                   });
-  } catch (const Error& error) {
-    if (error.code() == ExitCode::kSolver) write_failure(options.out, error.what());
+  } catch (const StepFailure& failure) {
+    write_failure(options.out, failure);
     throw;
   }
   return conclude(model, options, frames, result, *pictures, begin);
@@ -287,7 +315,7 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
           ? info.frames
           : parse_frames(options.frames, info.frames.front(), info.frames.back());
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
-  draw_all(reader, frames, options, pictures);
+  draw_all(reader, frames, options, "run the command again", pictures);
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, info.fps);
   if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());

@@ -42,10 +42,6 @@ Model model_with(Scene scene, const ChartSetting& setting) {
   return build_model(scene);
 }
 
-void stop_if_interrupted() {
-  if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
-}
-
 // Calls on_frame(model, state) at each frame, the first one included; settles once for all runs of
 // a point. What the solver cannot do is the point's failure; all other errors end the chart.
 void simulate(const Scene& scene, ChartPoint& point, int last,
@@ -57,7 +53,7 @@ void simulate(const Scene& scene, ChartPoint& point, int last,
   try {
     if (!settled) {
       State rest = initial_state(model);
-      settle(model, one, rest);
+      settle(model, one, rest, [] { stop_if_interrupted(); });
       settled = rest;
     }
     State state = *settled;

@@ -47,8 +47,21 @@ ExitCode golden_check_command(const CommandOptions& options, const std::filesyst
 /// As asked; where 0 is, what the farm or the machine gives.
 int thread_count(int asked);
 
-/// An empty folder under the system's temporary one; whoever asks removes it. Error(kOutput).
-std::filesystem::path new_temporary_folder(const std::string& what);
+/// An empty folder under the system's temporary one, removed with all that is in it unless kept.
+/// Error(kOutput).
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::string& what);
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+  void keep() { kept_ = true; }
+
+ private:
+  std::filesystem::path path_;
+  bool kept_ = false;
+};
 /// `repaired`: where the mesh goes once its safe repairs are done, or "".
 ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
 
@@ -65,5 +78,7 @@ ExitCode new_command(const NewOptions& options);
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();
 void listen_for_signals();
+/// Error(kRetry) after such a signal, with what to do next.
+void stop_if_interrupted(const char* advice = "run the command again");
 
 }  // namespace thew

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sim/parallel.h"
+#include "tools/commands.h"
 
 namespace thew {
 namespace {
@@ -57,6 +58,7 @@ void read_name(ImageComparison& image) {
 }
 
 void compare_image(ImageComparison& image, const Image* mask, const PixelLimits& limits) {
+  stop_if_interrupted();
   if (image.expected.empty() || image.actual.empty()) {
     image.fault = image.actual.empty() ? "missing" : "not expected";
     return;

@@ -46,20 +46,25 @@ std::string page_of(Comparison comparison) {
   if (!comparison.geometry || comparison.same() || !comparison.images.empty()) {
     return comparison_as_html(comparison);
   }
-  const fs::path folder = new_temporary_folder("compare");
-  comparison.images = draw_worst_frame(comparison, folder);
-  std::string page = comparison_as_html(comparison);
-  remove_durably(folder);
-  return page;
+  const TemporaryFolder folder("compare");
+  comparison.images = draw_worst_frame(comparison, folder.path());
+  return comparison_as_html(comparison);
 }
 
 }  // namespace
 
-fs::path new_temporary_folder(const std::string& what) {
+TemporaryFolder::TemporaryFolder(const std::string& what) {
   std::string name = (fs::temp_directory_path() / ("thew_" + what + "_XXXXXX")).string();
-  if (mkdtemp(name.data())) return name;
-  throw Error(ExitCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
-                                     "); set TMPDIR to a folder with space");
+  if (!mkdtemp(name.data())) {
+    throw Error(ExitCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
+                                       "); set TMPDIR to a folder with space");
+  }
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  if (!kept_) fs::remove_all(path_, ignored);
 }
 
 ExitCode compare_command(const fs::path& expected, const fs::path& actual,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "tools/commands.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -179,6 +180,7 @@ void compare_positions(const BakeReader& expected, const BakeReader& actual,
   }
   const bool rounded = expected.info().double_precision != actual.info().double_precision;
   for (const int frame : result.frames) {
+    stop_if_interrupted();
     BakeFrame a = expected.read(index_of(expected.info().frames, frame));
     BakeFrame b = actual.read(index_of(actual.info().frames, frame));
     if (rounded) round_to_float(expected.info().double_precision ? a : b);

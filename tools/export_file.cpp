@@ -27,7 +27,8 @@ static_assert(std::endian::native == std::endian::little);
 
 ExportFile::ExportFile(const std::filesystem::path& file) : file_(file) {
   if (file.has_parent_path()) create_folders(file.parent_path());
-  out_ = std::fopen(beside(file).c_str(), "wbe");
+  ::unlink(beside(file).c_str());  // of an export that was killed, or a link that leads elsewhere
+  out_ = std::fopen(beside(file).c_str(), "wbxe");
   if (!out_) fail("open");
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <optional>
 
 #include "sim/durable_file.h"
 #include "sim/scene.h"
@@ -87,7 +88,9 @@ bool tell_what_moves(const fs::path& golden, const fs::path& baked) {
 
 ExitCode golden_update_command(const CommandOptions& options, const fs::path& golden) {
   const GoldenRecipe recipe = recipe_for_update(options, golden);
-  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
+  std::optional<TemporaryFolder> temporary;
+  if (options.out.empty()) temporary.emplace("golden");
+  const fs::path folder = temporary ? temporary->path() : options.out;
   bake_afresh(options, recipe, folder);
   if (tell_what_moves(golden, folder)) {
     keep_goldens(folder, recipe, golden);
@@ -95,7 +98,6 @@ ExitCode golden_update_command(const CommandOptions& options, const fs::path& go
   } else {
     std::printf("%s: nothing moved, left as they are\n", golden.c_str());
   }
-  if (options.out.empty()) remove_durably(folder);
   return ExitCode::kDone;
 }
 
@@ -103,15 +105,15 @@ ExitCode golden_check_command(const CommandOptions& options, const fs::path& gol
                               const CompareOptions& limits) {
   GoldenRecipe recipe = read_recipe(golden);
   recipe.set.insert(recipe.set.end(), options.overrides.begin(), options.overrides.end());
-  const fs::path folder = options.out.empty() ? new_temporary_folder("golden") : options.out;
+  std::optional<TemporaryFolder> temporary;
+  if (options.out.empty()) temporary.emplace("golden");
+  const fs::path folder = temporary ? temporary->path() : options.out;
   const ExitCode bounds = bake_afresh(options, recipe, folder);
   const Comparison comparison = compare(golden, folder, limits);
   std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()
                                  : comparison_as_text(comparison).c_str());
-  if (comparison.same()) {
-    if (options.out.empty()) remove_durably(folder);
-    return bounds;
-  }
+  if (comparison.same()) return bounds;
+  if (temporary) temporary->keep();
   write_durably(folder / "compare.html", comparison_as_html(comparison));
   std::fprintf(stderr,
                "thew: expected, actual and difference: %s\n"

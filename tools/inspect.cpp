@@ -11,6 +11,7 @@
 #include "rig/urdf_import.h"
 #include "sim/cache.h"
 #include "sim/scene.h"
+#include "tools/commands.h"
 #include "tools/inspect_crossings.h"
 #include "tools/options.h"
 #include "tools/svg_chart.h"
@@ -201,6 +202,7 @@ Found inspect_bake(const fs::path& file, const std::string& frames) {
   std::vector<int> worst_frame(info.meshes.size(), info.frames.front());
   for (const BakeMesh& mesh : info.meshes) rest.push_back(enclosed_volume(mesh.rest));
   for (std::size_t f = 0; f < info.frames.size(); ++f) {
+    stop_if_interrupted();
     BakeFrame frame = reader.read(static_cast<int>(f));
     if (std::find(chosen.begin(), chosen.end(), frame.frame) != chosen.end()) {
       const auto found = find_crossings(info.meshes, frame.positions);

@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 
 #include "sim/durable_file.h"
+#include "tools/commands.h"
 #include "tools/export_file.h"
 
 extern char** environ;
@@ -35,7 +37,11 @@ int run(const std::vector<std::string>& words) {
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) return kNotFound;
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  for (bool told = false;;) {
+    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child || (ended < 0 && errno != EINTR)) break;
+    if (interrupted() && !told) told = ::kill(child, SIGKILL) == 0;
+    ::usleep(2000);
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
@@ -91,6 +97,7 @@ std::string write_movie(const std::filesystem::path& file,
     return "";
   }
   remove_durably(out);
+  stop_if_interrupted("the pictures are there; run it again for the movie");
   if (code == kNotFound) return "";
   return file.string() + ": ffmpeg ended with " + std::to_string(code) +
          " and made no movie; the pictures are there, try it by hand";

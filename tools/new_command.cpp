@@ -343,6 +343,7 @@ ExitCode new_command(const NewOptions& options) {
   std::optional<std::string> views;
   for (size_t i = 0; i < arms.size(); ++i) {
     const Target to{from, character, rest, arms[i], fits[i], arms[i].left ? "left" : "right"};
+    stop_if_interrupted();
     say_fit(to, options.scale);
     write_arm(to, folder, written);
     if (!views) views = views_text(to);

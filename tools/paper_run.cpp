@@ -75,11 +75,11 @@ PaperRun run_scene(const PaperAsk& ask) {
   Parallel one(1);
   StageSeconds stages;
   run.state = initial_state(run.model);
-  settle(run.model, one, run.state);
+  settle(run.model, one, run.state, [] { stop_if_interrupted(); });
   const int first = scene.first_frame, last = ask.last > 0 ? ask.last : scene.last_frame;
   note_frame(first, ask, run);
   for (int frame = first + 1; frame <= last; ++frame) {
-    if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
+    stop_if_interrupted();
     const double begin = cpu_seconds();
     step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
     run.seconds += (cpu_seconds() - begin) / (last - first);

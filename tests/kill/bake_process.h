@@ -29,24 +29,20 @@ inline std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// `thew bake` of the scene `pair` as a process of its own.
-struct BakeProcess {
+/// The command as a process of its own.
+struct CommandProcess {
   struct Ended {
     int code = 0;  ///< exit code; -n where signal n ended it
     std::string errors;
   };
 
   /// `prepare` runs in the process before the command does.
-  explicit BakeProcess(const fs::path& out, std::vector<std::string> more = {"--no-render"},
-                       const std::function<void()>& prepare = {}) {
+  explicit CommandProcess(std::vector<std::string> words,
+                          const std::function<void()>& prepare = {}) {
     static int count = 0;  // beside the bakes: their disk may be full
     errors = fs::path(testing::TempDir()) /
              ("thew_errors_" + std::to_string(getpid()) + "_" + std::to_string(++count));
-    std::vector<std::string> words = {
-        THEW_COMMAND, "bake",       THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml",
-        "--out",      out.string(), "--threads",
-        "2",          "--progress", "none"};
-    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.begin(), THEW_COMMAND);
     id = fork();
     if (id != 0) return;
     const int to = open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
@@ -60,11 +56,11 @@ struct BakeProcess {
     _exit(127);
   }
 
-  ~BakeProcess() {
+  ~CommandProcess() {
     wait();
     fs::remove(errors);
   }
-  BakeProcess(const BakeProcess&) = delete;
+  CommandProcess(const CommandProcess&) = delete;
 
   void send(int signal) const { kill(id, signal); }
   bool ended() {
@@ -81,6 +77,23 @@ struct BakeProcess {
   int status = 0;
   bool over = false;
   fs::path errors;
+};
+
+/// `thew bake` of the scene `pair`.
+struct BakeProcess : CommandProcess {
+  explicit BakeProcess(const fs::path& out, const std::vector<std::string>& more = {"--no-render"},
+                       const std::function<void()>& prepare = {})
+      : CommandProcess(words_of(out, more), prepare) {}
+
+  static std::vector<std::string> words_of(const fs::path& out,
+                                           const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"bake",       THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml",
+                                      "--out",      out.string(),
+                                      "--threads",  "2",
+                                      "--progress", "none"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
 };
 
 /// The frames that the manifest lists, each compared with its file.

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/commands.h"
+
 namespace thew {
 namespace {
 
@@ -362,6 +364,7 @@ FemResult solve_step(FemBody& body, const FemStep& step) {
   Eigen::VectorXd gradient;
   double before = energy(body) + terms.energy();
   while (result.iterations < step.iterations && !result.converged) {
+    stop_if_interrupted();
     ++result.iterations;
     Eigen::VectorXd way;
     for (bool positive : {false, true}) {  // Newton's own matrix where it descends

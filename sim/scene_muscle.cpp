@@ -20,9 +20,9 @@ void read_tube(TomlValue& table, TubeProfile& profile) {
   read(table, "around", profile.around, 3, 1000);
   read(table, "rings", profile.rings, 2, 1000);
   if (profile.around * profile.rings > kTubeNodes) {
-    refuse(table, "around = " + std::to_string(profile.around) +
-                      " by rings = " + std::to_string(profile.rings) + " nodes are more than " +
-                      std::to_string(kTubeNodes) + "; make one of them smaller");
+    refuse(require(table, "rings"), "with around = " + std::to_string(profile.around) +
+                                        " that is more than " + std::to_string(kTubeNodes) +
+                                        " nodes; make one of them smaller");
   }
   profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {0.0, 10.0, true});
 }

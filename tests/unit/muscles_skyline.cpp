@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "muscles/skyline.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "muscles/skyline.h"
 
 namespace thew {
 namespace {
@@ -84,6 +87,23 @@ TEST(Skyline, RowsOfATubeStayShort) {
   c.driven.assign(c.driven.size(), 0);
   const Skyline matrix = make_skyline(around * rings, c.pairs, c.driven);
   EXPECT_LT(static_cast<double>(matrix.values.size()) / matrix.size(), 2.6 * around);
+}
+
+TEST(Skyline, WhatNoMemoryHoldsIsRefusedBeforeItIsTaken) {
+  constexpr int kNodes = 40000;  // joined at random: no order keeps the rows short
+  std::mt19937 random(1);
+  std::vector<std::array<int, 2>> pairs;
+  for (int i = 0; i < 4 * kNodes; ++i) {
+    pairs.push_back({static_cast<int>(random() % kNodes), static_cast<int>(random() % kNodes)});
+  }
+  try {
+    make_skyline(kNodes, pairs, std::vector<char>(kNodes, 0));
+    FAIL() << "nothing was thrown";
+  } catch (const std::length_error& error) {
+    EXPECT_NE(std::string(error.what()).find("MiB, more than 2048; use a coarser mesh"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Skyline, RefusesAnIndefiniteMatrix) {

@@ -94,6 +94,8 @@ TEST_F(SceneFile, WrongValues) {
       {"[[muscle]]\nname = \"biceps\"\nprofile = { radius = [[0, 1]] }\n"
        "path = [[\"a\", 0, 0, 0], [\"b\", 0, 0, 0]]\n",
        ":13: a second [muscle.biceps]"},
+      {"[[muscle]]\nname = \"b\"\nprofile = { around = 1000, rings = 1000, radius = [[0, 1]] }\n",
+       ":15: muscle.b.profile.rings is 1000; with around = 1000 that is more than 100000 nodes"},
       {"[[muscle]]\nname = \"b\"\nprofile = { radius = [[0, 1]] }\npath = [[\"a\", 0, 0, 0]]\n",
        ":16: muscle.b.path is an array of 1; give two points or more"},
       {"[[muscle]]\nname = \"b\"\nprofile = { radius = [[0, 1]] }\npath = [[\"a\", 0, 0, "

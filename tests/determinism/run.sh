@@ -120,7 +120,7 @@ if [[ $long == yes ]]; then
   for compiler in g++ clang++; do
     command -v $compiler >/dev/null || { echo "skipped    $compiler: not installed"; continue; }
     for flags in -O0 -O1 -O2 -O3 "-O2 -march=native" "-O3 -march=native"; do
-      second "$compiler${flags// /}" $compiler "$flags"
+      second "${compiler//+/x}${flags// /}" $compiler "$flags"
     done
   done
   if "$here/aarch64.sh" "$build/aarch64" >"$work/log" 2>&1; then

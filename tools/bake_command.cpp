@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -25,7 +26,8 @@
 namespace thew {
 namespace {
 
-volatile std::sig_atomic_t signal_seen = 0;
+std::atomic<bool> signal_seen{false};  // read by any thread
+static_assert(std::atomic<bool>::is_always_lock_free);
 constexpr const char* kResume = "run again with --resume";
 
 std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
@@ -233,14 +235,14 @@ int thread_count(int asked) {
   return std::max(1u, std::thread::hardware_concurrency());
 }
 
-bool interrupted() { return signal_seen != 0; }
+bool interrupted() { return signal_seen; }
 
 void stop_if_interrupted(const char* advice) {
   if (interrupted()) throw Error(ExitCode::kRetry, std::string("interrupted; ") + advice);
 }
 
 void listen_for_signals() {
-  const auto handler = [](int) { signal_seen = 1; };
+  const auto handler = [](int) { signal_seen = true; };
   std::signal(SIGTERM, handler);
   std::signal(SIGINT, handler);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write

@@ -258,6 +258,7 @@ VolumeMethod volume_method(const std::string& word, bool is_explicit) {
   if (word == "none") return VolumeMethod::kNone;
   if (word == "printed") return VolumeMethod::kPrinted;
   if (word == "linear") return VolumeMethod::kLinear;
+  if (word == "penalty") return VolumeMethod::kPenalty;
   return VolumeMethod::kExact;
 }
 

@@ -47,6 +47,7 @@ enum class VolumeMethod {
   kNone,
   kPrinted,
   kLinear,
+  kPenalty,     ///< a bulk stiffness in its place: a yardstick
   kExact,       ///< explicit: linear in each substep, exact at the frame's end
   kExactAlways  ///< explicit: exact in each substep
 };

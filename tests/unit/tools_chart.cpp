@@ -29,22 +29,21 @@ TEST(ParetoFront, HasWhatNoCheaperOneBeats) {
 TEST(ChartSettings, HaveTheScenesOwnOnce) {
   Scene scene;
   scene.solver.iterations = 7;
-  const std::vector<ChartSetting> settings = chart_settings(scene, 9);
+  const std::vector<ChartSetting> settings = chart_settings(scene);
   EXPECT_EQ(std::count(settings.begin(), settings.end(), settings.front()), 1);
   EXPECT_EQ(settings.front(), (ChartSetting{"local_global", "exact", 1, 7}));
   scene.solver.iterations = 3;
-  EXPECT_EQ(chart_settings(scene, 9).size(), settings.size() - 1);
+  EXPECT_EQ(chart_settings(scene).size(), settings.size() - 1);
 }
 
 TEST(Chart, SaysWhatFailed) {
   Chart chart;
   chart.points = {point(1, 2), point(0, 0, "node 3 of \"biceps\" is not finite")};
   chart.points[1].setting = {"explicit", "linear", 4, 1};
-  chart.references = {point(0, 0)};
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("1 of 2 runs failed or given up"), std::string::npos);
   EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
-  EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,\n"), std::string::npos);
+  EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,,\n"), std::string::npos);
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
 }
 
@@ -54,11 +53,14 @@ TEST(Chart, OfOneMuscle) {
                .threads = 2,
                .repetitions = 1};
   const Chart chart = run_chart(ask);
-  const ChartPoint& self = chart.references.back();
-  EXPECT_EQ(self.largest_mm, 0.0);
-  EXPECT_EQ(self.rms_mm, 0.0);
-  EXPECT_GT(chart.references.front().largest_mm, 0.0);
-  EXPECT_GT(chart.references[0].rms_mm, chart.references[1].rms_mm);
+  ASSERT_EQ(chart.refinements.size(), 3u);
+  for (const Refinement& refinement : chart.refinements) {  // of first order at least, to one limit
+    EXPECT_EQ(refinement.failure, "");
+    ASSERT_EQ(refinement.order.size() + 2, refinement.settings.size());
+    EXPECT_GT(refinement.order.back(), 0.9) << refinement.integrator;
+    EXPECT_LT(refinement.apart_mm, 0.002) << refinement.integrator;
+  }
+  EXPECT_EQ(chart.refinements[0].apart_mm, 0.0);
 
   const auto is_default = [](const ChartPoint& p) { return p.is_default; };
   ASSERT_EQ(std::count_if(chart.points.begin(), chart.points.end(), is_default), 1);

@@ -43,6 +43,7 @@ std::string find_trouble(const Model& model, double h, const State& state) {
   double extent = 0.1;
   for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
   const double reach = kBox * extent;
+  const bool still = model.scene.solver.integrator == "quasi_static";
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     const Springs& springs = model.muscles[m].springs;
@@ -53,7 +54,8 @@ std::string find_trouble(const Model& model, double h, const State& state) {
                           distance, reach, "m");
       }
       for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
-        if (!(speed <= extent / h)) {
+        // From rest to rest there is no speed, only a number or none.
+        if (!(speed <= (still ? 1e300 : extent / h))) {
           return trouble_at(model, m, static_cast<int>(i), state.time, "speed", speed, extent / h,
                             "m/s");
         }

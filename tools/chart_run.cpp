@@ -19,7 +19,7 @@ namespace thew {
 namespace {
 
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
-constexpr double kLongestRun = 90.0;  // s of CPU, of a run that refines an integrator
+constexpr double kLongestRun = 40.0;  // s of CPU, of a run that refines an integrator
 constexpr int kTimedFrames = 24;      // at most, the first ones: a run of all is not repeated
 
 using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]

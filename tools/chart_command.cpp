@@ -52,6 +52,8 @@ ExitCode chart_command(const CommandOptions& options, bool stability) {
   write_durably(options.out / "chart.json", chart_json(chart));
   write_durably(options.out / "chart.svg",
                 draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
+  const std::string trouble = write_picture(options.out / "chart.png", options.out / "chart.svg");
+  if (!trouble.empty()) std::fprintf(stderr, "thew: %s\n", trouble.c_str());
   write_durably(options.out / "chart.html", chart_html(chart));
   std::printf("%s\n", (options.out / "chart.html").c_str());
   return ExitCode::kDone;

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim/durable_file.h"
 #include "tools/html_page.h"
+#include "tools/program.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -229,6 +231,19 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
                           y.at(chart.points[i].*error), taken);
   }
   return svg + marks + labels + draw_legend(chart) + draw_failed(chart) + "</svg>\n";
+}
+
+std::string write_picture(const std::filesystem::path& png, const std::filesystem::path& svg) {
+  const std::string out = beside(png).string();
+  const int code = run_program({"rsvg-convert", "--width", "1720", "--output", out, svg.string()});
+  if (code == 0) {
+    rename_durably(png);
+    return "";
+  }
+  remove_durably(out);
+  if (code == kNotFound) return "";
+  return png.string() + ": rsvg-convert ended with " + std::to_string(code) +
+         " and drew nothing; the chart is in " + svg.string();
 }
 
 std::string chart_csv(const Chart& chart) {

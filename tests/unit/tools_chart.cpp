@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
+#include "tests/unit/rig_temp.h"
 #include "tools/chart_plot.h"
 
 namespace thew {
@@ -80,6 +82,29 @@ TEST(Chart, OfOneMuscle) {
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("class=\"default\""), std::string::npos);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+class ChartPicture : public TempFolder {};
+
+// A program of the test's own in the place of rsvg-convert, and none.
+TEST_F(ChartPicture, IsDrawnWhereItCanBe) {
+  const std::string path = std::getenv("PATH");
+  const auto svg = write("chart.svg", "<svg/>"), png = folder / "chart.png";
+  setenv("PATH", folder.c_str(), 1);
+  EXPECT_EQ(write_picture(png, svg), "");
+  EXPECT_FALSE(std::filesystem::exists(png));
+  const auto program = [&](const std::string& script) {
+    write("rsvg-convert", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(folder / "rsvg-convert", std::filesystem::perms::owner_all);
+    setenv("PATH", (folder.string() + ":" + path).c_str(), 1);
+  };
+  program("exit 3");
+  EXPECT_NE(write_picture(png, svg).find("rsvg-convert ended with 3"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(png));
+  program("cp \"$5\" \"$4\"");
+  EXPECT_EQ(write_picture(png, svg), "");
+  EXPECT_EQ(std::filesystem::file_size(png), 6u);
+  setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace

@@ -270,13 +270,27 @@ void note_volume(const Muscle& muscle, double volume, MuscleState& now) {
   now.substep_volume_error = std::max(now.substep_volume_error, now.volume_error);
 }
 
+// dV/dx . W dV/dx / m over the compliance, 1/s^2, at rest.
+double penalty_frequency_squared(const Muscle& muscle) {
+  Rows x, gradient;
+  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
+  volume_gradient(x, muscle.rest.triangles, gradient);
+  double sum = 0.0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    sum += muscle.weights[i] / muscle.mass[i] * sum3(gradient[i] * gradient[i]);
+  }
+  return sum / volume_compliance(muscle);
+}
+
 }  // namespace
 
-int explicit_substeps(const Muscle& muscle, double h) {
-  const double omega =
-      std::sqrt((1.0 + muscle.settings.material.shape) *
-                    highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven) +
-                muscle.settings.guide);
+int explicit_substeps(const Model& model, int m, double h) {
+  const Muscle& muscle = model.muscles[m];
+  double squared = (1.0 + muscle.settings.material.shape) *
+                       highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven) +
+                   muscle.settings.guide;
+  if (model.volume == VolumeMethod::kPenalty) squared += penalty_frequency_squared(muscle);
+  const double omega = std::sqrt(squared);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
   return std::max(1, static_cast<int>(std::ceil(h / (kMargin * stable))));
@@ -289,7 +303,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const bool has_volume = method != VolumeMethod::kNone;
   const bool has_path = muscle.shape.held.empty();
   const bool removes = has_volume && drifts(muscle, now);
-  const int substeps = std::max(model.scene.solver.substeps, explicit_substeps(muscle, frame));
+  const int substeps = explicit_substeps(model, m, frame);
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
   std::vector<Touch> touches = touches_of(model, m, time - frame, state);
@@ -331,7 +345,10 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
     if (has_volume && !exactly) {  // contacts that this closes are the next substep's
       const bool printed = method == VolumeMethod::kPrinted;
-      lambda = linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums, now);
+      lambda = method == VolumeMethod::kPenalty
+                   ? h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle)
+                   : linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums,
+                                   now);
     }
     for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
       lambda = exact_lambda(muscle, h, now);

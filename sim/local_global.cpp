@@ -7,6 +7,12 @@
 namespace thew {
 namespace {
 
+// 1/s^2, of a quasi-static iteration about its own start: keeps the matrix definite where nothing
+// holds a body, and leaves the rest where it is.
+constexpr double kNearness = 1.0;
+
+bool is_still(const Model& model) { return model.scene.solver.integrator == "quasi_static"; }
+
 // Directions of the springs at x times their rest lengths: the local step.
 void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
                      Rows& f) {
@@ -51,8 +57,9 @@ double dot(const Rows& a, const Rows& b) {
 void begin_local_global(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const double guide = muscle.settings.guide, damping = muscle.settings.damping;
-  const double inertia = 1.0 / (h * h), drag = damping / h;
+  const bool still = is_still(model);
+  const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
+  const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
   const Row gravity = to_row(model.scene.gravity);
   const size_t nodes = now.x.size();
   now.base.resize(nodes);
@@ -76,6 +83,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   now.diagonal.resize(matrix.size());
   for (int i = 0; i < matrix.size(); ++i) {
     now.diagonal[i] = muscle.mass[matrix.order[i]] * (inertia + drag + guide);
+    if (still) now.diagonal[i] += kNearness * muscle.mass[matrix.order[i]];
   }
   for (const Contact& contact : now.contacts) {
     const int i = matrix.position[contact.node];
@@ -101,6 +109,8 @@ void iterate_local_global(const Model& model, int m, State& state) {
   Rows& f = now.forces;
   f = now.base;
   add_projections(muscle, now.rest_length, now.x, f);
+  for (size_t i = 0; is_still(model) && i < f.size(); ++i)
+    f[i] += kNearness * muscle.mass[i] * now.x[i];
   // Contact, by alternating directions: the node is drawn to where it does not penetrate, `push`
   // being the accumulated multiplier over the stiffness.
   for (size_t c = 0; c < now.contacts.size(); ++c) {

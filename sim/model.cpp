@@ -109,6 +109,19 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
   return held;
 }
 
+// Where few nodes have to give all the volume back they are torn out of the surface, whatever the
+// integrator: none may move more than so many times what it would under even weights.
+void spread_weights(const Rows& x, Muscle& muscle) {
+  constexpr double kMostShare = 3.0;
+  Rows gradient;
+  volume_gradient(x, muscle.rest.triangles, gradient);
+  std::vector<double> share;
+  for (size_t i = 0; i < x.size(); ++i) {
+    share.push_back(to_vec(gradient[i]).squaredNorm() / muscle.mass[i]);
+  }
+  muscle.weight_floor = tame_weights(muscle.weights, share, muscle.driven, kMostShare);
+}
+
 // Springs, masses, weights: what follows from mesh, carried shape and driven nodes.
 void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& imported,
                      const std::string& place, Muscle& muscle) {
@@ -122,6 +135,7 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   Rows x;
   for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
+  spread_weights(x, muscle);
   try {
     muscle.stiffness = spring_matrix(muscle.springs, material.shape, muscle.driven);
   } catch (const std::length_error& error) {
@@ -285,6 +299,7 @@ VolumeMethod volume_method(const std::string& word, bool is_explicit) {
   if (word == "none") return VolumeMethod::kNone;
   if (word == "printed") return VolumeMethod::kPrinted;
   if (word == "linear") return VolumeMethod::kLinear;
+  if (word == "penalty") return VolumeMethod::kPenalty;
   return VolumeMethod::kExact;
 }
 
@@ -389,6 +404,10 @@ Model build_model(const Scene& scene) {
   for (const SceneMuscle& muscle : scene.muscles) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
     check_memory(model, muscle);
+    if (!(model.muscles.back().weight_floor > 0.0)) continue;
+    model.warnings.push_back(muscle.place + ": muscle \"" + muscle.name +
+                             "\": its weights lie on too few nodes; a floor under all of them keeps "
+                             "these from being torn out");
   }
   model.bones = load_bones(model.skeleton);
   load_character_bones(scene, model);

@@ -29,6 +29,7 @@ struct Muscle {
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
   std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
+  double weight_floor = 0.0;    ///< added to all, where the authored lie on too few nodes
   bool swells = true;           ///< the target shape; else the weights alone
   SceneMuscle settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
@@ -47,6 +48,7 @@ enum class VolumeMethod {
   kNone,
   kPrinted,
   kLinear,
+  kPenalty,     ///< a bulk stiffness in its place: a yardstick
   kExact,       ///< explicit: linear in each substep, exact at the frame's end
   kExactAlways  ///< explicit: exact in each substep
 };

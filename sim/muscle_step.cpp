@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "muscles/activation.h"
 #include "muscles/volume.h"
@@ -139,6 +140,42 @@ double contact_gap(const Model& model, const State& state, const Contact& contac
   return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] - wanted;
 }
 
+double volume_compliance(const Muscle& muscle) {
+  constexpr double kBulk = 1e5;  // Pa
+  return muscle.rest_volume / kBulk;
+}
+
+void see(MuscleState& state) {
+  state.seen.resize(state.x.size());
+  double squared = 0.0;
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const Row d = state.x[i] - state.seen[i];
+    squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    state.seen[i] = state.x[i];
+  }
+  state.moved = std::sqrt(squared);
+}
+
+bool is_solved(const Model& model, int iterations, const State& state) {
+  constexpr double kRest = 1e-8;  // m
+  constexpr int kMost = 20000;
+  if (iterations < model.scene.solver.iterations) return false;
+  if (model.scene.solver.integrator != "quasi_static") return true;
+  for (int m = 0; m < state.count(); ++m) {
+    const double moved = state.muscles[m].moved;
+    if (moved <= kRest) continue;
+    if (iterations < kMost) return false;
+    char numbers[200];
+    std::snprintf(
+        numbers, sizeof numbers,
+        "\" at %.4f s: an iteration still moves a node by %.3g m after %d of them; let it "
+        "move with inertia, by local_global",
+        state.time, moved, iterations);
+    throw Error(ExitCode::kSolver, "muscle \"" + model.muscles[m].name + numbers);
+  }
+  return true;
+}
+
 bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
                     double printed_denominator, Rows& x) {
   if (method == VolumeMethod::kNone) return true;
@@ -147,7 +184,8 @@ bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direc
   if (method == VolumeMethod::kExact) {
     root = nearest_root(cubic, muscle.rest_volume);
   } else {
-    const double denominator = method == VolumeMethod::kPrinted ? printed_denominator : cubic.c1;
+    double denominator = method == VolumeMethod::kPrinted ? printed_denominator : cubic.c1;
+    if (method == VolumeMethod::kPenalty) denominator += volume_compliance(muscle);
     root.reached = denominator != 0.0;
     if (root.reached) root.s = (muscle.rest_volume - cubic.c0) / denominator;
   }

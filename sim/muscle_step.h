@@ -31,19 +31,36 @@ double contact_gap(const Model& model, const State& state, const Contact& contac
 /// exactly, along the directions that contact leaves free. Sets velocity and volume error.
 void finish_muscle(const Model& model, int m, double h, State& state);
 
-/// Moves x along `direction` so that the volume is the muscle's own (none: stays; printed: over
-/// `printed_denominator`, without the weights; linear; exact). False where it cannot be reached.
+/// Moves x along `direction` so that the volume is the muscle's own (none: stays; penalty: as far
+/// as it is stiff; printed: over `printed_denominator`, without the weights; linear; exact). False
+/// where it cannot be reached.
 bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
                     double printed_denominator, Rows& x);
 
+/// Compliance (m^3 / Pa) of the volume under VolumeMethod::kPenalty.
+double volume_compliance(const Muscle& muscle);
+
 /// Implicit Euler by block descent on a prefactored matrix (Liu, Bargteil, O'Brien, Kavan 2013),
-/// the volume as a scalar Schur complement in the metric of that matrix.
+/// the volume as a scalar Schur complement in the metric of that matrix. quasi_static: the same
+/// without inertia and drag.
 void begin_local_global(const Model& model, int m, double h, State& state);
 void iterate_local_global(const Model& model, int m, State& state);
 
-/// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many
-/// substeps of h (s) as the spectrum asks for.
-int explicit_substeps(const Muscle& muscle, double h);
+/// Shows the others where the muscle is now; `moved` is then what moved since.
+void see(MuscleState& state);
+
+/// After so many iterations of all muscles: those asked for or, quasi_static, as many more as it
+/// takes until no node moves. Error(kSolver) with muscle, time and motion where none are enough.
+bool is_solved(const Model& model, int iterations, const State& state);
+
+/// Extended position-based dynamics (Macklin, Mueller, Chentanez 2016), the springs one by one.
+void begin_xpbd(const Model& model, int m, double h, State& state);
+void iterate_xpbd(const Model& model, int m, State& state);
+
+/// The paper's semi-implicit Euler, eqs 9-14 with the weights in the denominator, in as many parts
+/// of h (s) as the spectrum asks for. Within h the rig moves along a straight line: where its
+/// velocity jumps from one h to the next the muscle is shaken, and more substeps shake it less.
+int explicit_substeps(const Model& model, int m, double h);
 /// `time` is the step's end, s.
 void step_explicit(const Model& model, int m, double time, double h, State& state);
 

@@ -179,9 +179,10 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
 
 void read_solver(TomlValue& table, Scene& scene) {
   scene.solver.place = table.place;
-  read(table, "integrator", scene.solver.integrator, {"explicit", "local_global"});
+  read(table, "integrator", scene.solver.integrator,
+       {"explicit", "xpbd", "local_global", "quasi_static"});
   read(table, "volume", scene.solver.volume,
-       {"none", "printed", "linear", "exact", "exact_always"});
+       {"none", "penalty", "printed", "linear", "exact", "exact_always"});
   read(table, "substeps", scene.solver.substeps, 1, 1000000);
   read(table, "iterations", scene.solver.iterations, 1, 10000);
 }

@@ -145,9 +145,9 @@ struct Scene {
     Place place;
   } skin;
   struct {
-    std::string integrator = "local_global";  ///< explicit | local_global
-    std::string volume = "exact";             ///< none | printed | linear | exact | exact_always
-    int substeps = 1;  ///< a frame; explicit: at least, raised to the stable count
+    std::string integrator = "local_global";  ///< explicit | xpbd | local_global | quasi_static
+    std::string volume = "exact";  ///< none | penalty | printed | linear | exact | exact_always
+    int substeps = 1;              ///< a frame; explicit: each in as many as its stability asks for
     int iterations = 3;
     Place place;
   } solver;

@@ -37,13 +37,19 @@ struct MuscleState : MuscleMotion {
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
   std::vector<double> push_before;
-  Rows start;  ///< x when the step began
-  Rows seen;   ///< x when the iteration began, as the others see it
-  Rows base;   ///< what of the right-hand side stays the same in a step, N
+  Rows start;          ///< x when the step began
+  Rows seen;           ///< x when the iteration began, as the others see it
+  double moved = 0.0;  ///< m, the most that a node moved in the iteration before
+  Rows base;           ///< what of the right-hand side stays the same in a step, N
   Rows forces, gradient, weighted, direction;
   RowPairs pairs;
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m
+  double step = 0.0;                                ///< s (xpbd)
+  std::vector<double> inverse_mass;                 ///< 1/kg, 0 where driven (xpbd)
+  std::vector<double> length_multiplier;            ///< by spring, N s^2 (xpbd)
+  Rows shape_multiplier;                            ///< by spring, N s^2 (xpbd)
+  double volume_multiplier = 0.0;                   ///< Pa s^2 (xpbd)
 };
 
 struct BoneState {

@@ -38,15 +38,18 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
 void solve_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
   const int count = state.count();
   parallel.each(count, [&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
-  const auto look = [&](int m) { state.muscles[m].seen = state.muscles[m].x; };
+  const auto look = [&](int m) { see(state.muscles[m]); };
   parallel.each(count, look);
-  if (model.scene.solver.integrator == "explicit") {
+  const std::string& integrator = model.scene.solver.integrator;
+  if (integrator == "explicit") {
     parallel.each(count, [&](int m) { step_explicit(model, m, time, h, state); });
     return;
   }
-  parallel.each(count, [&](int m) { begin_local_global(model, m, h, state); });
-  for (int iteration = 0; iteration < model.scene.solver.iterations; ++iteration) {
-    parallel.each(count, [&](int m) { iterate_local_global(model, m, state); });
+  const auto begin = integrator == "xpbd" ? begin_xpbd : begin_local_global;
+  const auto iterate = integrator == "xpbd" ? iterate_xpbd : iterate_local_global;
+  parallel.each(count, [&](int m) { begin(model, m, h, state); });
+  for (int i = 0; !is_solved(model, i, state); ++i) {
+    parallel.each(count, [&](int m) { iterate(model, m, state); });
     parallel.each(count, look);
   }
   parallel.each(count, [&](int m) { finish_muscle(model, m, h, state); });
@@ -114,8 +117,7 @@ StepFailure failure_of(const Model& model, double time, const Failed& failed, in
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
   constexpr int kHalvings = 6;
-  const bool is_explicit = model.scene.solver.integrator == "explicit";  // it chooses its own
-  int substeps = is_explicit ? 1 : model.scene.solver.substeps;
+  int substeps = model.scene.solver.substeps;
   begin_frame(state);
   // Once more as it was, since a fault of the machine does not come back; then in halves.
   for (int tries = 1;; ++tries) {

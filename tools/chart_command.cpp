@@ -5,16 +5,41 @@
 #include <memory>
 
 #include "sim/durable_file.h"
+#include "tools/chart_maps.h"
 #include "tools/chart_plot.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
 
 namespace thew {
 
-ExitCode chart_command(const CommandOptions& options) {
+namespace fs = std::filesystem;
+
+namespace {
+
+ExitCode map_stability(const CommandOptions& options, ProgressStyle style) {
+  MapAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
+  std::unique_ptr<Progress> progress;
+  ask.on_cell = [&](int done, int total) {
+    if (!progress) progress = std::make_unique<Progress>(style, "mapping", total, stderr);
+    progress->step(done, done);
+  };
+  const std::vector<StabilityMap> maps = run_maps(ask);
+  progress.reset();
+  write_durably(options.out / "stability.csv", maps_csv(maps));
+  write_durably(options.out / "stability.json", maps_json(maps));
+  const fs::path page = options.out / "stability.html";
+  write_durably(page, maps_html(read_scene(options.input).name, maps));
+  std::printf("%s\n", page.c_str());
+  return ExitCode::kDone;
+}
+
+}  // namespace
+
+ExitCode chart_command(const CommandOptions& options, bool stability) {
   const ProgressStyle style = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
   create_folders(options.out);
   const FolderLock lock(options.out);
+  if (stability) return map_stability(options, style);
   ChartAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
   std::unique_ptr<Progress> progress;
   ask.on_step = [&](int done, int total) {
@@ -27,6 +52,8 @@ ExitCode chart_command(const CommandOptions& options) {
   write_durably(options.out / "chart.json", chart_json(chart));
   write_durably(options.out / "chart.svg",
                 draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
+  const std::string trouble = write_picture(options.out / "chart.png", options.out / "chart.svg");
+  if (!trouble.empty()) std::fprintf(stderr, "thew: %s\n", trouble.c_str());
   write_durably(options.out / "chart.html", chart_html(chart));
   std::printf("%s\n", (options.out / "chart.html").c_str());
   return ExitCode::kDone;

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim/durable_file.h"
 #include "tools/html_page.h"
+#include "tools/program.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -58,6 +60,8 @@ struct Family {
 };
 Family family_of(const ChartSetting& setting) {
   if (setting.integrator == "explicit") return {"explicit", chart_colour(3)};
+  if (setting.integrator == "xpbd") return {"xpbd", chart_colour(4)};
+  if (setting.integrator == "quasi_static") return {"quasi_static", chart_colour(6)};
   if (setting.substeps == 1) return {"local_global, 1 substep", chart_colour(0)};
   if (setting.substeps == 2) return {"local_global, 2 substeps", chart_colour(1)};
   if (setting.substeps == 4) return {"local_global, 4 substeps", chart_colour(2)};
@@ -69,7 +73,7 @@ std::string label_of(const ChartPoint& point) {
   const bool is_explicit = setting.integrator == "explicit";
   std::string label = std::to_string(setting.substeps);
   if (!is_explicit) label += "×" + std::to_string(setting.iterations);
-  if (is_explicit && setting.substeps == 1) label = "fewest";  // each muscle's own limit
+  if (setting.integrator == "quasi_static") label = "rest";
   if (setting.volume != "exact" || is_explicit) label += " " + setting.volume;
   return label + (point.is_default ? " (the scene's)" : "");
 }
@@ -171,7 +175,11 @@ std::string draw_failed(const Chart& chart) {
 
 }  // namespace
 
-std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::string& what) {
+std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::string& what) {
+  Chart chart = whole;
+  std::erase_if(chart.points, [&](const ChartPoint& point) {
+    return point.failure.empty() && point.*error < 0.0;  // it has no such error
+  });
   std::vector<double> costs, errors;
   for (const ChartPoint& point : chart.points) {
     if (!point.failure.empty()) continue;
@@ -225,18 +233,31 @@ std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::
   return svg + marks + labels + draw_legend(chart) + draw_failed(chart) + "</svg>\n";
 }
 
+std::string write_picture(const std::filesystem::path& png, const std::filesystem::path& svg) {
+  const std::string out = beside(png).string();
+  const int code = run_program({"rsvg-convert", "--width", "1720", "--output", out, svg.string()});
+  if (code == 0) {
+    rename_durably(png);
+    return "";
+  }
+  remove_durably(out);
+  if (code == kNotFound) return "";
+  return png.string() + ": rsvg-convert ended with " + std::to_string(code) +
+         " and drew nothing; the chart is in " + svg.string();
+}
+
 std::string chart_csv(const Chart& chart) {
   std::string text =
       "integrator,volume,substeps,iterations,default,front,failed,cpu_ms_per_frame,"
-      "largest_mm,rms_mm,percent_of_muscle,volume_error,penetration_mm\n";
+      "largest_mm,rms_mm,percent_of_muscle,own_mm,volume_error,penetration_mm\n";
   for (const ChartPoint& point : chart.points) {
     const ChartSetting& s = point.setting;
     text += s.integrator + "," + s.volume + "," + std::to_string(s.substeps) + "," +
             std::to_string(s.iterations) + "," + (point.is_default ? "1," : "0,") +
             (point.on_front ? "1," : "0,") + (point.failure.empty() ? "0" : "1");
     for (const double value : {point.milliseconds, point.largest_mm, point.rms_mm, point.percent,
-                               point.volume_error, point.penetration_mm}) {
-      text += "," + (point.failure.empty() ? readable(value, 6) : std::string());
+                               point.own_mm, point.volume_error, point.penetration_mm}) {
+      text += "," + (point.failure.empty() && value >= 0.0 ? readable(value, 6) : std::string());
     }
     text += "\n";
   }
@@ -245,7 +266,7 @@ std::string chart_csv(const Chart& chart) {
 
 namespace {
 
-nlohmann::ordered_json json_of(const ChartPoint& point, bool timed) {
+nlohmann::ordered_json json_of(const ChartPoint& point) {
   nlohmann::ordered_json out = {{"integrator", point.setting.integrator},
                                 {"volume", point.setting.volume},
                                 {"substeps", point.setting.substeps}};
@@ -254,39 +275,80 @@ nlohmann::ordered_json json_of(const ChartPoint& point, bool timed) {
     out["failure"] = point.failure;
     return out;
   }
-  if (timed) {
-    out["default"] = point.is_default;
-    out["front"] = point.on_front;
-    out["cpu_ms_per_frame"] = point.milliseconds;
-  }
+  out["default"] = point.is_default;
+  out["front"] = point.on_front;
+  out["cpu_ms_per_frame"] = point.milliseconds;
   out["largest_mm"] = point.largest_mm;
   out["rms_mm"] = point.rms_mm;
   out["percent_of_muscle"] = point.percent;
+  if (point.own_mm >= 0.0) out["own_mm"] = point.own_mm;
   out["volume_error"] = point.volume_error;
   out["penetration_mm"] = point.penetration_mm;
   return out;
 }
 
-std::string row_of(const ChartPoint& point, bool timed) {
+nlohmann::ordered_json json_of(const Refinement& refinement) {
+  nlohmann::ordered_json out = {{"integrator", refinement.integrator}};
+  for (const ChartSetting& setting : refinement.settings) {
+    out["settings"].push_back(setting_name(setting));
+  }
+  if (!refinement.failure.empty()) {
+    out["failure"] = refinement.failure;
+    return out;
+  }
+  out["largest_mm_to_next"] = refinement.largest_mm;
+  out["rms_mm_to_next"] = refinement.rms_mm;
+  out["order"] = refinement.order;
+  out["largest_mm_from_reference"] = refinement.apart_mm;
+  return out;
+}
+
+std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
+
+std::string row_of(const ChartPoint& point) {
   std::string row = "<tr><td>" + escape_html(setting_name(point.setting)) +
                     (point.is_default ? " <b>(the scene's)</b>" : "") + "</td>";
   if (!point.failure.empty()) {
-    return row + "<td colspan=\"7\">failed: " + escape_html(point.failure) + "</td></tr>\n";
+    return row + "<td colspan=\"8\">failed: " + escape_html(point.failure) + "</td></tr>\n";
   }
-  row += timed ? "<td>" + readable(point.milliseconds) + "</td>" : "<td>not timed</td>";
-  for (const double value :
-       {point.largest_mm, point.rms_mm, point.percent, point.volume_error, point.penetration_mm}) {
-    row += "<td>" + readable(value) + "</td>";
+  for (const double value : {point.milliseconds, point.largest_mm, point.rms_mm, point.percent,
+                             point.own_mm, point.volume_error, point.penetration_mm}) {
+    row += cell(value >= 0.0 ? readable(value) : "");
   }
-  return row + "<td>" + (point.on_front ? "front" : "") + "</td></tr>\n";
+  return row + cell(point.on_front ? "front" : "") + "</tr>\n";
 }
 
-std::string table_of(const std::vector<ChartPoint>& points, bool timed) {
+std::string table_of(const std::vector<ChartPoint>& points) {
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th>setting</th><th>CPU ms a frame</th>"
-      "<th>largest, mm</th><th>RMS, mm</th><th>% of the muscle</th><th>volume error</th>"
-      "<th>penetration, mm</th><th></th></tr></thead>\n";
-  for (const ChartPoint& point : points) html += row_of(point, timed);
+      "<th>largest, mm</th><th>RMS, mm</th><th>% of the muscle</th><th>from its own, mm</th>"
+      "<th>volume error</th><th>penetration, mm</th><th></th></tr></thead>\n";
+  for (const ChartPoint& point : points) html += row_of(point);
+  return html + "</table></div>\n";
+}
+
+std::string rows_of(const Refinement& refinement) {
+  if (!refinement.failure.empty()) {
+    return "<tr><td>" + escape_html(refinement.integrator) +
+           "</td><td colspan=\"4\">failed: " + escape_html(refinement.failure) + "</td></tr>\n";
+  }
+  std::string html;
+  for (std::size_t k = 0; k < refinement.settings.size(); ++k) {
+    const bool finest = k + 1 == refinement.settings.size();
+    html += "<tr>" + cell(escape_html(setting_name(refinement.settings[k]))) +
+            cell(finest ? "" : readable(refinement.largest_mm[k])) +
+            cell(finest ? "" : readable(refinement.rms_mm[k])) +
+            cell(k < refinement.order.size() ? readable(refinement.order[k]) : "") +
+            cell(finest ? readable(refinement.apart_mm) : "") + "</tr>\n";
+  }
+  return html;
+}
+
+std::string table_of(const std::vector<Refinement>& refinements) {
+  std::string html =
+      "<div class=\"wide\"><table><thead><tr><th>setting</th><th>to the next, largest, mm</th>"
+      "<th>RMS, mm</th><th>order</th><th>finest from the reference, mm</th></tr></thead>\n";
+  for (const Refinement& refinement : refinements) html += rows_of(refinement);
   return html + "</table></div>\n";
 }
 
@@ -299,15 +361,16 @@ std::string chart_json(const Chart& chart) {
                                 {"frames", chart.frames},
                                 {"timed_frames", chart.timed_frames},
                                 {"repetitions", chart.repetitions}};
-  for (const ChartPoint& point : chart.points) out["runs"].push_back(json_of(point, true));
-  for (const ChartPoint& point : chart.references) {
-    out["references"].push_back(json_of(point, false));
+  out["reference"] = setting_name(chart.reference);
+  for (const ChartPoint& point : chart.points) out["runs"].push_back(json_of(point));
+  for (const Refinement& refinement : chart.refinements) {
+    out["refinements"].push_back(json_of(refinement));
   }
   return out.dump(2) + "\n";
 }
 
 std::string chart_html(const Chart& chart) {
-  const std::string finest = setting_name(chart.references.back().setting);
+  const std::string finest = setting_name(chart.reference);
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
       escape_html(chart.scene) + ": speed against accuracy</title><style>" + kPageStyle +
@@ -317,23 +380,25 @@ std::string chart_html(const Chart& chart) {
       std::to_string(chart.frames) + " frames, from " + escape_html(finest) +
       ". Cost: CPU time of one thread over the first " + std::to_string(chart.timed_frames) +
       " frames, median of " + std::to_string(chart.repetitions) +
-      " interleaved repetitions. An explicit count of substeps is the least; each muscle takes "
-      "what its own stability asks for.</p>\n";
+      " interleaved repetitions. Each explicit substep is divided further, for each muscle into "
+      "what "
+      "its own stability asks for.</p>\n";
   const auto add = [&](double ChartPoint::*error, const std::string& what) {
     html += "<figure>" + draw_cost(chart, error, what) + "</figure>\n";
   };
   html += "<h2>Position</h2>\n";
   add(&ChartPoint::largest_mm, "largest position error, mm");
   add(&ChartPoint::rms_mm, "RMS position error, mm");
+  add(&ChartPoint::own_mm, "largest distance from the integrator's own finest run, mm");
   html += "<h2>Volume and contact</h2>\n";
   add(&ChartPoint::volume_error, "largest volume error");
   add(&ChartPoint::penetration_mm, "deepest penetration, mm");
-  html += "<h2>All runs</h2>\n" + table_of(chart.points, true);
+  html += "<h2>All runs</h2>\n" + table_of(chart.points);
   html +=
-      "<h2>Does the reference converge?</h2>\n<p>The same model, refined; the last is the "
-      "reference against itself. What these still differ by is how far to trust the errors "
-      "above.</p>\n" +
-      table_of(chart.references, false);
+      "<h2>Does each integrator converge, and to the same?</h2>\n<p>Each line halves the step of "
+      "the one above. Order: log2 of a difference (RMS) over the next one, 1 for a method of first "
+      "order. The last difference is how far to trust the errors above.</p>\n" +
+      table_of(chart.refinements);
   return html + "</main></body></html>\n";
 }
 

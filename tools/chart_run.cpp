@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -18,7 +19,8 @@ namespace thew {
 namespace {
 
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
-constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
+constexpr double kLongestRun = 40.0;  // s of CPU, of a run that refines an integrator
+constexpr int kTimedFrames = 24;      // at most, the first ones: a run of all is not repeated
 
 using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]
 
@@ -88,18 +90,26 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   return cpu_seconds() - begin;
 }
 
-void give_up_slow(const Scene& scene, const ChartSetting& reference,
-                  std::vector<ChartPoint>& points) {
+void give_up_slow(const Scene& scene, const ChartSetting& reference, Chart& chart) {
   const double most = kMostCost * first_frame(scene, reference);
-  for (ChartPoint& point : points) {
-    const double seconds = first_frame(scene, point.setting);
-    if (seconds <= most) continue;
-    point.failure = "given up: its first frame took " + std::to_string(std::lround(1e3 * seconds)) +
-                    " ms of CPU, over three times the reference's";
+  const auto refusal = [&](const ChartSetting& setting) {
+    const double seconds = first_frame(scene, setting);
+    if (seconds <= most) return std::string();
+    return "given up: its first frame took " + std::to_string(std::lround(1e3 * seconds)) +
+           " ms of CPU, over three times the reference's";
+  };
+  for (ChartPoint& point : chart.points) point.failure = refusal(point.setting);
+  const int frames = chart.frames + static_cast<int>(std::lround(scene.settle * scene.fps));
+  for (Refinement& refinement : chart.refinements) {
+    if (refinement.settings.back() == reference) continue;
+    const double seconds = frames * first_frame(scene, refinement.settings.back());
+    if (seconds <= kLongestRun) continue;
+    refinement.failure = "given up: its finest run would take about " +
+                         std::to_string(std::lround(seconds)) + " s of CPU";
   }
 }
 
-Frames run_reference(const Scene& scene, ChartPoint& point) {
+Frames run_frames(const Scene& scene, ChartPoint& point) {
   Frames frames;
   double unused = 0.0;
   std::optional<State> settled;
@@ -108,12 +118,66 @@ Frames run_reference(const Scene& scene, ChartPoint& point) {
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.x);
   };
   simulate(scene, point, scene.last_frame, keep, settled, unused);
-  if (!point.failure.empty()) {
-    throw Error(ExitCode::kSolver, scene.file.string() + ": the reference, " +
-                                       setting_name(point.setting) + ", failed: " + point.failure +
-                                       "; make the scene bake with it first");
-  }
   return frames;
+}
+
+struct Distance {
+  double largest = 0.0, sum = 0.0;  // mm, mm^2
+  std::size_t count = 0;
+  double rms() const {
+    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+  }
+};
+
+// Of the nodes of a muscle; the largest of these alone.
+double add_distance(const Rows& here, const Rows& there, Distance& out) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < there.size(); ++i, ++out.count) {
+    const double mm = 1e3 * (to_vec(here[i]) - to_vec(there[i])).norm();
+    largest = std::max(largest, mm);
+    out.sum += mm * mm;
+  }
+  out.largest = std::max(out.largest, largest);
+  return largest;
+}
+
+Distance distance_of(const Frames& a, const Frames& b) {
+  Distance out;
+  for (std::size_t f = 0; f < a.size(); ++f) {
+    for (std::size_t m = 0; m < a[f].size(); ++m) add_distance(a[f][m], b[f][m], out);
+  }
+  return out;
+}
+
+// Fills in the figures and leaves the frames of the finest run; none where a run failed.
+Frames refine(const Scene& scene, Parallel& parallel, const std::function<void()>& on_run,
+              Refinement& refinement) {
+  const int count = static_cast<int>(refinement.settings.size());
+  std::vector<Frames> runs(count);
+  std::vector<std::string> failures(count);
+  parallel.each(count, [&](int i) {
+    const int k = count - 1 - i;  // the longest one first
+    ChartPoint point;
+    point.setting = refinement.settings[k];
+    runs[k] = run_frames(scene, point);
+    failures[k] = point.failure;
+    on_run();
+  });
+  for (int k = 0; k < count; ++k) {
+    if (failures[k].empty()) continue;
+    refinement.failure = setting_name(refinement.settings[k]) + ": " + failures[k];
+    return {};
+  }
+  for (int k = 0; k + 1 < count; ++k) {
+    const Distance next = distance_of(runs[k], runs[k + 1]);
+    refinement.largest_mm.push_back(next.largest);
+    refinement.rms_mm.push_back(next.rms());
+    if (k == 0) continue;
+    const double before = refinement.rms_mm[k - 1];
+    refinement.order.push_back(next.rms() > 0.0 && before > 0.0 ? std::log2(before / next.rms())
+                                                                : 0.0);
+  }
+  return std::move(runs.back());
 }
 
 double rest_diagonal(const Muscle& muscle) {
@@ -122,23 +186,21 @@ double rest_diagonal(const Muscle& muscle) {
   return (high - low).norm();
 }
 
-void measure_point(const Scene& scene, const Frames& reference, ChartPoint& point,
-                   std::optional<State>& settled) {
-  double sum = 0.0, unused = 0.0;
-  std::size_t count = 0, frame = 0;
+// `own`: of the finest run of the point's integrator, empty where there is none.
+void measure_point(const Scene& scene, const Frames& reference, const Frames& own,
+                   ChartPoint& point, std::optional<State>& settled) {
+  Distance distance, from_own;
+  double unused = 0.0;
+  std::size_t frame = 0;
   std::vector<double> areas;
   Parallel one(1);
   const auto compare = [&](const Model& model, State& state) {
     if (areas.empty()) areas = rest_belly_areas(model, initial_state(model));
     for (int m = 0; m < state.count(); ++m) {
       const double diagonal_mm = 1e3 * rest_diagonal(model.muscles[m]);
-      const Rows& there = reference[frame][m];
-      for (std::size_t i = 0; i < there.size(); ++i, ++count) {
-        const double mm = 1e3 * (to_vec(state.muscles[m].x[i]) - to_vec(there[i])).norm();
-        point.largest_mm = std::max(point.largest_mm, mm);
-        point.percent = std::max(point.percent, 100.0 * mm / diagonal_mm);
-        sum += mm * mm;
-      }
+      const double mm = add_distance(state.muscles[m].x, reference[frame][m], distance);
+      point.percent = std::max(point.percent, 100.0 * mm / diagonal_mm);
+      if (!own.empty()) add_distance(state.muscles[m].x, own[frame][m], from_own);
     }
     const FrameMeasures measures = measure(model, areas, one, state);
     for (const MuscleMeasures& muscle : measures.muscles) {
@@ -156,7 +218,9 @@ void measure_point(const Scene& scene, const Frames& reference, ChartPoint& poin
     point = failed;
     return;
   }
-  point.rms_mm = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+  point.largest_mm = distance.largest;
+  point.rms_mm = distance.rms();
+  if (!own.empty()) point.own_mm = from_own.largest;
 }
 
 std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, const Scene& scene) {
@@ -166,6 +230,10 @@ std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, con
     ChartPoint& point = points.emplace_back();
     point.setting = setting;
     if (setting.integrator == "explicit") setting.iterations = own.iterations;
+    if (setting.integrator == "quasi_static") {
+      setting.iterations = own.iterations;
+      setting.substeps = own.substeps;
+    }
     point.is_default =
         setting == ChartSetting{own.integrator, own.volume, own.substeps, own.iterations};
   }
@@ -175,12 +243,31 @@ std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, con
 }  // namespace
 
 std::string setting_name(const ChartSetting& setting) {
-  const bool is_explicit = setting.integrator == "explicit";
-  return setting.integrator + " " + std::to_string(setting.substeps) +
-         (is_explicit ? "" : "x" + std::to_string(setting.iterations)) + " " + setting.volume;
+  std::string counts = " " + std::to_string(setting.substeps);
+  if (setting.integrator == "quasi_static") {
+    counts.clear();
+  } else if (setting.integrator != "explicit") {
+    counts += "x" + std::to_string(setting.iterations);
+  }
+  return setting.integrator + counts + " " + setting.volume;
 }
 
-std::vector<ChartSetting> chart_settings(const Scene& scene, int explicit_limit) {
+// The exact volume, whatever the scene's: what a method without it lacks is its error.
+std::vector<Refinement> chart_refinements(int explicit_limit) {
+  std::vector<Refinement> refinements(3);
+  refinements[0].integrator = "local_global";
+  refinements[1].integrator = "xpbd";
+  refinements[2].integrator = "explicit";
+  for (const int part : {1, 2, 4, 8}) {
+    refinements[0].settings.push_back({"local_global", "exact", part, 40});
+    refinements[1].settings.push_back({"xpbd", "exact", 8 * part, 40});
+    if (part == 8) continue;
+    refinements[2].settings.push_back({"explicit", "exact", explicit_limit * part, 1});
+  }
+  return refinements;
+}
+
+std::vector<ChartSetting> chart_settings(const Scene& scene) {
   const auto& own = scene.solver;
   std::vector<ChartSetting> settings;
   const auto add = [&](const ChartSetting& setting) {
@@ -188,21 +275,24 @@ std::vector<ChartSetting> chart_settings(const Scene& scene, int explicit_limit)
       settings.push_back(setting);
     }
   };
-  add({own.integrator, own.volume, own.substeps,
-       own.integrator == "explicit" ? 1 : own.iterations});
+  const bool iterates = own.integrator == "local_global" || own.integrator == "xpbd";
+  add({own.integrator, own.volume, own.integrator == "quasi_static" ? 1 : own.substeps,
+       iterates ? own.iterations : 1});
   for (const int substeps : {1, 2, 4}) {
     for (const int iterations : {1, 2, 3, 5, 10}) {
       add({"local_global", "exact", substeps, iterations});
     }
   }
-  // A lower count is raised by the solver for each muscle to what its own spectrum asks for.
-  for (const int substeps : {1, 2 * explicit_limit}) {
-    for (const char* volume : {"linear", "exact", "exact_always"}) {
-      add({"explicit", volume, substeps, 1});
-    }
+  for (const int substeps : {4, 16}) {
+    for (const int iterations : {1, 4, 16}) add({"xpbd", "exact", substeps, iterations});
   }
-  for (const char* volume : {"none", "printed", "linear"}) {
+  add({"xpbd", "exact", 64, 1});
+  add({"quasi_static", "exact", 1, 1});
+  for (const int substeps : {1, 4, 16}) add({"explicit", "exact", substeps, 1});
+  for (const char* volume : {"linear", "exact_always"}) add({"explicit", volume, 1, 1});
+  for (const char* volume : {"none", "penalty", "printed", "linear"}) {
     add({"local_global", volume, 1, 3});
+    add({"xpbd", volume, 4, 4});
     if (std::string(volume) != "linear") add({"explicit", volume, 1, 1});
   }
   return settings;
@@ -236,34 +326,49 @@ Chart run_chart(const ChartAsk& ask) {
   const Model model = build_model(scene);
   chart.muscles = static_cast<int>(model.muscles.size());
   int limit = 1;
-  for (const Muscle& muscle : model.muscles) {
-    chart.nodes += static_cast<int>(muscle.rest.vertices.size());
-    limit = std::max(limit, explicit_substeps(muscle, 1.0 / scene.fps));
+  for (int m = 0; m < chart.muscles; ++m) {
+    chart.nodes += static_cast<int>(model.muscles[m].rest.vertices.size());
+    limit = std::max(limit, explicit_substeps(model, m, 1.0 / scene.fps));
   }
-  chart.points = points_of(chart_settings(scene, limit), scene);
-  // The exact volume, whatever the scene's: what a method without it lacks is its error.
-  for (const auto& [substeps, iterations] :
-       {std::pair(2, 20), std::pair(4, 20), std::pair(8, 40)}) {
-    chart.references.emplace_back().setting = {"local_global", "exact", substeps, iterations};
-  }
+  chart.points = points_of(chart_settings(scene), scene);
+  chart.refinements = chart_refinements(limit);
+  chart.reference = chart.refinements.front().settings.back();
+  give_up_slow(scene, chart.reference, chart);
 
-  std::vector<ChartPoint*> measured;
-  give_up_slow(scene, chart.references.back().setting, chart.points);
-  for (ChartPoint& point : chart.points) measured.push_back(&point);
-  for (ChartPoint& point : chart.references) measured.push_back(&point);
-  const int count = static_cast<int>(measured.size()),
-            points = static_cast<int>(chart.points.size());
-  const int total = 1 + count + ask.repetitions * points;
-  const Frames reference = run_reference(scene, chart.references.back());
-  int done = 1;
-  ask.on_step(done, total);
-  std::vector<std::optional<State>> settled(count);
+  const int points = static_cast<int>(chart.points.size());
+  int done = 0, total = (1 + ask.repetitions) * points;
+  for (const Refinement& refinement : chart.refinements) {
+    if (refinement.failure.empty()) total += static_cast<int>(refinement.settings.size());
+  }
   std::mutex one_at_a_time;
-  Parallel parallel(ask.threads);
-  parallel.each(count, [&](int k) {
-    if (measured[k]->failure.empty()) measure_point(scene, reference, *measured[k], settled[k]);
+  const auto on_run = [&] {
     const std::lock_guard lock(one_at_a_time);
     ask.on_step(++done, total);
+  };
+  Parallel parallel(ask.threads);
+  std::map<std::string, Frames> finest;  // by integrator
+  for (Refinement& refinement : chart.refinements) {
+    if (!refinement.failure.empty()) continue;
+    Frames& frames = finest[refinement.integrator] = refine(scene, parallel, on_run, refinement);
+    if (&refinement == &chart.refinements.front() && frames.empty()) {
+      throw Error(ExitCode::kSolver, scene.file.string() + ": the reference failed, " +
+                                         refinement.failure +
+                                         "; make the scene bake with it first");
+    }
+    if (!frames.empty()) {
+      refinement.apart_mm = distance_of(frames, finest[chart.reference.integrator]).largest;
+    }
+  }
+  const Frames& reference = finest.at(chart.reference.integrator);
+  const Frames none;
+  std::vector<std::optional<State>> settled(points);
+  parallel.each(points, [&](int k) {
+    ChartPoint& point = chart.points[k];
+    const auto own = finest.find(point.setting.integrator);
+    if (point.failure.empty()) {
+      measure_point(scene, reference, own == finest.end() ? none : own->second, point, settled[k]);
+    }
+    on_run();
   });
 
   std::vector<std::vector<double>> seconds(points);

@@ -17,7 +17,8 @@ struct ChartSetting {
 
   bool operator==(const ChartSetting&) const = default;
 };
-/// "local_global 1x3 exact": substeps x iterations; explicit ones take no iterations.
+/// "local_global 1x3 exact": substeps x iterations. Explicit ones take no iterations, quasi-static
+/// ones no substeps and as many iterations as they need.
 std::string setting_name(const ChartSetting& setting);
 
 /// What a run of all frames cost and how far it was from the reference.
@@ -28,9 +29,21 @@ struct ChartPoint {
   std::string failure;        ///< empty: it ran; the figures below are 0 where it did not
   double milliseconds = 0.0;  ///< CPU, a frame, one thread
   double largest_mm = 0.0, rms_mm = 0.0;  ///< over all nodes and frames
+  double own_mm = -1.0;       ///< largest from the same integrator's finest run; -1: it has none
   double percent = 0.0;       ///< largest error over the diagonal of that muscle's rest box
   double volume_error = 0.0;  ///< |V/V0 - 1|, largest of frames and muscles
   double penetration_mm = 0.0;
+};
+
+/// An integrator against itself: each run halves the step of the one before it.
+struct Refinement {
+  std::string integrator, failure;     ///< failure: empty, or why there are no figures
+  std::vector<ChartSetting> settings;  ///< from coarse to fine
+  /// By setting but the last: mm to the next finer run, over all nodes and frames.
+  std::vector<double> largest_mm, rms_mm;
+  /// By setting but the last two: order of convergence, log2 of a difference over the next one.
+  std::vector<double> order;
+  double apart_mm = 0.0;  ///< of the finest run from the reference, largest
 };
 
 struct Chart {
@@ -38,14 +51,16 @@ struct Chart {
   int muscles = 0, nodes = 0, frames = 0;
   int timed_frames = 0, repetitions = 0;
   std::vector<ChartPoint> points;
-  /// Coarser refined runs against the reference: their errors must fall. The last is the reference
-  /// against itself. Not timed.
-  std::vector<ChartPoint> references;
+  ChartSetting reference;  ///< what errors are against: the finest of the first refinement
+  std::vector<Refinement> refinements;
 };
 
-/// The table: the scene's own setting and all that are worth a point. `explicit_limit`: the most
-/// substeps a frame that any of the muscles needs to be stable.
-std::vector<ChartSetting> chart_settings(const Scene& scene, int explicit_limit);
+/// The steps by which each integrator is refined; the first is the reference's. `explicit_limit`:
+/// the most parts of a frame that any of the muscles needs to be stable.
+std::vector<Refinement> chart_refinements(int explicit_limit);
+
+/// The table: the scene's own setting and all that are worth a point.
+std::vector<ChartSetting> chart_settings(const Scene& scene);
 
 struct ChartAsk {
   std::filesystem::path scene;

@@ -31,8 +31,9 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
                         int basis);
 /// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
 ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
-/// Speed against accuracy of the scene's muscles, over a table of solver settings.
-ExitCode chart_command(const CommandOptions& options);
+/// Speed against accuracy of the scene's muscles, over a table of solver settings; `stability`:
+/// maps of where each integrator fails instead.
+ExitCode chart_command(const CommandOptions& options, bool stability);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.
 ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,

@@ -203,7 +203,7 @@ void paper_ball(PaperReport& report) {
     table.rows.push_back(
         {std::to_string(printed.triangles),
          std::to_string(fem.elements) + " (" + std::to_string(printed.tetrahedra) + ")",
-         std::to_string(explicit_substeps(model.muscles[0], 1.0 / model.scene.fps)),
+         std::to_string(explicit_substeps(model, 0, 1.0 / model.scene.fps)),
          number(seconds[0]), number(printed.conventional), number(seconds[1]), number(seconds[2]),
          number(printed.volume_preserving), number(seconds[3]), number(fem.seconds),
          number(printed.fem)});

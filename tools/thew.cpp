@@ -165,6 +165,8 @@ int run(int argc, char** argv) {
   chart->add_option("--out", options.out, "folder of the chart")->required();
   chart->add_option("--threads", options.threads, "0: all; what is timed runs on one")
       ->check(CLI::Range(0, 1024));
+  bool stability = false;
+  chart->add_flag("--stability", stability, "maps of where each integrator fails instead");
   chart->add_option("--progress", options.progress, "auto, bar, plain, json or none");
 
   try {
@@ -183,7 +185,7 @@ int run(int argc, char** argv) {
   if (*check) return static_cast<int>(golden_check_command(options, golden, limits));
   if (*exporting) return static_cast<int>(export_command(options, meshes, basis));
   if (*paper) return static_cast<int>(paper_command(options, quick, cow));
-  if (*chart) return static_cast<int>(chart_command(options));
+  if (*chart) return static_cast<int>(chart_command(options, stability));
   if (*create) return static_cast<int>(new_command(new_options));
   return static_cast<int>(inspect_command(options, repaired));
 }

@@ -53,7 +53,9 @@ TEST_F(SceneFile, WrongValues) {
       {"[solver]\nsubsteps = 99999999999\n", ":14: solver.substeps is 1e+11; give"},
       {"[solver]\nsubsteps = 1979-05-27\n", ":14: solver.substeps is a date; give"},
       {"[solver]\nintegrator = \"explicite\"\n",
-       ":14: solver.integrator is \"explicite\"; give one of \"explicit\", \"local_global\" (did "
+       ":14: solver.integrator is \"explicite\"; give one of \"explicit\", \"xpbd\", "
+       "\"local_global\", "
+       "\"quasi_static\" (did "
        "you"},
       {"[solver]\nintegrator = 3\n", ":14: solver.integrator is 3; give one of"},
       {"[solver]\nvolume = \"exakt\"\n", ":14: solver.volume is \"exakt\"; give one of"},

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
+#include "tests/unit/rig_temp.h"
 #include "tools/chart_plot.h"
 
 namespace thew {
@@ -29,22 +31,21 @@ TEST(ParetoFront, HasWhatNoCheaperOneBeats) {
 TEST(ChartSettings, HaveTheScenesOwnOnce) {
   Scene scene;
   scene.solver.iterations = 7;
-  const std::vector<ChartSetting> settings = chart_settings(scene, 9);
+  const std::vector<ChartSetting> settings = chart_settings(scene);
   EXPECT_EQ(std::count(settings.begin(), settings.end(), settings.front()), 1);
   EXPECT_EQ(settings.front(), (ChartSetting{"local_global", "exact", 1, 7}));
   scene.solver.iterations = 3;
-  EXPECT_EQ(chart_settings(scene, 9).size(), settings.size() - 1);
+  EXPECT_EQ(chart_settings(scene).size(), settings.size() - 1);
 }
 
 TEST(Chart, SaysWhatFailed) {
   Chart chart;
   chart.points = {point(1, 2), point(0, 0, "node 3 of \"biceps\" is not finite")};
   chart.points[1].setting = {"explicit", "linear", 4, 1};
-  chart.references = {point(0, 0)};
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("1 of 2 runs failed or given up"), std::string::npos);
   EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
-  EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,\n"), std::string::npos);
+  EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,,\n"), std::string::npos);
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
 }
 
@@ -54,11 +55,14 @@ TEST(Chart, OfOneMuscle) {
                .threads = 2,
                .repetitions = 1};
   const Chart chart = run_chart(ask);
-  const ChartPoint& self = chart.references.back();
-  EXPECT_EQ(self.largest_mm, 0.0);
-  EXPECT_EQ(self.rms_mm, 0.0);
-  EXPECT_GT(chart.references.front().largest_mm, 0.0);
-  EXPECT_GT(chart.references[0].rms_mm, chart.references[1].rms_mm);
+  ASSERT_EQ(chart.refinements.size(), 3u);
+  for (const Refinement& refinement : chart.refinements) {  // of first order at least, to one limit
+    EXPECT_EQ(refinement.failure, "");
+    ASSERT_EQ(refinement.order.size() + 2, refinement.settings.size());
+    EXPECT_GT(refinement.order.back(), 0.9) << refinement.integrator;
+    EXPECT_LT(refinement.apart_mm, 0.002) << refinement.integrator;
+  }
+  EXPECT_EQ(chart.refinements[0].apart_mm, 0.0);
 
   const auto is_default = [](const ChartPoint& p) { return p.is_default; };
   ASSERT_EQ(std::count_if(chart.points.begin(), chart.points.end(), is_default), 1);
@@ -78,6 +82,29 @@ TEST(Chart, OfOneMuscle) {
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("class=\"default\""), std::string::npos);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+class ChartPicture : public TempFolder {};
+
+// A program of the test's own in the place of rsvg-convert, and none.
+TEST_F(ChartPicture, IsDrawnWhereItCanBe) {
+  const std::string path = std::getenv("PATH");
+  const auto svg = write("chart.svg", "<svg/>"), png = folder / "chart.png";
+  setenv("PATH", folder.c_str(), 1);
+  EXPECT_EQ(write_picture(png, svg), "");
+  EXPECT_FALSE(std::filesystem::exists(png));
+  const auto program = [&](const std::string& script) {
+    write("rsvg-convert", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(folder / "rsvg-convert", std::filesystem::perms::owner_all);
+    setenv("PATH", (folder.string() + ":" + path).c_str(), 1);
+  };
+  program("exit 3");
+  EXPECT_NE(write_picture(png, svg).find("rsvg-convert ended with 3"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(png));
+  program("cp \"$5\" \"$4\"");
+  EXPECT_EQ(write_picture(png, svg), "");
+  EXPECT_EQ(std::filesystem::file_size(png), 6u);
+  setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace

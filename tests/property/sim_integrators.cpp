@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The four integrators are one model: forces balance at rest, and where one of them ends the others
+// do, whatever their counts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/measure.h"
+#include "sim/step.h"
+
+namespace thew {
+namespace {
+
+struct Motion {
+  Model model;
+  State state;
+
+  Motion(const std::string& scene, const std::vector<std::string>& overrides) {
+    model = build_model(read_scene(THEW_SOURCE_DIR + scene, overrides));
+    state = initial_state(model);
+  }
+  void settle_first() {
+    Parallel one(1);
+    settle(model, one, state);
+  }
+  void go_to(int frame, int threads = 1) {
+    Parallel parallel(threads);
+    StageSeconds seconds;
+    const int first = model.scene.first_frame;
+    const int now = first + static_cast<int>(std::lround(state.time * model.scene.fps));
+    for (int f = now + 1; f <= frame; ++f) {
+      step_frame(model, (f - first) / model.scene.fps, parallel, state, seconds);
+    }
+  }
+};
+
+double worst_distance(const Motion& a, const Motion& b) {
+  double worst = 0.0;
+  for (int m = 0; m < a.state.count(); ++m) {
+    for (size_t i = 0; i < a.state.muscles[m].x.size(); ++i) {
+      worst = std::max(worst,
+                       (to_vec(a.state.muscles[m].x[i]) - to_vec(b.state.muscles[m].x[i])).norm());
+    }
+  }
+  return worst;
+}
+
+const std::string kOneMuscle = "/tests/scenes/one_muscle/scene.toml";
+
+// The paper's cube, hung by its bottom from a ceiling, under its own weight.
+std::vector<std::string> hanging(const std::vector<std::string>& more) {
+  std::vector<std::string> overrides = {
+      "scene.gravity=[0,9.81,0]", "rig.clip.keys={twist=[[1,0],[600,0]]}", "scene.frames=\"1-600\"",
+      "muscle.cube.fixed=[{body=\"bottom\",high=[1,-0.0999,1]}]"};
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  return overrides;
+}
+const std::string kCube = "/assets/paper/cube_twist.toml";
+
+double hung_length(const Motion& cube) {
+  double low = 1.0, high = -1.0;
+  for (const Row& x : cube.state.muscles[0].x) {
+    low = std::min(low, x[1]);
+    high = std::max(high, x[1]);
+  }
+  return high - low;
+}
+
+// Net force of the springs on a muscle's nodes.
+Rows spring_forces(const Motion& motion) {
+  const MuscleState& now = motion.state.muscles[0];
+  Rows f(now.x.size(), Row{});
+  add_spring_forces(motion.model.muscles[0].springs, now.rest_length, now.x, f);
+  return f;
+}
+
+TEST(QuasiStatic, BalancesTheWeightOfAHangingCube) {
+  Motion cube(kCube, hanging({"solver.integrator=quasi_static", "solver.volume=none"}));
+  cube.go_to(2);
+  const Muscle& muscle = cube.model.muscles[0];
+  const Rows f = spring_forces(cube);
+  double weight = 0.0, held = 0.0, loose = 0.0;
+  for (size_t i = 0; i < f.size(); ++i) {
+    const Vec3 gravity = muscle.mass[i] * cube.model.scene.gravity;
+    if (muscle.driven[i]) {
+      held += f[i][1];
+      continue;
+    }
+    weight += gravity.y();
+    loose = std::max(loose, (to_vec(f[i]) + gravity).norm());
+  }
+  EXPECT_NEAR(held, weight, 1e-6 * weight);  // the ceiling carries all of it
+  EXPECT_LT(loose, 1e-6 * weight);
+  EXPECT_GT(hung_length(cube), 0.25);
+}
+
+// At rest where quasi_static leaves it, the cube has to stay: were an integrator softer or stiffer
+// than the springs, it would sink or rise.
+TEST(Integrators, HangACubeAlike) {
+  Motion still(kCube, hanging({"solver.integrator=quasi_static"}));
+  still.go_to(2);
+  const double truth = hung_length(still) - 0.2;
+  EXPECT_GT(truth, 0.05);
+  for (const auto& [integrator, substeps, iterations] :
+       {std::array{"local_global", "1", "10"}, std::array{"explicit", "1", "1"},
+        std::array{"xpbd", "4", "40"}, std::array{"xpbd", "64", "3"}}) {
+    Motion cube(kCube, hanging({std::string("solver.integrator=") + integrator,
+                                std::string("solver.substeps=") + substeps,
+                                std::string("solver.iterations=") + iterations}));
+    cube.state = still.state;
+    cube.state.muscles[0].v.assign(cube.state.muscles[0].v.size(), Row{});
+    cube.go_to(22);
+    EXPECT_NEAR(hung_length(cube) - 0.2, truth, 0.01 * truth) << integrator << " " << substeps;
+    EXPECT_LT(worst_distance(cube, still), 1e-3) << integrator << " " << substeps;
+  }
+}
+
+TEST(QuasiStatic, IsTheRestOfTheMotionAndKnowsNoFrameBefore) {
+  const std::string longer = "scene.frames=\"1-96\"";
+  Motion still(kOneMuscle, {longer, "solver.integrator=quasi_static"});
+  Motion straight(kOneMuscle,
+                  {longer, "solver.integrator=quasi_static", "rig.clip.keys={elbow=[[1,60]]}"});
+  Motion moving(kOneMuscle, {longer, "solver.iterations=10"});
+  still.settle_first();
+  moving.settle_first();
+  still.go_to(24);
+  moving.go_to(24);
+  EXPECT_GT(worst_distance(still, moving), 1e-7);
+  moving.go_to(96);
+  EXPECT_LT(worst_distance(still, moving), 1e-8);
+  straight.settle_first();
+  straight.go_to(2);
+  EXPECT_LT(worst_distance(still, straight), 1e-6);
+  EXPECT_LE(still.state.muscles[0].volume_error, 1e-12);
+}
+
+// Middle section over the rest's, less 1.
+double bulge(const Motion& motion) {
+  const Muscle& muscle = motion.model.muscles[0];
+  const double area =
+      section_area_at(muscle, motion.state.muscles[0].pose, motion.state.muscles[0].x, 0.4);
+  const Motion rest(kOneMuscle, {});
+  return area / section_area_at(muscle, rest.state.muscles[0].pose, rest.state.muscles[0].x, 0.4) -
+         1.0;
+}
+
+TEST(Xpbd, StiffnessDoesNotDependOnTheCounts) {
+  Motion still(kOneMuscle, {"solver.integrator=quasi_static"});
+  still.settle_first();
+  still.go_to(24);
+  const double truth = bulge(still);
+  EXPECT_GT(truth, 0.5);
+  for (const char* substeps : {"4", "16", "64"}) {
+    for (const char* iterations : {"4", "16"}) {
+      Motion run(kOneMuscle, {"solver.integrator=xpbd", std::string("solver.substeps=") + substeps,
+                              std::string("solver.iterations=") + iterations});
+      run.settle_first();
+      run.go_to(24);
+      EXPECT_NEAR(bulge(run), truth, 0.01 * truth) << substeps << " x " << iterations;
+    }
+  }
+}
+
+TEST(Xpbd, HasTheSameBytesForAnyNumberOfThreads) {
+  const std::string pair = "/tests/scenes/pair/scene.toml";
+  const std::vector<std::string> overrides = {"solver.integrator=xpbd", "solver.substeps=4",
+                                              "skin.enabled=false"};
+  Motion one(pair, overrides), three(pair, overrides);
+  one.go_to(4, 1);
+  three.go_to(4, 3);
+  EXPECT_EQ(pack_state(one.state), pack_state(three.state));
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/chart_maps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "muscles/volume.h"
+#include "sim/durable_file.h"
+#include "sim/muscle_step.h"
+#include "sim/step.h"
+#include "tools/commands.h"
+#include "tools/paper_shapes.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPhase = 0.6;     // s: to the load, there, back, at rest
+constexpr double kMostWork = 3e7;  // nodes times substeps that an explicit cell may take
+constexpr int kMostNodes = 2000;
+const std::vector<double> kSteps = {0.00625, 0.025, 0.1, 0.2};  // s
+
+struct Method {
+  std::string integrator;
+  int iterations;
+};
+const std::vector<Method> kMethods = {
+    {"local_global", 3}, {"xpbd", 10}, {"explicit", 1}, {"quasi_static", 1}};
+
+struct Quantity {
+  std::string name, unit;
+  std::vector<double> columns;
+};
+const std::vector<Quantity> kQuantities = {
+    {"stiffness", "times the scene's", {1e-4, 1e-2, 1, 1e2, 1e4, 1e6}},
+    {"nodes with weight", "all others 0", {1, 10, 30, 100, 1e9}},
+    {"squeezed to", "% of its height", {60, 40, 20, 10, 5}},
+    {"twisted by", "degrees", {90, 180, 360, 540, 720}},
+    {"struck at", "m/s", {1, 3, 10, 30}},
+    {"planes overlap it at rest", "% of its height", {5, 10, 20, 30, 45}}};
+
+struct Body {
+  TriMesh mesh;  // longest along x, thinnest along y, about the origin
+  Vec3 size;     // m
+  SpringMaterial material;
+};
+
+Body body_of(const fs::path& file) {
+  Scene scene = read_scene(file);
+  scene.skin.mesh.clear();
+  scene.skin.skinned = false;
+  const Model model = build_model(scene);
+  Body body{model.muscles[0].rest, {}, model.muscles[0].settings.material};
+  if (body.mesh.vertices.size() > kMostNodes) {
+    throw Error(ExitCode::kUsage, file.string() + ": muscle \"" + model.muscles[0].name +
+                                      "\" has " + std::to_string(body.mesh.vertices.size()) +
+                                      " nodes; the maps take hundreds of runs of the first muscle, "
+                                      "give a scene whose first has 2,000 at most");
+  }
+  Vec3 low = body.mesh.vertices.front(), high = low;
+  for (const Vec3& p : body.mesh.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const Vec3 extent = high - low, middle = 0.5 * (low + high);
+  std::array<int, 3> axis = {0, 1, 2};
+  std::stable_sort(axis.begin(), axis.end(), [&](int a, int b) { return extent[a] > extent[b]; });
+  std::swap(axis[1], axis[2]);
+  Mat3 turn = Mat3::Zero();
+  for (int k = 0; k < 3; ++k) turn(k, axis[k]) = 1.0;
+  if (turn.determinant() < 0.0) turn.row(2) *= -1.0;
+  for (Vec3& p : body.mesh.vertices) p = turn * Vec3(p - middle);
+  body.size = Vec3(extent[axis[0]], extent[axis[1]], extent[axis[2]]);
+  return body;
+}
+
+// Two planes that close along y, two hands that hold the ends and turn about x.
+std::string rig_of(const Body& body) {
+  char text[2000];
+  const double side = 4.0 * body.size.x(), thick = body.size.y(), half = 0.5 * body.size.y();
+  std::snprintf(
+      text, sizeof text,
+      "<?xml version=\"1.0\"?>\n<robot name=\"maps\">\n<link name=\"frame\"/>\n"
+      "<link name=\"top\"><visual><origin xyz=\"0 %.9g 0\"/><geometry><mesh filename=\"box.obj\" "
+      "scale=\"%.9g %.9g %.9g\"/></geometry></visual></link>\n"
+      "<link name=\"bottom\"><visual><origin xyz=\"0 %.9g 0\"/><geometry><mesh "
+      "filename=\"box.obj\" scale=\"%.9g %.9g %.9g\"/></geometry></visual></link>\n"
+      "<link name=\"left\"/><link name=\"right\"/>\n"
+      "<joint name=\"top\" type=\"prismatic\"><parent link=\"frame\"/><child link=\"top\"/>"
+      "<origin xyz=\"0 %.9g 0\"/><axis xyz=\"0 -1 0\"/>"
+      "<limit lower=\"-100\" upper=\"100\" effort=\"1\" velocity=\"1\"/></joint>\n"
+      "<joint name=\"bottom\" type=\"prismatic\"><parent link=\"frame\"/><child link=\"bottom\"/>"
+      "<origin xyz=\"0 %.9g 0\"/><axis xyz=\"0 1 0\"/>"
+      "<limit lower=\"-100\" upper=\"100\" effort=\"1\" velocity=\"1\"/></joint>\n"
+      "<joint name=\"left\" type=\"fixed\"><parent link=\"frame\"/><child link=\"left\"/></joint>\n"
+      "<joint name=\"right\" type=\"revolute\"><parent link=\"frame\"/><child link=\"right\"/>"
+      "<axis xyz=\"1 0 0\"/><limit lower=\"-20\" upper=\"20\" effort=\"1\" "
+      "velocity=\"1\"/></joint>\n"
+      "</robot>\n",
+      0.5 * thick, side, thick, side, -0.5 * thick, side, thick, side, half, -half);
+  return text;
+}
+
+std::string digits_of(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+// The rig's motion in milliseconds, keys of both planes or of the right hand.
+std::string keys_of(const std::string& quantity, double value, const Body& body) {
+  const double height = body.size.y(), ms = 1e3 * kPhase;
+  const auto path = [&](double before, double load, double begin) {
+    std::string keys = "[[1," + digits_of(before) + "]";
+    if (begin > 0.0) keys += ",[" + digits_of(1.0 + begin) + "," + digits_of(before) + "]";
+    for (const auto& [at, x] : {std::pair(ms, load), std::pair(2 * ms, load),
+                                std::pair(3 * ms, std::min(before, 0.0) - 0.02 * height)}) {
+      keys += ",[" + digits_of(1.0 + at) + "," + digits_of(x) + "]";
+    }
+    return keys + "]";
+  };
+  if (quantity == "twisted by") {
+    return "{right=[[1,0],[" + digits_of(1 + ms) + "," + digits_of(value * M_PI / 180.0) + "],[" +
+           digits_of(1 + 2 * ms) + "," + digits_of(value * M_PI / 180.0) + "],[" +
+           digits_of(1 + 3 * ms) + ",0]]}";
+  }
+  double before = 0.0, load = 0.2 * height, begin = 0.0;  // each plane's way to 60 %
+  if (quantity == "squeezed to") load = 0.5 * height * (1.0 - 0.01 * value);
+  if (quantity == "struck at") begin = std::max(ms - 1e3 * load / value, 1.0);
+  if (quantity == "planes overlap it at rest") before = load = 0.5 * height * 0.01 * value;
+  const std::string keys = path(before, load, begin);
+  return "{top=" + keys + ",bottom=" + keys + "}";
+}
+
+Model model_of(const fs::path& folder, const Body& body, const std::string& quantity,
+               double value) {
+  const std::string name =
+      "maps_" + std::to_string(std::hash<std::string>()(quantity)) + "_" + digits_of(value);
+  std::string scene =
+      "[scene]\nfps = 1000\nframes = \"1-3000\"\nsettle = 0\ngravity = [0, 0, 0]\n[rig]\nfile = "
+      "\"maps.urdf\"\n[rig.clip]\ninterpolation = \"linear\"\nkeys = " +
+      keys_of(quantity, value, body) + "\n[[muscle]]\nname = \"body\"\nmesh = \"body.obj\"\n";
+  const SpringMaterial& m = body.material;
+  const double young = m.young * (quantity == "stiffness" ? value : 1.0);
+  scene += "damping = 20\nmaterial = { young = " + digits_of(young) +
+           ", anisotropy = 1, shear = " + digits_of(m.shear) +
+           ", bending = " + digits_of(m.bending) + ", density = " + digits_of(m.density) + " }\n";
+  if (quantity == "twisted by") {
+    const std::string end = digits_of(0.45 * body.size.x());
+    scene += "fixed = [{ body = \"left\", high = [-" + end +
+             ", 1e3, 1e3] }, { body = \"right\", low = [" + end + ", -1e3, -1e3] }]\n";
+  }
+  if (quantity == "nodes with weight") {
+    // Those nearest to the top of the body.
+    std::vector<size_t> order(body.mesh.vertices.size());
+    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+    const Vec3 top(0.0, 0.5 * body.size.y(), 0.0);
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      return (body.mesh.vertices[a] - top).norm() < (body.mesh.vertices[b] - top).norm();
+    });
+    std::vector<std::string> lines(order.size(), "0\n");
+    const size_t count = static_cast<size_t>(std::min(value, 1.0 * order.size()));
+    for (size_t i = 0; i < count; ++i) lines[order[i]] = "1\n";
+    std::string text;
+    for (const std::string& line : lines) text += line;
+    write_durably(folder / (name + ".txt"), text);
+    scene += "weights = { file = \"" + name + ".txt\" }\n";
+  }
+  const double reach = 0.25 * body.size.y();
+  scene += "[contact]\nmargin = " + digits_of(reach) + "\nmax_depth = " + digits_of(reach) +
+           "\ngap = 0\nenabled = " + (quantity == "twisted by" ? "false" : "true") + "\n";
+  const fs::path file = folder / (name + ".toml");
+  write_durably(file, scene);
+  return build_model(read_scene(file));
+}
+
+int inverted_triangles(const Surface& surface, const Rows& x) {
+  const std::vector<Triangle>& triangles = surface.triangles;
+  std::vector<Vec3> normals, sums(x.size(), Vec3::Zero());
+  for (const Triangle& t : triangles) {
+    const Vec3 a = to_vec(x[t[0]]);
+    normals.push_back((to_vec(x[t[1]]) - a).cross(to_vec(x[t[2]]) - a));
+    for (const int i : t) sums[i] += normals.back();
+  }
+  int inverted = 0;
+  for (size_t k = 0; k < triangles.size(); ++k) {
+    Vec3 around = -3.0 * normals[k];
+    for (const int i : triangles[k]) around += sums[i];
+    inverted += normals[k].dot(around) < 0.0;
+  }
+  return inverted;
+}
+
+double energy_of(const Muscle& muscle, const MuscleState& now) {
+  double energy = spring_energy(muscle.springs, now.rest_length, now.x);
+  for (size_t i = 0; i < now.v.size(); ++i) {
+    if (!muscle.driven[i]) energy += 0.5 * muscle.mass[i] * to_vec(now.v[i]).squaredNorm();
+  }
+  return energy;
+}
+
+// Runs all phases; `last`: positions at the end.
+MapCell run_cell(Model model, const Method& method, double h, double size, Rows& last) {
+  MapCell cell;
+  model.scene.fps = 1.0 / h;
+  model.scene.solver.integrator = method.integrator;
+  model.scene.solver.iterations = method.iterations;
+  const Muscle& muscle = model.muscles[0];
+  const int phase = static_cast<int>(std::lround(kPhase / h));
+  if (method.integrator == "explicit") {
+    const double work = 1.0 * explicit_substeps(model, 0, h) * 4 * phase * muscle.mass.size();
+    if (work > kMostWork) {
+      cell.failure = "not run: " + std::to_string(explicit_substeps(model, 0, h)) + " parts a step";
+      return cell;
+    }
+  }
+  State state = initial_state(model);
+  const MuscleState& now = state.muscles[0];
+  Parallel one(1);
+  StageSeconds stages;
+  double at_rest = 0.0, floor = 0.0;  // energy when the rig came to rest; what does not count
+  try {
+    for (int frame = 1; frame <= 4 * phase; ++frame) {
+      if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
+      step_frame(model, frame * h, one, state, stages);
+      const double energy = energy_of(muscle, now);
+      const bool rests = (frame - 1) / phase % 2 == 1;
+      floor = std::max(floor, 1e-6 * energy);
+      if (frame % phase == 0 && !rests) at_rest = std::max(energy, floor);
+      if (rests) cell.growth = std::max(cell.growth, energy / at_rest);
+      cell.last_volume =
+          std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
+      cell.last_inverted = inverted_triangles(muscle.surface, now.x);
+      cell.volume_error = std::max(cell.volume_error, cell.last_volume);
+      cell.inverted = std::max(cell.inverted, cell.last_inverted);
+    }
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::kSolver) throw;
+    cell.failure = error.what();
+    cell.verdict = Verdict::kDiverged;
+    return cell;
+  }
+  for (const Row& v : now.v) cell.speed = std::max(cell.speed, to_vec(v).norm() / size);
+  last = now.x;
+  return cell;
+}
+
+void judge(const Rows& finest, const Rows& last, double size, MapCell& cell) {
+  if (cell.verdict == Verdict::kDiverged || last.empty()) return;
+  if (!finest.empty()) {
+    double sum = 0.0;
+    for (size_t i = 0; i < last.size(); ++i) {
+      sum += (to_vec(last[i]) - to_vec(finest[i])).squaredNorm();
+    }
+    cell.distance = std::sqrt(sum / static_cast<double>(last.size())) / size;
+  }
+  const bool ends_well = cell.last_volume <= kMapVolume && cell.last_inverted == 0 &&
+                         cell.speed <= kMapSpeed && cell.distance <= kMapDistance;
+  const bool always_well =
+      cell.volume_error <= kMapVolume && cell.inverted == 0 && cell.growth <= kMapGrowth;
+  cell.verdict = cell.growth > 10.0 || !(cell.last_volume < 0.01) ? Verdict::kDiverged
+                 : !ends_well                                     ? Verdict::kDegraded
+                 : always_well                                    ? Verdict::kAccurate
+                                                                  : Verdict::kRecovered;
+}
+
+}  // namespace
+
+const char* verdict_name(Verdict verdict) {
+  constexpr const char* kNames[] = {"accurate", "degraded", "recovered", "diverged", "not run"};
+  return kNames[static_cast<int>(verdict)];
+}
+
+std::vector<StabilityMap> run_maps(const MapAsk& ask) {
+  const Body body = body_of(ask.scene);
+  const double size = body.size.norm();
+  const fs::path folder = new_temporary_folder("maps");
+  write_obj(folder / "body.obj", "body", body.mesh);
+  write_obj(folder / "box.obj", "box", paper_cube(4, false));
+  write_durably(folder / "maps.urdf", rig_of(body));
+  std::vector<StabilityMap> maps;
+  int total = 0, done = 0;
+  std::vector<Method> methods = kMethods;
+  std::vector<Quantity> asked = kQuantities;
+  std::erase_if(methods, [&](const Method& m) {
+    return !ask.only_method.empty() && m.integrator != ask.only_method;
+  });
+  std::erase_if(asked, [&](const Quantity& q) {
+    return !ask.only_quantity.empty() && q.name != ask.only_quantity;
+  });
+  for (const Method& method : methods) {
+    for (const Quantity& quantity : asked) {
+      StabilityMap map{method.integrator, quantity.name, quantity.unit,
+                       quantity.columns,  kSteps,        {}};
+      if (method.integrator == "quasi_static") map.steps = {0.1, 0.2};  // it knows no step
+      map.cells.assign(map.steps.size(), std::vector<MapCell>(map.columns.size()));
+      total += static_cast<int>(map.steps.size() * map.columns.size());
+      maps.push_back(map);
+    }
+  }
+  std::mutex one_at_a_time;
+  Parallel parallel(ask.threads);
+  const size_t quantities = asked.size();
+  try {
+    for (size_t q = 0; q < quantities; ++q) {
+      for (size_t column = 0; column < asked[q].columns.size(); ++column) {
+        const Model model = model_of(folder, body, asked[q].name, asked[q].columns[column]);
+        parallel.each(static_cast<int>(methods.size()), [&](int k) {
+          StabilityMap& map = maps[k * quantities + q];
+          Rows finest;
+          for (size_t s = 0; s < map.steps.size(); ++s) {
+            Rows last;
+            MapCell& cell = map.cells[s][column];
+            cell = run_cell(model, methods[k], map.steps[s], size, last);
+            judge(finest, last, size, cell);
+            if (finest.empty()) finest = last;
+            const std::lock_guard lock(one_at_a_time);
+            ask.on_cell(++done, total);
+          }
+        });
+      }
+    }
+  } catch (...) {
+    fs::remove_all(folder);
+    throw;
+  }
+  fs::remove_all(folder);
+  return maps;
+}
+
+}  // namespace thew

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace thew {
+
+/// What run_program gives when a program is not there, as the shell does.
+inline constexpr int kNotFound = 127;
+
+/// Runs a program of the path by its words and waits: the exit code. What it prints goes nowhere.
+int run_program(const std::vector<std::string>& words);
+
+}  // namespace thew

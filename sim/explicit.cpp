@@ -32,14 +32,15 @@ constexpr int kLookEvery = 12;  // substeps, for touches that may close before t
 
 // A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
 struct Touch {
+  Row normal;
   int node;
-  Vec3 normal;
   double from, way;     // m, the gap included
   double pushed = 0.0;  // N s so far, all along the normal
   double across = 0.0;  // m, part of the multiplier's direction that the plane bears
   double kick = 0.0;    // m/s, in this substep
   bool held = false;    // in this substep
 };
+using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
 
 // Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
 // left inside a plane.
@@ -67,11 +68,11 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
   }
   const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
-  return {contact.node, normal, from, normal.dot(to_vec(after - before))};
+  return {to_row(normal), contact.node, from, normal.dot(to_vec(after - before))};
 }
 
-std::vector<Touch> touches_of(const Model& model, int m, double begin, const State& state) {
-  std::vector<Touch> touches;
+Touches touches_of(const Model& model, int m, double begin, const State& state) {
+  Touches touches;
   if (state.muscles[m].contacts.empty()) return touches;
   std::vector<double> joints;
   Pose pose_before;
@@ -88,14 +89,14 @@ std::vector<Touch> touches_of(const Model& model, int m, double begin, const Sta
 // as now.
 THEW_VECTORISED
 void look_for_near(double t, double frame, double span, const MuscleState& now,
-                   std::vector<Touch>& touches, std::vector<Touch*>& near) {
+                   Touches& touches, std::vector<Touch*>& near) {
   near.clear();
   if (touches.empty()) return;
   Row most = {};
   for (const Row& v : now.v) most = v * v > most ? v * v : most;
   const double fastest = std::sqrt(sum3(most));
   for (Touch& touch : touches) {
-    const double open = dot3(to_row(touch.normal), now.x[touch.node]) - touch.from - t * touch.way;
+    const double open = dot3(touch.normal, now.x[touch.node]) - touch.from - t * touch.way;
     if (open < span * (2.0 * fastest + std::abs(touch.way) / frame)) near.push_back(&touch);
   }
 }
@@ -116,7 +117,6 @@ struct VolumeSums {
   double volume = 0.0;    // m^3
   double rate = 0.0;      // dV/dx . v, m^3/s
   double weighted = 0.0;  // dV/dx . d
-  double even = 0.0;      // dV/dx . dV/dx / m: the printed denominator
 };
 
 // v += h f / m; with `kVolume` also d and the sums, in the same pass.
@@ -127,7 +127,7 @@ template <bool kVolume>
   const double guide = muscle.settings.guide;
   const bool has_path = muscle.shape.held.empty();
   const Row origin = now.x.empty() ? Row{} : now.x[0];
-  Row volume = {}, rate = {}, weighted = {}, even = {};
+  Row volume = {}, rate = {}, weighted = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     Row v = now.v[i];
     const double per_mass = 1.0 / muscle.mass[i];
@@ -147,9 +147,8 @@ template <bool kVolume>
     volume += (now.x[i] - origin) * g;
     rate += v * g;
     weighted += d * g;
-    if (!muscle.driven[i]) even += per_mass * (g * g);
   }
-  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted), sum3(even)};  // V = x . dV/dx / 3
+  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted)};  // V = x . dV/dx / 3
 }
 
 THEW_VECTORISED
@@ -185,7 +184,7 @@ bool close_contacts(double h, double t, double lambda, bool has_volume,
   for (Touch* touch : near) {
     if (touch->held) continue;
     const int i = touch->node;
-    const Row n = to_row(touch->normal);
+    const Row n = touch->normal;
     Row v = now.v[i];
     if (lambda != 0.0) v -= lambda * now.direction[i];
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
@@ -212,7 +211,7 @@ void release_contacts(double lambda, const Muscle& muscle, const std::vector<Tou
     if (!touch->held) continue;
     const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
     touch->pushed += given;
-    const Row push = given * to_row(touch->normal);
+    const Row push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
     touch->held = false;
@@ -220,6 +219,15 @@ void release_contacts(double lambda, const Muscle& muscle, const std::vector<Tou
   }
   now.impulse += to_vec(impulse);
   now.angular_impulse += to_vec(angular);
+}
+
+// Without the weights.
+double printed_denominator(const Muscle& muscle, const MuscleState& now) {
+  Row even = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (!muscle.driven[i]) even += 1.0 / muscle.mass[i] * (now.gradient[i] * now.gradient[i]);
+  }
+  return sum3(even);
 }
 
 double linear_lambda(double rest_volume, double h, double denominator, const VolumeSums& sums,
@@ -292,7 +300,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const int substeps = std::max(model.scene.solver.substeps, explicit_substeps(muscle, frame));
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
-  std::vector<Touch> touches = touches_of(model, m, time - frame, state);
+  Touches touches = touches_of(model, m, time - frame, state);
   now.x = now.start;
   now.gradient.resize(now.x.size());
   now.direction.resize(now.x.size());
@@ -331,7 +339,8 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
     if (has_volume && !exactly) {  // contacts that this closes are the next substep's
       const bool printed = method == VolumeMethod::kPrinted;
-      lambda = linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums, now);
+      const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
+      lambda = linear_lambda(muscle.rest_volume, h, denominator, sums, now);
     }
     // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
     const bool looks_ahead = exactly && step == substeps && sums.weighted > 0.0;

@@ -119,7 +119,7 @@ struct VolumeSums {
   double weighted = 0.0;  // dV/dx . d
 };
 
-// v += h f / m; with `kVolume` also d and the sums, in the same pass.
+// v += h f / m; with `kVolume` also the sums, in the same pass.
 template <bool kVolume>
 [[gnu::always_inline]] inline VolumeSums kick_nodes(const Muscle& muscle, const Row& gravity,
                                                     double h, const Rows& target, double damping,
@@ -142,11 +142,9 @@ template <bool kVolume>
     now.v[i] = v;
     if (!kVolume) continue;
     const Row g = now.gradient[i];
-    const Row d = now.weights[i] * per_mass * g;  // the weights are 0 where driven
-    now.direction[i] = d;
     volume += (now.x[i] - origin) * g;
     rate += v * g;
-    weighted += d * g;
+    weighted += now.mobility[i] * (g * g);
   }
   return {sum3(volume) / 3.0, sum3(rate), sum3(weighted)};  // V = x . dV/dx / 3
 }
@@ -163,15 +161,33 @@ void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows
   kick_nodes<false>(muscle, gravity, h, target, muscle.settings.damping, now);
 }
 
+// The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
+// nodes, or only of those that may touch, since a pass through memory costs as much as the rest.
 THEW_VECTORISED
-void advance(double h, double lambda, MuscleState& now) {
-  if (lambda == 0.0) {
-    for (size_t i = 0; i < now.x.size(); ++i) now.x[i] += h * now.v[i];
-    return;
+void set_direction(bool whole, const std::vector<Touch*>& near, MuscleState& now) {
+  for (Touch* touch : near) {
+    now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
   }
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    now.v[i] -= lambda * now.direction[i];
-    now.x[i] += h * now.v[i];
+  for (size_t i = 0; whole && i < now.x.size(); ++i) {
+    now.direction[i] = now.mobility[i] * now.gradient[i];
+  }
+}
+
+THEW_VECTORISED
+void advance(double h, double lambda, bool whole, MuscleState& now) {
+  const size_t count = now.x.size();
+  if (lambda == 0.0) {
+    for (size_t i = 0; i < count; ++i) now.x[i] += h * now.v[i];
+  } else if (whole) {
+    for (size_t i = 0; i < count; ++i) {
+      now.v[i] -= lambda * now.direction[i];
+      now.x[i] += h * now.v[i];
+    }
+  } else {
+    for (size_t i = 0; i < count; ++i) {
+      now.v[i] -= lambda * now.mobility[i] * now.gradient[i];
+      now.x[i] += h * now.v[i];
+    }
   }
 }
 
@@ -202,15 +218,17 @@ bool close_contacts(double h, double t, double lambda, bool has_volume,
   return closed;
 }
 
-// Books what the planes gave: their own kicks, and what they bear of the multiplier's force.
+// Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
+// back beforehand where advance() goes along all of d.
 THEW_VECTORISED
-void release_contacts(double lambda, const Muscle& muscle, const std::vector<Touch*>& near,
-                      MuscleState& now) {
+void release_contacts(double lambda, bool whole, const Muscle& muscle,
+                      const std::vector<Touch*>& near, MuscleState& now) {
   Row impulse = {}, angular = {};
   for (Touch* touch : near) {
     if (!touch->held) continue;
     const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
     touch->pushed += given;
+    if (!whole) now.v[touch->node] += lambda * touch->across * touch->normal;
     const Row push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
@@ -304,6 +322,8 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   now.x = now.start;
   now.gradient.resize(now.x.size());
   now.direction.resize(now.x.size());
+  now.mobility.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) now.mobility[i] = now.weights[i] / muscle.mass[i];
   RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length(now.rest_length.size());
   Rows target = now.target;
@@ -325,16 +345,18 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
     VolumeSums sums;
+    const bool exactly = method == VolumeMethod::kExactAlways ||
+                         (method == VolumeMethod::kExact && step == substeps);
+    const bool whole = removes || exactly;
     if (has_volume) {
       const double drag = removes ? 0.0 : muscle.settings.damping;
       sums = kick_with_volume(muscle, gravity, h, target, drag, now);
       if (step > 1) note_volume(muscle, sums.volume, now);
+      set_direction(whole, near, now);
       if (removes) keep_momentum(muscle, h, now, sums);
     } else {
       kick_plainly(muscle, gravity, h, target, now);
     }
-    const bool exactly = method == VolumeMethod::kExactAlways ||
-                         (method == VolumeMethod::kExact && step == substeps);
     double lambda = 0.0;
     bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
     if (has_volume && !exactly) {  // contacts that this closes are the next substep's
@@ -352,8 +374,8 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       lambda = exact_lambda(muscle, h, now);
       closed = step == substeps && close_contacts(h, t, lambda, true, near, now, sums);
     }
-    release_contacts(lambda, muscle, near, now);
-    advance(h, lambda, now);
+    release_contacts(lambda, whole, muscle, near, now);
+    advance(h, lambda, whole, now);
   }
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding

@@ -41,6 +41,7 @@ struct MuscleState : MuscleMotion {
   Rows seen;   ///< x when the iteration began, as the others see it
   Rows base;   ///< what of the right-hand side stays the same in a step, N
   Rows forces, gradient, weighted, direction;
+  std::vector<double> mobility;  ///< weight over mass, 1/kg
   RowPairs pairs;
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m

@@ -39,6 +39,7 @@ struct Touch {
   double across = 0.0;  // m, part of the multiplier's direction that the plane bears
   double kick = 0.0;    // m/s, in this substep
   bool held = false;    // in this substep
+  bool shared = false;  // its node has another one
 };
 using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
 
@@ -81,6 +82,10 @@ Touches touches_of(const Model& model, int m, double begin, const State& state) 
   for (const Contact& contact : state.muscles[m].contacts) {
     const Vec3 node = to_vec(state.muscles[m].x[contact.node]);
     touches.push_back(touch_of(model, state, pose_before, contact, node));
+    const size_t last = touches.size() - 1;
+    if (last > 0 && touches[last - 1].node == contact.node) {  // they come by node
+      touches[last - 1].shared = touches[last].shared = true;
+    }
   }
   return touches;
 }
@@ -162,11 +167,11 @@ void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows
 }
 
 // The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
-// nodes, or only of those that may touch, since a pass through memory costs as much as the rest.
+// nodes, or only of those that two planes may bear a part of; a pass through memory is not free.
 THEW_VECTORISED
 void set_direction(bool whole, const std::vector<Touch*>& near, MuscleState& now) {
   for (Touch* touch : near) {
-    now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
+    if (touch->shared) now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
   }
   for (size_t i = 0; whole && i < now.x.size(); ++i) {
     now.direction[i] = now.mobility[i] * now.gradient[i];
@@ -194,7 +199,7 @@ void advance(double h, double lambda, bool whole, MuscleState& now) {
 // Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
 // on the multiplier no longer moves them across. True where there was one.
 THEW_VECTORISED
-bool close_contacts(double h, double t, double lambda, bool has_volume,
+bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole,
                     const std::vector<Touch*>& near, MuscleState& now, VolumeSums& sums) {
   bool closed = false;
   for (Touch* touch : near) {
@@ -209,11 +214,12 @@ bool close_contacts(double h, double t, double lambda, bool has_volume,
     touch->kick = -open / h;
     now.v[i] += touch->kick * n;
     if (!has_volume) continue;
+    const bool stored = whole || touch->shared;
     const double slope = dot3(n, now.gradient[i]);
-    touch->across = dot3(n, now.direction[i]);
+    touch->across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
     sums.rate += slope * touch->kick;
     sums.weighted -= slope * touch->across;
-    now.direction[i] -= touch->across * n;
+    if (stored) now.direction[i] -= touch->across * n;
   }
   return closed;
 }
@@ -358,7 +364,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       kick_plainly(muscle, gravity, h, target, now);
     }
     double lambda = 0.0;
-    bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
+    bool closed = close_contacts(h, t, 0.0, has_volume, whole, near, now, sums);
     if (has_volume && !exactly) {  // contacts that this closes are the next substep's
       const bool printed = method == VolumeMethod::kPrinted;
       const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
@@ -368,11 +374,11 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     const bool looks_ahead = exactly && step == substeps && sums.weighted > 0.0;
     for (int round = 0; looks_ahead && round < kContactRounds; ++round) {
       lambda = linear_lambda(muscle.rest_volume, h, sums.weighted, sums, now);
-      if (!close_contacts(h, t, lambda, true, near, now, sums)) break;
+      if (!close_contacts(h, t, lambda, true, whole, near, now, sums)) break;
     }
     for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
       lambda = exact_lambda(muscle, h, now);
-      closed = step == substeps && close_contacts(h, t, lambda, true, near, now, sums);
+      closed = step == substeps && close_contacts(h, t, lambda, true, whole, near, now, sums);
     }
     release_contacts(lambda, whole, muscle, near, now);
     advance(h, lambda, whole, now);

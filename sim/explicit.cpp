@@ -93,8 +93,8 @@ Touches touches_of(const Model& model, int m, double begin, const State& state) 
 // Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
 // as now.
 THEW_VECTORISED
-void look_for_near(double t, double frame, double span, const MuscleState& now,
-                   Touches& touches, std::vector<Touch*>& near) {
+void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
+                   std::vector<Touch*>& near) {
   near.clear();
   if (touches.empty()) return;
   Row most = {};
@@ -171,7 +171,8 @@ void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows
 THEW_VECTORISED
 void set_direction(bool whole, const std::vector<Touch*>& near, MuscleState& now) {
   for (Touch* touch : near) {
-    if (touch->shared) now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
+    if (touch->shared)
+      now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
   }
   for (size_t i = 0; whole && i < now.x.size(); ++i) {
     now.direction[i] = now.mobility[i] * now.gradient[i];

@@ -122,15 +122,15 @@ struct Truth {
   FemBody rest, squeezed;
 };
 Truth squeeze_truth(PaperReport& report) {
-  PaperTable table{"neo_hookean.csv",
-                   "The neo-Hookean ball at half its height, refined: it converges",
-                   "An eighth of the ball, quadratic tetrahedra, each with one mean dilatation "
-                   "(no locking); Lame's first constant a thousand times the shear modulus. Distance "
-                   "of the surface nodes from the finest mesh, % of the radius.",
-                   {"tetrahedra", "V/V0 - 1", "radius at the equator, m", "mean distance",
-                    "largest"},
-                   {}};
-  const std::vector<int> finer = report.quick ? std::vector<int>{2, 4} : std::vector<int>{2, 4, 6};
+  PaperTable table{
+      "neo_hookean.csv",
+      "The neo-Hookean ball at half its height, refined: it converges",
+      "An eighth of the ball, quadratic tetrahedra, each with one mean dilatation "
+      "(no locking); Lame's first constant a thousand times the shear modulus. Distance "
+      "of the surface nodes from the finest mesh, % of the radius.",
+      {"tetrahedra", "V/V0 - 1", "radius at the equator, m", "mean distance", "largest"},
+      {}};
+  const std::vector<int> finer = report.quick ? std::vector<int>{4, 6} : std::vector<int>{4, 6, 8};
   std::vector<Truth> truths;
   bool converged = true;
   for (const int n : finer) {
@@ -161,7 +161,8 @@ Truth squeeze_truth(PaperReport& report) {
   }
   report.add(table);
   report.add({"Neo-Hookean ball: mean distance of the last two meshes", number(100 * last) + " %",
-              "<= 0.3 % of the radius", converged && last <= 0.003, "it did not converge"});
+              "<= 0.3 % of the radius", converged && last <= 0.003,
+              "the meshes are too coarse yet"});
   return truths.back();
 }
 
@@ -208,6 +209,7 @@ void paper_ball(PaperReport& report) {
   double worst_free = 0.0, worst_overhead = 0.0, worst_always = 0.0, least_fem = 1e9,
          largest_mean = 0.0, worst = 0.0;
   double deepest = 0.0;
+  std::string presses;
   std::vector<Image> pictures;
   for (const Printed& printed : kPrinted) {
     const bool large = printed.triangles > 5000;
@@ -227,7 +229,9 @@ void paper_ball(PaperReport& report) {
       asks.back().last = 20;
     }
     const int repetitions = quick ? (large ? 1 : 3) : large ? 3 : 7;
-    const std::vector<double> seconds = time_scenes(asks, repetitions, [&] { report.done(); });
+    const auto times = time_scenes(asks, repetitions, [&] { report.done(); });
+    std::vector<double> seconds;
+    for (const auto& values : times) seconds.push_back(median(values));
     std::vector<PaperRun> runs;
     for (size_t k = 0; k < 6; ++k) {
       PaperAsk ask = asks[k];
@@ -241,10 +245,15 @@ void paper_ball(PaperReport& report) {
     const FemRun fem =
         run_fem(model, printed.tetrahedra, kPenalty, fem_last, {kHalfHeight, kReleased});
     report.done();
-    const double overhead = seconds[2] / seconds[0], always = seconds[3] / seconds[0];
+    const double overhead = median_ratio(times[2], times[0]);
+    const double always = median_ratio(times[3], times[0]);
+    const double free = median_ratio(times[7], times[6]);
     const double ratio = fem.seconds / seconds[2];
     worst_overhead = std::max(worst_overhead, overhead);
-    worst_free = std::max(worst_free, seconds[7] / seconds[6]);
+    worst_free = std::max(worst_free, free);
+    if (overhead == worst_overhead) {
+      presses = number(runs[2].pressing) + " nodes, the conventional " + number(runs[0].pressing);
+    }
     worst_always = std::max(worst_always, always);
     least_fem = std::min(least_fem, ratio);
     for (int k : {2, 3, 5}) {
@@ -258,8 +267,7 @@ void paper_ball(PaperReport& report) {
          number(seconds[0]), number(printed.conventional), number(seconds[1]), number(seconds[2]),
          number(printed.volume_preserving), number(seconds[3]), number(fem.seconds),
          number(printed.fem)});
-    ratios.rows.push_back({std::to_string(printed.triangles), number(overhead),
-                           number(seconds[7] / seconds[6]),
+    ratios.rows.push_back({std::to_string(printed.triangles), number(overhead), number(free),
                            number(printed.volume_preserving / printed.conventional), number(always),
                            number(ratio), number(printed.fem / printed.volume_preserving)});
     errors.rows.push_back({std::to_string(printed.triangles), error_text(runs[0].volume_error),
@@ -312,6 +320,22 @@ void paper_ball(PaperReport& report) {
                  "Figure 7: the ball at half its height, between planes that are not drawn.");
     }
   }
+  {  // moving, and without any contact
+    std::vector<PaperAsk> asks;
+    for (const char* method : {"none", "exact", "exact_always"}) {
+      asks.emplace_back();
+      asks.back().scene = report.scenes / "cube_twist.toml";
+      asks.back().overrides = {std::string("solver.volume=") + method};
+      asks.back().last = 31;
+    }
+    const auto times = time_scenes(asks, quick ? 5 : 15, [] {});
+    const double free = median_ratio(times[1], times[0]);
+    worst_free = std::max(worst_free, free);
+    worst_always = std::max(worst_always, median_ratio(times[2], times[0]));
+    ratios.rows.push_back({"1536, the cube twisted by 90°", "", number(free), "",
+                           number(median_ratio(times[2], times[0])), "", ""});
+    report.done();
+  }
   table.note =
       "Ours: 30 frames a second, substeps 0.8 of the stable step; membrane 1,000 N/m, shear 0.5 of "
       "it, "
@@ -327,12 +351,15 @@ void paper_ball(PaperReport& report) {
   report.add({"Volume error, ball, every frame", number(worst, 2), "<= 1e-12", worst <= 1e-12, ""});
   report.add({"Nodes inside the planes, ball", number(deepest, 2) + " m", "0 to rounding",
               deepest < 1e-12, ""});
-  report.add({"Exact at frames over conventional, ball", number(worst_overhead), "<= 1.15",
-              worst_overhead <= 1.15,
-              "without contact it is " + number(worst_free) +
-                  " at most; a conventional ball collapses and so has fewer contacts to solve"});
-  report.add({"Exact always over conventional, ball", number(worst_always), "<= 1.8",
-              worst_always <= 1.8,
+  report.add({"Exact at frames over conventional, without contact", number(worst_free), "<= 1.15",
+              worst_free <= 1.15, "the gradient and two sums each substep"});
+  report.add({"Exact at frames over conventional, ball with its contacts", number(worst_overhead),
+              "<= 1.15", worst_overhead <= 1.15,
+              "of it the volume is " + number(worst_free) +
+                  " (without contact); the rest is contact: the exact ball presses on the planes "
+                  "with " +
+                  presses + ", which collapses (means of all frames)"});
+  report.add({"Exact always over conventional", number(worst_always), "<= 1.8", worst_always <= 1.8,
               "one more pass over the triangles each substep, with the same reason"});
   report.add({"FEM over exact, a frame, least", number(least_fem), ">= 100", least_fem >= 100.0,
               "conjugate gradients of today on one step a frame are not the paper's solver"});

@@ -69,6 +69,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+double median_ratio(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> ratios;
+  for (size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
+  return median(ratios);
+}
+
 PaperRun run_scene(const PaperAsk& ask) {
   PaperRun run;
   run.model = build_model(read_scene(ask.scene, ask.overrides));
@@ -86,12 +92,15 @@ PaperRun run_scene(const PaperAsk& ask) {
     step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
     run.seconds += (cpu_seconds() - begin) / (last - first);
     note_frame(frame, ask, run);
+    for (const double push : run.state.muscles[0].push) {
+      run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
+    }
   }
   return run;
 }
 
-std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
-                                const std::function<void()>& on_run) {
+std::vector<std::vector<double>> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                             const std::function<void()>& on_run) {
   std::vector<std::vector<double>> seconds(asks.size());
   for (int r = 0; r < repetitions; ++r) {
     for (size_t k = 0; k < asks.size(); ++k) {
@@ -99,9 +108,7 @@ std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitio
       on_run();
     }
   }
-  std::vector<double> medians;
-  for (const auto& values : seconds) medians.push_back(median(values));
-  return medians;
+  return seconds;
 }
 
 namespace {
@@ -123,7 +130,11 @@ Image draw_state(const Model& model, const State& state, const PaperView& view) 
     BakeMesh mesh = info.meshes[i];
     if (mesh.kind == BakeMesh::Kind::kBone && !view.bones) continue;
     const size_t muscles = model.muscles.size(), b = i - muscles;
-    if (i < muscles) mesh.weights = state.muscles[i].weights;
+    if (i < muscles) {
+      mesh.weights = i == 0 && !view.values.empty() ? view.values : state.muscles[i].weights;
+      const double most = *std::max_element(mesh.weights.begin(), mesh.weights.end());
+      for (double& w : mesh.weights) w /= std::max(most, 1e-30);
+    }
     meshes.push_back(std::move(mesh));
     positions.push_back(points_of(i < muscles              ? state.muscles[i].x
                                   : b < model.bones.size() ? state.bones[b].x
@@ -131,7 +142,7 @@ Image draw_state(const Model& model, const State& state, const PaperView& view) 
   }
   const Scene& scene = model.scene;
   SceneView seen = view_of(scene, view.name);
-  if (view.weights) seen.show = "weights";
+  if (view.weights || !view.values.empty()) seen.show = "weights";
   Renderer renderer(scene.render.width, scene.render.height, meshes);
   return renderer.draw(seen, positions);
 }

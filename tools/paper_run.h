@@ -15,19 +15,22 @@ namespace thew {
 
 double cpu_seconds();
 double median(std::vector<double> values);
+/// Of a over b, repetition by repetition: what slows the machine for a while slows both.
+double median_ratio(const std::vector<double>& a, const std::vector<double>& b);
 
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {
   Model model;
-  State state;                ///< at the last frame
-  double seconds = 0.0;       ///< CPU, a frame, the mean of all
-  double volume_error = 0.0;  ///< |V/V0 - 1|, largest of all frames and bodies
+  State state;                        ///< at the last frame
+  double seconds = 0.0;               ///< CPU, a frame, the mean of all
+  double volume_error = 0.0;          ///< |V/V0 - 1|, largest of all frames and bodies
   std::vector<double> volume_errors;  ///< the same by body
-  double penetration = 0.0;   ///< m, largest of all frames: free nodes inside bones
+  double penetration = 0.0;           ///< m, largest of all frames: free nodes inside bones
+  double pressing = 0.0;  ///< nodes of the first body that press on something, mean of frames
   std::vector<int> frames;
-  std::vector<double> volume;             ///< V/V0 of the first body by frame
-  std::vector<double> zone_radius;        ///< m, of the first body by frame
-  std::map<int, State> kept;              ///< at the asked frames
+  std::vector<double> volume;       ///< V/V0 of the first body by frame
+  std::vector<double> zone_radius;  ///< m, of the first body by frame
+  std::map<int, State> kept;        ///< at the asked frames
 };
 struct PaperAsk {
   std::filesystem::path scene;
@@ -37,9 +40,9 @@ struct PaperAsk {
   bool measures = false;  ///< penetration too; not to be timed
 };
 PaperRun run_scene(const PaperAsk& ask);
-/// Only timed, several scenes in turn: medians of CPU seconds a frame, one per ask.
-std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
-                                const std::function<void()>& on_run);
+/// Only timed, several scenes in turn: CPU seconds a frame, by ask and repetition.
+std::vector<std::vector<double>> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                             const std::function<void()>& on_run);
 
 std::vector<Vec3> points_of(const Rows& rows);
 
@@ -47,7 +50,9 @@ std::vector<Vec3> points_of(const Rows& rows);
 struct PaperView {
   std::string name;      ///< of the scene's views, "" for the first
   bool bones = true;     ///< drawn too
-  bool weights = false;  ///< muscles coloured by the weights that the volume is moved with
+  bool weights = false;  ///< muscles coloured by the weights that the volume is moved with,
+  std::vector<double> values =
+      {};  ///< or by these of the first one's nodes, scaled to their largest
 };
 Image draw_state(const Model& model, const State& state, const PaperView& view);
 /// The same view, another surface.

@@ -69,12 +69,6 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-double median_ratio(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> ratios;
-  for (size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
-  return median(ratios);
-}
-
 PaperRun run_scene(const PaperAsk& ask) {
   PaperRun run;
   run.model = build_model(read_scene(ask.scene, ask.overrides));
@@ -90,7 +84,8 @@ PaperRun run_scene(const PaperAsk& ask) {
     if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
     const double begin = cpu_seconds();
     step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
-    run.seconds += (cpu_seconds() - begin) / (last - first);
+    run.frame_seconds.push_back(cpu_seconds() - begin);
+    run.seconds += run.frame_seconds.back() / (last - first);
     note_frame(frame, ask, run);
     for (const double push : run.state.muscles[0].push) {
       run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
@@ -99,16 +94,24 @@ PaperRun run_scene(const PaperAsk& ask) {
   return run;
 }
 
-std::vector<std::vector<double>> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
-                                             const std::function<void()>& on_run) {
-  std::vector<std::vector<double>> seconds(asks.size());
+std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                const std::function<void()>& on_run) {
+  std::vector<std::vector<std::vector<double>>> frames(asks.size());  // by ask, frame, repetition
   for (int r = 0; r < repetitions; ++r) {
     for (size_t k = 0; k < asks.size(); ++k) {
-      seconds[k].push_back(run_scene(asks[k]).seconds);
+      const std::vector<double> seconds = run_scene(asks[k]).frame_seconds;
+      frames[k].resize(seconds.size());
+      for (size_t f = 0; f < seconds.size(); ++f) frames[k][f].push_back(seconds[f]);
       on_run();
     }
   }
-  return seconds;
+  std::vector<double> means;
+  for (const auto& by_frame : frames) {
+    double sum = 0.0;
+    for (const std::vector<double>& values : by_frame) sum += median(values);
+    means.push_back(sum / by_frame.size());
+  }
+  return means;
 }
 
 namespace {

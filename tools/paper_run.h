@@ -15,8 +15,6 @@ namespace thew {
 
 double cpu_seconds();
 double median(std::vector<double> values);
-/// Of a over b, repetition by repetition: what slows the machine for a while slows both.
-double median_ratio(const std::vector<double>& a, const std::vector<double>& b);
 
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {
@@ -40,9 +38,10 @@ struct PaperAsk {
   bool measures = false;  ///< penetration too; not to be timed
 };
 PaperRun run_scene(const PaperAsk& ask);
-/// Only timed, several scenes in turn: CPU seconds a frame, by ask and repetition.
-std::vector<std::vector<double>> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
-                                             const std::function<void()>& on_run);
+/// Only timed, several scenes in turn: CPU seconds a frame by ask, the mean over frames of each
+/// one's median over the repetitions (what else runs disturbs frames, not runs).
+std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+                                const std::function<void()>& on_run);
 
 std::vector<Vec3> points_of(const Rows& rows);
 

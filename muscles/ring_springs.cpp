@@ -85,21 +85,29 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
-[[gnu::always_inline]] inline Lanes pair_of(Row a, Row b) {
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+// Four rows, transposed in registers.
+[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
+  const Row a = rows[i[0]], b = rows[i[1]], c = rows[i[2]], d = rows[i[3]];
+  const Row xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Row xz1 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Row y0 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Row y1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  return {__builtin_shufflevector(xz0, xz1, 0, 1, 4, 5),
+          __builtin_shufflevector(y0, y1, 0, 1, 4, 5),
+          __builtin_shufflevector(xz0, xz1, 2, 3, 6, 7)};
 }
 
-// Eight rows, transposed in registers.
-[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
-  const Lanes a = pair_of(rows[i[0]], rows[i[1]]), b = pair_of(rows[i[2]], rows[i[3]]);
-  const Lanes c = pair_of(rows[i[4]], rows[i[5]]), d = pair_of(rows[i[6]], rows[i[7]]);
-  const Lanes xy0 = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13);
-  const Lanes xy1 = __builtin_shufflevector(c, d, 0, 4, 8, 12, 1, 5, 9, 13);
-  const Lanes z0 = __builtin_shufflevector(a, b, 2, 6, 10, 14, 2, 6, 10, 14);
-  const Lanes z1 = __builtin_shufflevector(c, d, 2, 6, 10, 14, 2, 6, 10, 14);
-  return {__builtin_shufflevector(xy0, xy1, 0, 1, 2, 3, 8, 9, 10, 11),
-          __builtin_shufflevector(xy0, xy1, 4, 5, 6, 7, 12, 13, 14, 15),
-          __builtin_shufflevector(z0, z1, 0, 1, 2, 3, 8, 9, 10, 11)};
+// And back. Lanes that repeat a node write the same.
+[[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Row* rows) {
+  const Lanes none = {};
+  const Row xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);
+  const Row xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7);
+  const Row z02 = __builtin_shufflevector(a.z, none, 0, 4, 2, 6);
+  const Row z13 = __builtin_shufflevector(a.z, none, 1, 5, 3, 7);
+  rows[i[0]] = __builtin_shufflevector(xy02, z02, 0, 1, 4, 5);
+  rows[i[1]] = __builtin_shufflevector(xy13, z13, 0, 1, 4, 5);
+  rows[i[2]] = __builtin_shufflevector(xy02, z02, 2, 3, 6, 7);
+  rows[i[3]] = __builtin_shufflevector(xy13, z13, 2, 3, 6, 7);
 }
 
 [[gnu::always_inline]] inline Lanes3 minus(const Lanes3& a, const Lanes3& b) {
@@ -123,6 +131,7 @@ struct RingPass {
   const Row *x, *v;
   double dashpot;
   Row *f, *gradient;
+  Lanes3* ring;  // scratch: the corners of a slice's ring
 
   // f += k (1 + (dashpot rate - L) / |d|) d, rate = d . w / |d|, w the difference of velocities.
   [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
@@ -138,31 +147,35 @@ struct RingPass {
     sum.z += pull * d.z;
   }
 
+  // The gradient is a third of the ring's area: cut into quads from its first corner, twice the
+  // area of each the product of its diagonals. The corners wait in memory, not in registers that
+  // the springs need; by parts, since compilers copy such a struct in small pieces.
   template <bool kGradient>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at, int degree) const {
     const Lanes3 p = gather(x, at.node.data()), u = gather(v, at.node.data());
-    Lanes3 sum = {}, area = {}, first = {}, before = {};
-    for (int j = at.first; j < at.first + degree; ++j) {
-      const Lanes3 d = minus(gather(x, rings.other[j].data()), p);
-      add_spring(j, d, u, sum);
-      if (!kGradient) continue;
-      if (j > at.first) {
-        add_cross(before, d, area);
-      } else {
-        first = d;
+    Lanes3 sum = {}, area = {};
+    for (int j = 0; j < degree; ++j) {
+      const Lanes3 d = minus(gather(x, rings.other[at.first + j].data()), p);
+      if (kGradient) {
+        ring[j].x = d.x;
+        ring[j].y = d.y;
+        ring[j].z = d.z;
       }
-      before = d;
+      add_spring(at.first + j, d, u, sum);
     }
-    if (kGradient) add_cross(before, first, area);
     for (int j = at.first + degree; j < at.first + 2 * degree; ++j) {
       add_spring(j, minus(gather(x, rings.other[j].data()), p), u, sum);
     }
-    for (int l = 0; l < at.count; ++l) {
-      f[at.node[l]] = Row{sum.x[l], sum.y[l], sum.z[l], 0.0};
-      if (kGradient) {
-        gradient[at.node[l]] = Row{area.x[l], area.y[l], area.z[l], 0.0} * (1.0 / 6.0);
-      }
+    scatter(sum, at.node.data(), f);
+    if (!kGradient) return;
+    for (int j = 3; j < degree; j += 2) {
+      add_cross(minus(ring[j - 1], ring[0]), minus(ring[j], ring[j - 2]), area);
     }
+    if (degree % 2) {
+      add_cross(minus(ring[degree - 2], ring[0]), minus(ring[degree - 1], ring[0]), area);
+    }
+    const Lanes3 third = {area.x * (1.0 / 6.0), area.y * (1.0 / 6.0), area.z * (1.0 / 6.0)};
+    scatter(third, at.node.data(), gradient);
   }
 
   // A degree known at compile time is worth a third of the time.
@@ -240,8 +253,10 @@ void ring_forces(const RingSprings& rings, const Rows& x, const Rows& v, double 
                  Rows* gradient) {
   f.resize(x.size());
   if (gradient) gradient->resize(x.size());
-  const RingPass pass{rings,   x.data(), v.data(),
-                      dashpot, f.data(), gradient ? gradient->data() : nullptr};
+  thread_local std::vector<Lanes3, AlignedAllocator<Lanes3>> ring;
+  if (!rings.slices.empty()) ring.resize(rings.slices.back().degree);  // the highest
+  Row* const to = gradient ? gradient->data() : nullptr;
+  const RingPass pass{rings, x.data(), v.data(), dashpot, f.data(), to, ring.data()};
   gradient ? gradient_pass(pass) : plain_pass(pass);
 }
 

@@ -11,9 +11,10 @@ namespace thew {
 /// The springs of a closed surface by node, in the order of the node's ring: first the edges, then
 /// the vertices opposite the ring's edges. Each spring is computed at both of its ends, which needs
 /// no scatter, and the differences along a ring give the gradient of the volume with no further
-/// load: dV/dx = 1/6 sum d_j x d_(j+1). Nodes of one degree go eight at a time, one a lane.
+/// load: dV/dx = 1/6 sum d_j x d_(j+1), twice the ring's area over 6. Nodes of one degree go four
+/// at a time, one a lane.
 struct RingSprings {
-  static constexpr int kLanes = 8;
+  static constexpr int kLanes = 4;  // AVX2 has the registers for four, not for eight
   using Lanes = double __attribute__((vector_size(8 * kLanes)));
   using Indices = std::array<int, kLanes>;
   struct Slice {

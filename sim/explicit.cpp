@@ -32,14 +32,16 @@ constexpr int kLookEvery = 12;  // substeps, for touches that may close before t
 
 // A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
 struct Touch {
+  Row normal;
   int node;
-  Vec3 normal;
   double from, way;     // m, the gap included
   double pushed = 0.0;  // N s so far, all along the normal
   double across = 0.0;  // m, part of the multiplier's direction that the plane bears
   double kick = 0.0;    // m/s, in this substep
   bool held = false;    // in this substep
+  bool shared = false;  // its node has another one
 };
+using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
 
 // Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
 // left inside a plane.
@@ -67,11 +69,11 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
   }
   const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
-  return {contact.node, normal, from, normal.dot(to_vec(after - before))};
+  return {to_row(normal), contact.node, from, normal.dot(to_vec(after - before))};
 }
 
-std::vector<Touch> touches_of(const Model& model, int m, double begin, const State& state) {
-  std::vector<Touch> touches;
+Touches touches_of(const Model& model, int m, double begin, const State& state) {
+  Touches touches;
   if (state.muscles[m].contacts.empty()) return touches;
   std::vector<double> joints;
   Pose pose_before;
@@ -80,6 +82,10 @@ std::vector<Touch> touches_of(const Model& model, int m, double begin, const Sta
   for (const Contact& contact : state.muscles[m].contacts) {
     const Vec3 node = to_vec(state.muscles[m].x[contact.node]);
     touches.push_back(touch_of(model, state, pose_before, contact, node));
+    const size_t last = touches.size() - 1;
+    if (last > 0 && touches[last - 1].node == contact.node) {  // they come by node
+      touches[last - 1].shared = touches[last].shared = true;
+    }
   }
   return touches;
 }
@@ -87,15 +93,15 @@ std::vector<Touch> touches_of(const Model& model, int m, double begin, const Sta
 // Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
 // as now.
 THEW_VECTORISED
-void look_for_near(double t, double frame, double span, const MuscleState& now,
-                   std::vector<Touch>& touches, std::vector<Touch*>& near) {
+void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
+                   std::vector<Touch*>& near) {
   near.clear();
   if (touches.empty()) return;
   Row most = {};
   for (const Row& v : now.v) most = v * v > most ? v * v : most;
   const double fastest = std::sqrt(sum3(most));
   for (Touch& touch : touches) {
-    const double open = dot3(to_row(touch.normal), now.x[touch.node]) - touch.from - t * touch.way;
+    const double open = dot3(touch.normal, now.x[touch.node]) - touch.from - t * touch.way;
     if (open < span * (2.0 * fastest + std::abs(touch.way) / frame)) near.push_back(&touch);
   }
 }
@@ -116,10 +122,9 @@ struct VolumeSums {
   double volume = 0.0;    // m^3
   double rate = 0.0;      // dV/dx . v, m^3/s
   double weighted = 0.0;  // dV/dx . d
-  double even = 0.0;      // dV/dx . dV/dx / m: the printed denominator
 };
 
-// v += h f / m; with `kVolume` also d and the sums, in the same pass.
+// v += h f / m; with `kVolume` also the sums, in the same pass.
 template <bool kVolume>
 [[gnu::always_inline]] inline VolumeSums kick_nodes(const Muscle& muscle, const Row& gravity,
                                                     double h, const Rows& target, double damping,
@@ -127,7 +132,7 @@ template <bool kVolume>
   const double guide = muscle.settings.guide;
   const bool has_path = muscle.shape.held.empty();
   const Row origin = now.x.empty() ? Row{} : now.x[0];
-  Row volume = {}, rate = {}, weighted = {}, even = {};
+  Row volume = {}, rate = {}, weighted = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     Row v = now.v[i];
     const double per_mass = 1.0 / muscle.mass[i];
@@ -142,14 +147,11 @@ template <bool kVolume>
     now.v[i] = v;
     if (!kVolume) continue;
     const Row g = now.gradient[i];
-    const Row d = now.weights[i] * per_mass * g;  // the weights are 0 where driven
-    now.direction[i] = d;
     volume += (now.x[i] - origin) * g;
     rate += v * g;
-    weighted += d * g;
-    if (!muscle.driven[i]) even += per_mass * (g * g);
+    weighted += now.mobility[i] * (g * g);
   }
-  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted), sum3(even)};  // V = x . dV/dx / 3
+  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted)};  // V = x . dV/dx / 3
 }
 
 THEW_VECTORISED
@@ -164,28 +166,47 @@ void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows
   kick_nodes<false>(muscle, gravity, h, target, muscle.settings.damping, now);
 }
 
+// The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
+// nodes, or only of those that two planes may bear a part of; a pass through memory is not free.
 THEW_VECTORISED
-void advance(double h, double lambda, MuscleState& now) {
-  if (lambda == 0.0) {
-    for (size_t i = 0; i < now.x.size(); ++i) now.x[i] += h * now.v[i];
-    return;
+void set_direction(bool whole, const std::vector<Touch*>& near, MuscleState& now) {
+  for (Touch* touch : near) {
+    if (touch->shared)
+      now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
   }
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    now.v[i] -= lambda * now.direction[i];
-    now.x[i] += h * now.v[i];
+  for (size_t i = 0; whole && i < now.x.size(); ++i) {
+    now.direction[i] = now.mobility[i] * now.gradient[i];
+  }
+}
+
+THEW_VECTORISED
+void advance(double h, double lambda, bool whole, MuscleState& now) {
+  const size_t count = now.x.size();
+  if (lambda == 0.0) {
+    for (size_t i = 0; i < count; ++i) now.x[i] += h * now.v[i];
+  } else if (whole) {
+    for (size_t i = 0; i < count; ++i) {
+      now.v[i] -= lambda * now.direction[i];
+      now.x[i] += h * now.v[i];
+    }
+  } else {
+    for (size_t i = 0; i < count; ++i) {
+      now.v[i] -= lambda * now.mobility[i] * now.gradient[i];
+      now.x[i] += h * now.v[i];
+    }
   }
 }
 
 // Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
 // on the multiplier no longer moves them across. True where there was one.
 THEW_VECTORISED
-bool close_contacts(double h, double t, double lambda, bool has_volume,
+bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole,
                     const std::vector<Touch*>& near, MuscleState& now, VolumeSums& sums) {
   bool closed = false;
   for (Touch* touch : near) {
     if (touch->held) continue;
     const int i = touch->node;
-    const Row n = to_row(touch->normal);
+    const Row n = touch->normal;
     Row v = now.v[i];
     if (lambda != 0.0) v -= lambda * now.direction[i];
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
@@ -194,25 +215,28 @@ bool close_contacts(double h, double t, double lambda, bool has_volume,
     touch->kick = -open / h;
     now.v[i] += touch->kick * n;
     if (!has_volume) continue;
+    const bool stored = whole || touch->shared;
     const double slope = dot3(n, now.gradient[i]);
-    touch->across = dot3(n, now.direction[i]);
+    touch->across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
     sums.rate += slope * touch->kick;
     sums.weighted -= slope * touch->across;
-    now.direction[i] -= touch->across * n;
+    if (stored) now.direction[i] -= touch->across * n;
   }
   return closed;
 }
 
-// Books what the planes gave: their own kicks, and what they bear of the multiplier's force.
+// Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
+// back beforehand where advance() goes along all of d.
 THEW_VECTORISED
-void release_contacts(double lambda, const Muscle& muscle, const std::vector<Touch*>& near,
-                      MuscleState& now) {
+void release_contacts(double lambda, bool whole, const Muscle& muscle,
+                      const std::vector<Touch*>& near, MuscleState& now) {
   Row impulse = {}, angular = {};
   for (Touch* touch : near) {
     if (!touch->held) continue;
     const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
     touch->pushed += given;
-    const Row push = given * to_row(touch->normal);
+    if (!whole) now.v[touch->node] += lambda * touch->across * touch->normal;
+    const Row push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
     touch->held = false;
@@ -220,6 +244,15 @@ void release_contacts(double lambda, const Muscle& muscle, const std::vector<Tou
   }
   now.impulse += to_vec(impulse);
   now.angular_impulse += to_vec(angular);
+}
+
+// Without the weights.
+double printed_denominator(const Muscle& muscle, const MuscleState& now) {
+  Row even = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (!muscle.driven[i]) even += 1.0 / muscle.mass[i] * (now.gradient[i] * now.gradient[i]);
+  }
+  return sum3(even);
 }
 
 double linear_lambda(double rest_volume, double h, double denominator, const VolumeSums& sums,
@@ -306,10 +339,12 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const int substeps = explicit_substeps(model, m, frame);
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
-  std::vector<Touch> touches = touches_of(model, m, time - frame, state);
+  Touches touches = touches_of(model, m, time - frame, state);
   now.x = now.start;
   now.gradient.resize(now.x.size());
   now.direction.resize(now.x.size());
+  now.mobility.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) now.mobility[i] = now.weights[i] / muscle.mass[i];
   RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length(now.rest_length.size());
   Rows target = now.target;
@@ -331,31 +366,39 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
     VolumeSums sums;
+    const bool exactly = method == VolumeMethod::kExactAlways ||
+                         (method == VolumeMethod::kExact && step == substeps);
+    const bool whole = removes || exactly;
     if (has_volume) {
       const double drag = removes ? 0.0 : muscle.settings.damping;
       sums = kick_with_volume(muscle, gravity, h, target, drag, now);
       if (step > 1) note_volume(muscle, sums.volume, now);
+      set_direction(whole, near, now);
       if (removes) keep_momentum(muscle, h, now, sums);
     } else {
       kick_plainly(muscle, gravity, h, target, now);
     }
-    const bool exactly = method == VolumeMethod::kExactAlways ||
-                         (method == VolumeMethod::kExact && step == substeps);
     double lambda = 0.0;
-    bool closed = close_contacts(h, t, 0.0, has_volume, near, now, sums);
+    bool closed = close_contacts(h, t, 0.0, has_volume, whole, near, now, sums);
     if (has_volume && !exactly) {  // contacts that this closes are the next substep's
       const bool printed = method == VolumeMethod::kPrinted;
+      const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
       lambda = method == VolumeMethod::kPenalty
                    ? h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle)
-                   : linear_lambda(muscle.rest_volume, h, printed ? sums.even : sums.weighted, sums,
-                                   now);
+                   : linear_lambda(muscle.rest_volume, h, denominator, sums, now);
+    }
+    // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
+    const bool looks_ahead = exactly && step == substeps && sums.weighted > 0.0;
+    for (int round = 0; looks_ahead && round < kContactRounds; ++round) {
+      lambda = linear_lambda(muscle.rest_volume, h, sums.weighted, sums, now);
+      if (!close_contacts(h, t, lambda, true, whole, near, now, sums)) break;
     }
     for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
       lambda = exact_lambda(muscle, h, now);
-      closed = step == substeps && close_contacts(h, t, lambda, true, near, now, sums);
+      closed = step == substeps && close_contacts(h, t, lambda, true, whole, near, now, sums);
     }
-    release_contacts(lambda, muscle, near, now);
-    advance(h, lambda, now);
+    release_contacts(lambda, whole, muscle, near, now);
+    advance(h, lambda, whole, now);
   }
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding

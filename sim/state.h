@@ -42,6 +42,7 @@ struct MuscleState : MuscleMotion {
   double moved = 0.0;  ///< m, the most that a node moved in the iteration before
   Rows base;           ///< what of the right-hand side stays the same in a step, N
   Rows forces, gradient, weighted, direction;
+  std::vector<double> mobility;  ///< weight over mass, 1/kg
   RowPairs pairs;
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m

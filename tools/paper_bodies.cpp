@@ -48,6 +48,8 @@ int Table2::explicit_substeps_of(const Model& model) {
   return static_cast<int>(std::ceil(std::sqrt(omega2) / (1.6 * model.scene.fps)));
 }
 
+const PaperView kBare{"", false, false}, kZone{"", true, true};
+
 PaperRun run_measured(const PaperReport& report, const std::string& scene,
                       std::vector<std::string> overrides, int last = 0) {
   PaperAsk ask;
@@ -102,16 +104,18 @@ FemBody twisted_fem(double angle, int steps, double penalty, bool& converged) {
 
 void cubes(PaperReport& report, Table2& table) {
   report.section(
-      "Cube twisted by 180° (figure 7) and under a local load",
+      "Cube twisted by 180° and 360° (figure 7) and under a local load",
       "Bottom fixed, top turned: conventional, volume-preserving, and linear finite elements "
       "with the penalty, which know no rotation and swell.");
-  const int last = report.quick ? 31 : 0;
-  const PaperRun none = run_measured(report, "cube_twist", {"solver.volume=none"}, last);
-  const PaperRun exact = run_measured(report, "cube_twist", {}, last);
+  const int half = report.quick ? 31 : 61;
+  PaperAsk ask{report.scenes / "cube_twist.toml", {}, report.quick ? half : 121, {half, 91}, true};
+  const PaperRun exact = run_scene(ask);
+  ask.overrides = {"solver.volume=none"};
+  const PaperRun none = run_scene(ask);
   report.done();
   table.add("cube twisted", exact, exact.seconds, "1e-5", "83.3");
   bool converged = false;
-  const double angle = kPi * (exact.frames.back() - 1) / 60.0;
+  const double angle = kPi * (half - 1) / 60.0;
   const FemBody fem = twisted_fem(angle, 1, 0.0, converged);  // linear: one step is all
   const FemBody held = twisted_fem(angle, report.quick ? 6 : 12, 1e4, converged);
   const double swelling = fem_volume(fem) / 0.008 - 1.0;
@@ -123,19 +127,32 @@ void cubes(PaperReport& report, Table2& table) {
     inverted += signed_volume(tetrahedra, tetrahedra.tetrahedra.back()) <= 0.0;
   }
   report.add(
-      {draw_run(none, false), draw_run(exact, false),
+      {draw_state(none.model, none.kept.at(half), kBare),
+       draw_state(exact.model, exact.kept.at(half), kBare),
        draw_surface(exact.model.scene, {fem.x, boundary(tetrahedra)})},
-      {"conventional, V/V0 = " + number(none.volume.back()), "volume-preserving",
+      {"conventional, V/V0 = " + number(none.volume.at(half - 1)), "volume-preserving",
        "linear FEM, V/V0 = " + number(1.0 + swelling) + ", " + std::to_string(inverted) +
            " inverted"},
       "figure7_cube.png",
       "Figure 7: the twisted cube. The finite elements without a penalty swell; with one of 1e4 Pa "
       "V/V0 is " +
           number(fem_volume(held) / 0.008) + (converged ? "." : ", not converged."));
+  if (!report.quick) {
+    report.add(
+        {draw_state(none.model, none.kept.at(91), kBare),
+         draw_state(exact.model, exact.kept.at(91), kBare)},
+        {"conventional, V/V0 = " + number(none.volume.at(90)), "volume-preserving"},
+        "figure7_cube_270.png",
+        "Turned on to 270°. A membrane does not meet itself: beyond 180° its walls go through "
+        "one another, and at 360° the cube stands as if untwisted. Its volume holds all the "
+        "way.");
+  }
   report.done();
   const PaperRun load = run_measured(report, "cube_load", {}, report.quick ? 9 : 0);
   table.add("cube, local load", load, load.seconds, "1e-4", "21.3");
-  report.add({draw_run(load, true)}, {"volume-preserving, local zone"}, "cube_load.png",
+  const State& pressed = load.state;
+  report.add({draw_state(load.model, pressed, {}), draw_state(load.model, pressed, kZone)},
+             {"volume-preserving, local zone", "the zone's weights"}, "cube_load.png",
              "Cube of 19,200 triangles under a ball.");
   report.done();
 }
@@ -150,6 +167,19 @@ Momentum momentum_of(const Muscle& muscle, const MuscleState& now) {
     const Vec3 p = muscle.mass[i] * to_vec(now.v[i]);
     out.linear += p;
     out.angular += to_vec(now.x[i]).cross(p);
+  }
+  return out;
+}
+
+// m by which each node moved out of the rest shape; the whole body's own way is not counted.
+std::vector<double> outward(const Muscle& muscle, const MuscleState& now) {
+  const std::vector<Vec3> normals = vertex_normals(muscle.rest);
+  const std::vector<Vec3>& rest = muscle.rest.vertices;
+  Vec3 way = Vec3::Zero();
+  for (size_t i = 0; i < rest.size(); ++i) way += (to_vec(now.x[i]) - rest[i]) / rest.size();
+  std::vector<double> out;
+  for (size_t i = 0; i < rest.size(); ++i) {
+    out.push_back(std::max(0.0, normals[i].dot(to_vec(now.x[i]) - rest[i] - way)));
   }
   return out;
 }
@@ -188,6 +218,7 @@ void cow(PaperReport& report, Table2& table) {
     scenes = *copy;
   }
   std::vector<Image> pictures;
+  std::vector<std::string> labels;
   double worst = 0.0;
   const int last = report.quick ? 16 : 0;
   for (const bool local : {false, true}) {
@@ -195,6 +226,7 @@ void cow(PaperReport& report, Table2& table) {
     ask.scene = scenes / "cow.toml";
     ask.measures = true;
     ask.last = last;
+    ask.keep = {std::min(17, report.quick ? last : 17)};  // pressed deepest
     if (!local) ask.overrides = {"muscle.cow.weights=even", "muscle.cow.damping=0"};
     const PaperRun run = run_scene(ask);
     const MuscleState& now = run.state.muscles[0];
@@ -204,12 +236,19 @@ void cow(PaperReport& report, Table2& table) {
     worst = std::max({worst, (gained.linear - now.impulse).norm() / size,
                       (gained.angular - now.angular_impulse).norm() / angular});
     table.add(local ? "cow, local zone" : "cow, global zone", run, run.seconds, "1e-4", "20.7");
-    ask.last = 17;  // pressed deepest
-    pictures.push_back(draw_run(report.quick ? run : run_scene(ask), true));
+    const State& pressed = run.kept.begin()->second;
+    PaperView bulge = kBare;
+    bulge.values = outward(run.model.muscles[0], pressed.muscles[0]);
+    const double most = *std::max_element(bulge.values.begin(), bulge.values.end());
+    pictures.push_back(draw_state(run.model, pressed, {}));
+    pictures.push_back(draw_state(run.model, pressed, bulge));
+    labels.push_back(local ? "local zone" : "global zone");
+    labels.push_back("what came out, " + number(1e3 * most, 2) + " mm at most");
     report.done();
   }
-  report.add(pictures, {"global zone", "local zone"}, "figure6_cow.png",
-             "Figure 6: the same ball, volume moved everywhere or near it.");
+  report.add(pictures, labels, "figure6_cow.png",
+             "Figure 6: the same ball, volume moved everywhere or near it. Colours: how far the "
+             "surface came out, without the ball, each to its own largest.");
   report.add({"Momentum of the free cow that the ball did not give, share of its impulse",
               number(worst, 2), "<= 1e-10", worst <= 1e-10, ""});
 }
@@ -222,7 +261,7 @@ void holes(PaperReport& report, Table2& table) {
   for (const char* scene : {"torus", "two_rings"}) {
     const PaperRun run = run_measured(report, scene, {}, report.quick ? 16 : 0);
     table.add(scene, run, run.seconds, "", "");
-    pictures.push_back(draw_run(run, false));
+    pictures.push_back(draw_state(run.model, run.state, kBare));
     report.done();
   }
   report.add(pictures, {"torus", "genus 2"}, "holes.png",
@@ -233,27 +272,62 @@ void finger(PaperReport& report, Table2& table) {
   report.section("Finger on a block (figures 2, 4 and 5)",
                  "Compressible, then with its volume moved everywhere, then in a zone that grows "
                  "with load and time.");
+  const int last = report.quick ? 16 : 61;
+  const std::vector<int> times =
+      report.quick ? std::vector<int>{6, 16} : std::vector<int>{6, 10, 16, 61};
+  PaperAsk ask{report.scenes / "finger.toml", {"solver.volume=none"}, last, times, true};
+  const PaperRun none = run_scene(ask);
+  report.done();
+  ask.overrides = {"muscle.finger.weights=even"};
+  const PaperRun global = run_scene(ask);
+  report.done();
+  ask.overrides = {};
+  const PaperRun local = run_scene(ask);
+  report.done();
+  table.add("finger, global", global, global.seconds, "", "");
+  table.add("finger, local", local, local.seconds, "", "");
+  const auto draw = [](const PaperRun& run, const PaperView& view) {
+    return draw_state(run.model, run.state, view);
+  };
+  report.add({draw(none, {}), draw(global, {}), draw(local, {})},
+             {"compressible, V/V0 = " + number(none.volume.back()), "global", "local"},
+             "figure2_finger.png", "Figure 2: the pressed finger.");
+  report.add({draw(global, kZone), draw(local, kZone)}, {"global: everywhere alike", "local"},
+             "figure4_zone.png",
+             "Figure 4: where the volume is moved, by weight: none, amber, crimson, most.");
   std::vector<Image> pictures;
-  LineChart zone{"Figure 5: radius of the zone", "mm", {}, {}, false, {}};
-  for (const char* overrides : {"solver.volume=none", "muscle.finger.weights=even", ""}) {
-    std::vector<std::string> set;
-    if (*overrides) set.push_back(overrides);
-    const PaperRun run = run_measured(report, "finger", set, report.quick ? 16 : 0);
-    pictures.push_back(draw_run(run, true));
-    if (set.empty()) {
-      zone.x = run.frames;
-      zone.lines.push_back({"local", run.zone_radius});
-      for (double& radius : zone.lines[0].values) radius *= 1e3;
-    }
-    if (!*overrides || overrides[0] == 'm') {
-      table.add(set.empty() ? "finger, local" : "finger, global", run, run.seconds, "", "");
-    }
-    report.done();
+  std::vector<std::string> labels;
+  for (const auto& [frame, state] : local.kept) {
+    pictures.push_back(draw_state(local.model, state, kZone));
+    labels.push_back("frame " + std::to_string(frame) + ", radius " +
+                     number(1e3 * state.muscles[0].zone_radius) + " mm");
   }
-  report.add(pictures, {"compressible", "global", "local"}, "figure2_finger.png",
-             "Figures 2 and 4: the pressed finger.");
-  report.add(zone, "figure5_zone.svg",
-             "The zone grows with the load and the time it acts, up to the user's threshold.");
+  report.add(pictures, labels, "figure5_zone.png",
+             "Figure 5: the zone grows with the load and the time that it acts.");
+  LineChart zone{"Figure 5: radius of the zone", "mm", local.frames, {}, false, {}};
+  zone.lines.push_back({"local", local.zone_radius});
+  for (double& radius : zone.lines[0].values) radius *= 1e3;
+  report.add(
+      zone, "figure5_zone.svg",
+      "By frame at 30 fps: pressed from frame 1 to 16, then held. It grows with the load and "
+      "the time that it acts, up to the user's threshold.");
+}
+
+// The last rows of the printed table 2, muscle by muscle.
+void add_muscle_rows(const PaperRun& bare, const PaperRun& skinned, PaperReport& report) {
+  const std::vector<int> kPrinted = {680, 520, 760, 760, 1064, 440, 280, 840, 680, 680, 660, 1380};
+  PaperTable table{"table2_muscles.csv",
+                   "Table 2, last rows: the muscles of the arm",
+                   "",
+                   {"muscle", "triangles", "printed", "error", "with skin", "printed"},
+                   {}};
+  for (size_t m = 0; m < bare.model.muscles.size(); ++m) {
+    const Muscle& muscle = bare.model.muscles[m];
+    table.rows.push_back({muscle.name, std::to_string(muscle.rest.triangles.size()),
+                          std::to_string(kPrinted.at(m)), number(bare.volume_errors[m], 2),
+                          number(skinned.volume_errors[m], 2), "1e-4"});
+  }
+  report.add(table);
 }
 
 void muscles(PaperReport& report, Table2& table) {
@@ -262,8 +336,10 @@ void muscles(PaperReport& report, Table2& table) {
       "One shortening with weights left, even and right; twelve muscles at an elbow of 130°.");
   const PaperRun three = run_measured(report, "three_muscles", {});
   table.add("three muscles", three, three.seconds, "", "");
-  report.add({draw_run(three, false)}, {"weights left, even, right, from above"},
-             "figure3_muscles.png", "Figure 3: the weights alone move the volume.");
+  report.add(
+      {draw_state(three.model, three.state, kBare), draw_state(three.model, three.state, kZone)},
+      {"from above: weights left, even, right", "the weights"}, "figure3_muscles.png",
+      "Figure 3: the weights alone move the volume.");
   report.done();
   PaperAsk ask;
   ask.scene = report.scenes / "../arm/arm.toml";
@@ -272,19 +348,22 @@ void muscles(PaperReport& report, Table2& table) {
   const PaperRun bare = run_scene(ask);
   table.add("12 muscles, elbow flexion", bare, bare.seconds, "1e-4", "32.34");
   report.done();
-  std::vector<Image> pictures;
-  for (const int frame : report.quick ? std::vector<int>{12} : std::vector<int>{1, 40, 60}) {
-    ask.overrides = {};
-    ask.last = std::max(frame, 2);
-    const PaperRun run = run_scene(ask);
-    pictures.push_back(draw_run(run, true, "muscles"));
-    pictures.push_back(draw_run(run, true, "skin"));
-    report.done();
-  }
+  ask.overrides = {};
+  ask.keep = report.quick ? std::vector<int>{12} : std::vector<int>{1, 40, 60};
+  const PaperRun skinned = run_scene(ask);
+  table.add("the same with their skin", skinned, skinned.seconds, "", "");
+  report.done();
+  add_muscle_rows(bare, skinned, report);
+  std::vector<Image> muscles, skin;
   std::vector<std::string> labels;
-  for (size_t i = 0; i < pictures.size(); ++i)
-    labels.push_back(i % 2 ? "with skin" : "without skin");
-  report.add(pictures, labels, "figure7_arm.png", "Figures 1, 7d, 7e: the arm.");
+  for (const auto& [frame, state] : skinned.kept) {
+    muscles.push_back(draw_state(skinned.model, state, {"muscles"}));
+    skin.push_back(draw_state(skinned.model, state, {"skin"}));
+    const int elbow = find_joint(skinned.model.skeleton, "elbow");
+    labels.push_back("elbow at " + number(state.joints.at(elbow) / kDegree) + "°");
+  }
+  report.add(muscles, labels, "figure7_arm.png", "Figures 1 and 7d: the arm without its skin.");
+  report.add(skin, labels, "figure7_arm_skin.png", "Figure 7e: the arm with its skin.");
 }
 
 }  // namespace
@@ -306,8 +385,9 @@ void paper_bodies(PaperReport& report) {
 }
 
 int paper_steps(bool quick) {
-  const int ball = 1 + (quick ? 3 * 8 + 3 * 8 + 8 : 7 * 8 + 7 * 8 + 3 * 8) + 3 + (quick ? 3 : 6);
-  return ball + 3 + 2 + 2 + 3 + 2 + (quick ? 1 : 3) + 1;
+  const int truth = quick ? 2 : 4, penalties = quick ? 3 : 6;
+  const int balls = quick ? 2 * (3 * 8 + 1) + 8 + 1 : 2 * (7 * 8 + 1) + 3 * 8 + 1;
+  return truth + balls + 1 + penalties + 3 + 2 + 2 + 3 + 3 + 1;  // cubes, cow, holes, finger, arm
 }
 
 }  // namespace thew

@@ -15,12 +15,6 @@
 namespace thew {
 namespace {
 
-std::vector<Vec3> points_of(const Rows& rows) {
-  std::vector<Vec3> points;
-  for (const Row& row : rows) points.push_back(to_vec(row));
-  return points;
-}
-
 double deepest_in_bones(const Model& model, const State& state) {
   double deepest = 0.0;
   for (size_t b = 0; b < model.bones.size(); ++b) {
@@ -44,18 +38,25 @@ void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
     const double ratio =
         enclosed_volume(run.state.muscles[m].x, muscle.rest.triangles) / muscle.rest_volume;
     if (m == 0) run.volume.push_back(ratio);
-    run.volume_error = std::max(run.volume_error, std::abs(ratio - 1.0));
+    run.volume_errors[m] = std::max(run.volume_errors[m], std::abs(ratio - 1.0));
+    run.volume_error = std::max(run.volume_error, run.volume_errors[m]);
   }
   run.zone_radius.push_back(run.state.muscles[0].zone_radius);
   if (ask.measures) {
     run.penetration = std::max(run.penetration, deepest_in_bones(run.model, run.state));
   }
   if (std::find(ask.keep.begin(), ask.keep.end(), frame) != ask.keep.end()) {
-    run.kept[frame] = points_of(run.state.muscles[0].x);
+    run.kept.emplace(frame, run.state);
   }
 }
 
 }  // namespace
+
+std::vector<Vec3> points_of(const Rows& rows) {
+  std::vector<Vec3> points;
+  for (const Row& row : rows) points.push_back(to_vec(row));
+  return points;
+}
 
 double cpu_seconds() {
   timespec now;
@@ -76,30 +77,41 @@ PaperRun run_scene(const PaperAsk& ask) {
   StageSeconds stages;
   run.state = initial_state(run.model);
   settle(run.model, one, run.state, [] { stop_if_interrupted(); });
+  run.volume_errors.assign(run.state.count(), 0.0);
   const int first = scene.first_frame, last = ask.last > 0 ? ask.last : scene.last_frame;
   note_frame(first, ask, run);
   for (int frame = first + 1; frame <= last; ++frame) {
     stop_if_interrupted();
     const double begin = cpu_seconds();
     step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
-    run.seconds += (cpu_seconds() - begin) / (last - first);
+    run.frame_seconds.push_back(cpu_seconds() - begin);
+    run.seconds += run.frame_seconds.back() / (last - first);
     note_frame(frame, ask, run);
+    for (const double push : run.state.muscles[0].push) {
+      run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
+    }
   }
   return run;
 }
 
 std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
                                 const std::function<void()>& on_run) {
-  std::vector<std::vector<double>> seconds(asks.size());
+  std::vector<std::vector<std::vector<double>>> frames(asks.size());  // by ask, frame, repetition
   for (int r = 0; r < repetitions; ++r) {
     for (size_t k = 0; k < asks.size(); ++k) {
-      seconds[k].push_back(run_scene(asks[k]).seconds);
+      const std::vector<double> seconds = run_scene(asks[k]).frame_seconds;
+      frames[k].resize(seconds.size());
+      for (size_t f = 0; f < seconds.size(); ++f) frames[k][f].push_back(seconds[f]);
       on_run();
     }
   }
-  std::vector<double> medians;
-  for (const auto& values : seconds) medians.push_back(median(values));
-  return medians;
+  std::vector<double> means;
+  for (const auto& by_frame : frames) {
+    double sum = 0.0;
+    for (const std::vector<double>& values : by_frame) sum += median(values);
+    means.push_back(sum / by_frame.size());
+  }
+  return means;
 }
 
 namespace {
@@ -113,22 +125,29 @@ SceneView view_of(const Scene& scene, const std::string& name) {
 
 }  // namespace
 
-Image draw_run(const PaperRun& run, bool bones, const std::string& view) {
-  const BakeInfo info = bake_info(run.model, {});
+Image draw_state(const Model& model, const State& state, const PaperView& view) {
+  const BakeInfo info = bake_info(model, {});
   std::vector<BakeMesh> meshes;
   std::vector<std::vector<Vec3>> positions;
   for (size_t i = 0; i < info.meshes.size(); ++i) {
-    const BakeMesh& mesh = info.meshes[i];
-    if (mesh.kind == BakeMesh::Kind::kBone && !bones) continue;
-    meshes.push_back(mesh);
-    const size_t muscles = run.model.muscles.size(), b = i - muscles;
-    positions.push_back(points_of(i < muscles                  ? run.state.muscles[i].x
-                                  : b < run.model.bones.size() ? run.state.bones[b].x
-                                                               : run.state.skin.x));
+    BakeMesh mesh = info.meshes[i];
+    if (mesh.kind == BakeMesh::Kind::kBone && !view.bones) continue;
+    const size_t muscles = model.muscles.size(), b = i - muscles;
+    if (i < muscles) {
+      mesh.weights = i == 0 && !view.values.empty() ? view.values : state.muscles[i].weights;
+      const double most = *std::max_element(mesh.weights.begin(), mesh.weights.end());
+      for (double& w : mesh.weights) w /= std::max(most, 1e-30);
+    }
+    meshes.push_back(std::move(mesh));
+    positions.push_back(points_of(i < muscles              ? state.muscles[i].x
+                                  : b < model.bones.size() ? state.bones[b].x
+                                                           : state.skin.x));
   }
-  const Scene& scene = run.model.scene;
+  const Scene& scene = model.scene;
+  SceneView seen = view_of(scene, view.name);
+  if (view.weights || !view.values.empty()) seen.show = "weights";
   Renderer renderer(scene.render.width, scene.render.height, meshes);
-  return renderer.draw(view_of(scene, view), positions);
+  return renderer.draw(seen, positions);
 }
 
 Image draw_surface(const Scene& scene, const TriMesh& mesh) {

@@ -19,30 +19,41 @@ double median(std::vector<double> values);
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {
   Model model;
-  State state;                ///< at the last frame
-  double seconds = 0.0;       ///< CPU, a frame, the mean of all
-  double volume_error = 0.0;  ///< |V/V0 - 1|, largest of all frames and bodies
-  double penetration = 0.0;   ///< m, largest of all frames: free nodes inside bones
+  State state;                        ///< at the last frame
+  double seconds = 0.0;               ///< CPU, a frame, the mean of all
+  double volume_error = 0.0;          ///< |V/V0 - 1|, largest of all frames and bodies
+  std::vector<double> volume_errors;  ///< the same by body
+  double penetration = 0.0;           ///< m, largest of all frames: free nodes inside bones
+  double pressing = 0.0;  ///< nodes of the first body that press on something, mean of frames
   std::vector<int> frames;
-  std::vector<double> volume;             ///< V/V0 of the first body by frame
-  std::vector<double> zone_radius;        ///< m, of the first body by frame
-  std::map<int, std::vector<Vec3>> kept;  ///< nodes of the first body at the asked frames
+  std::vector<double> volume;       ///< V/V0 of the first body by frame
+  std::vector<double> zone_radius;  ///< m, of the first body by frame
+  std::map<int, State> kept;        ///< at the asked frames
 };
 struct PaperAsk {
   std::filesystem::path scene;
   std::vector<std::string> overrides;
   int last = 0;           ///< frame; 0: the scene's own
-  std::vector<int> keep;  ///< frames whose nodes are kept
+  std::vector<int> keep;  ///< frames whose states are kept
   bool measures = false;  ///< penetration too; not to be timed
 };
 PaperRun run_scene(const PaperAsk& ask);
-/// Only timed, several scenes in turn: medians of CPU seconds a frame, one per ask.
+/// Only timed, several scenes in turn: CPU seconds a frame by ask, the mean over frames of each
+/// one's median over the repetitions (what else runs disturbs frames, not runs).
 std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
                                 const std::function<void()>& on_run);
 
-/// What the run looks like at its end, by the scene's first view (or `view`, by name); without
-/// bones where `bones` is false.
-Image draw_run(const PaperRun& run, bool bones, const std::string& view = "");
+std::vector<Vec3> points_of(const Rows& rows);
+
+/// What of a state is drawn.
+struct PaperView {
+  std::string name;      ///< of the scene's views, "" for the first
+  bool bones = true;     ///< drawn too
+  bool weights = false;  ///< muscles coloured by the weights that the volume is moved with,
+  std::vector<double> values =
+      {};  ///< or by these of the first one's nodes, scaled to their largest
+};
+Image draw_state(const Model& model, const State& state, const PaperView& view);
 /// The same view, another surface.
 Image draw_surface(const Scene& scene, const TriMesh& mesh);
 

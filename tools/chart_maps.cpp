@@ -273,7 +273,8 @@ const char* verdict_name(Verdict verdict) {
 std::vector<StabilityMap> run_maps(const MapAsk& ask) {
   const Body body = body_of(ask.scene);
   const double size = body.size.norm();
-  const fs::path folder = new_temporary_folder("maps");
+  const TemporaryFolder temporary("maps");
+  const fs::path& folder = temporary.path();
   write_obj(folder / "body.obj", "body", body.mesh);
   write_obj(folder / "box.obj", "box", paper_cube(4, false));
   write_durably(folder / "maps.urdf", rig_of(body));
@@ -300,30 +301,24 @@ std::vector<StabilityMap> run_maps(const MapAsk& ask) {
   std::mutex one_at_a_time;
   Parallel parallel(ask.threads);
   const size_t quantities = asked.size();
-  try {
-    for (size_t q = 0; q < quantities; ++q) {
-      for (size_t column = 0; column < asked[q].columns.size(); ++column) {
-        const Model model = model_of(folder, body, asked[q].name, asked[q].columns[column]);
-        parallel.each(static_cast<int>(methods.size()), [&](int k) {
-          StabilityMap& map = maps[k * quantities + q];
-          Rows finest;
-          for (size_t s = 0; s < map.steps.size(); ++s) {
-            Rows last;
-            MapCell& cell = map.cells[s][column];
-            cell = run_cell(model, methods[k], map.steps[s], size, last);
-            judge(finest, last, size, cell);
-            if (finest.empty()) finest = last;
-            const std::lock_guard lock(one_at_a_time);
-            ask.on_cell(++done, total);
-          }
-        });
-      }
+  for (size_t q = 0; q < quantities; ++q) {
+    for (size_t column = 0; column < asked[q].columns.size(); ++column) {
+      const Model model = model_of(folder, body, asked[q].name, asked[q].columns[column]);
+      parallel.each(static_cast<int>(methods.size()), [&](int k) {
+        StabilityMap& map = maps[k * quantities + q];
+        Rows finest;
+        for (size_t s = 0; s < map.steps.size(); ++s) {
+          Rows last;
+          MapCell& cell = map.cells[s][column];
+          cell = run_cell(model, methods[k], map.steps[s], size, last);
+          judge(finest, last, size, cell);
+          if (finest.empty()) finest = last;
+          const std::lock_guard lock(one_at_a_time);
+          ask.on_cell(++done, total);
+        }
+      });
     }
-  } catch (...) {
-    fs::remove_all(folder);
-    throw;
   }
-  fs::remove_all(folder);
   return maps;
 }
 

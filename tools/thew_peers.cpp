@@ -290,13 +290,13 @@ Json compare_arm(const std::string& scene) {
 }
 
 int run(const std::string& arm) {
-  const fs::path folder = new_temporary_folder("peers");
+  const TemporaryFolder temporary("peers");
+  const fs::path& folder = temporary.path();
   for (const char* name : {"ball.toml", "press.urdf", "box.obj"}) {
     fs::copy_file(own_asset(std::string("paper/") + name), folder / name);
   }
   Json out;
   for (const int parts : {10, 16, 22}) out["balls"].push_back(compare_ball(folder, parts));
-  fs::remove_all(folder);
   out["arm"] = compare_arm(arm);
   std::printf("%s\n", out.dump(2).c_str());
   return 0;

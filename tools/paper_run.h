@@ -21,6 +21,7 @@ struct PaperRun {
   Model model;
   State state;                        ///< at the last frame
   double seconds = 0.0;               ///< CPU, a frame, the mean of all
+  std::vector<double> frame_seconds;  ///< CPU, by frame after the first
   double volume_error = 0.0;          ///< |V/V0 - 1|, largest of all frames and bodies
   std::vector<double> volume_errors;  ///< the same by body
   double penetration = 0.0;           ///< m, largest of all frames: free nodes inside bones

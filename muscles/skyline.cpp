@@ -43,19 +43,25 @@ std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<c
   return order;
 }
 
+// A vector wider than the processor's registers lives in memory: halves fit AVX2's.
+inline Row load(const double* from) {
+  Row row;
+  __builtin_memcpy(&row, from, sizeof row);
+  return row;
+}
+
 // Sum of a[k] b[k] in a fixed order of eight lanes, whatever the processor's width.
 inline double dot(const double* a, const double* b, int count) {
-  RowPair sum = {};
+  Row low = {}, high = {};
   int k = 0;
   for (; k + 8 <= count; k += 8) {
-    RowPair u, v;
-    __builtin_memcpy(&u, a + k, sizeof u);
-    __builtin_memcpy(&v, b + k, sizeof v);
-    sum += u * v;
+    low += load(a + k) * load(b + k);
+    high += load(a + k + 4) * load(b + k + 4);
   }
   double tail = 0.0;
   for (; k < count; ++k) tail += a[k] * b[k];
-  return (((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]))) + tail;
+  const Row sum = low + high;
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + tail;
 }
 
 }  // namespace
@@ -125,26 +131,39 @@ bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineF
 THEW_VECTORISED
 void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b) {
   const int n = matrix.size();
+  const auto store = [](const Row& row, double* to) { __builtin_memcpy(to, &row, sizeof row); };
+  double* const x = b.empty() ? nullptr : reinterpret_cast<double*>(b.data());  // eight a node
   for (int i = 0; i < n; ++i) {
     const int first = matrix.first[i], count = i - first;
     const double* row = factor.values.data() + matrix.start[i];
-    const RowPair* x = b.data() + first;
-    RowPair even = b[i], odd = {};
+    const double* at = x + 8 * first;
+    Row even0 = load(x + 8 * i), even1 = load(x + 8 * i + 4), odd0 = {}, odd1 = {};
     int k = 0;
-    for (; k + 2 <= count; k += 2) {
-      even -= row[k] * x[k];
-      odd -= row[k + 1] * x[k + 1];
+    for (; k + 2 <= count; k += 2, at += 16) {
+      even0 -= row[k] * load(at);
+      even1 -= row[k] * load(at + 4);
+      odd0 -= row[k + 1] * load(at + 8);
+      odd1 -= row[k + 1] * load(at + 12);
     }
-    if (k < count) even -= row[k] * x[k];
-    b[i] = (even + odd) * factor.inverse_diagonal[i];
+    if (k < count) {
+      even0 -= row[k] * load(at);
+      even1 -= row[k] * load(at + 4);
+    }
+    store((even0 + odd0) * factor.inverse_diagonal[i], x + 8 * i);
+    store((even1 + odd1) * factor.inverse_diagonal[i], x + 8 * i + 4);
   }
   for (int i = n - 1; i >= 0; --i) {
     const int first = matrix.first[i], count = i - first;
     const double* row = factor.values.data() + matrix.start[i];
-    const RowPair xi = b[i] * factor.inverse_diagonal[i];
-    b[i] = xi;
-    RowPair* x = b.data() + first;
-    for (int k = 0; k < count; ++k) x[k] -= row[k] * xi;
+    const Row x0 = load(x + 8 * i) * factor.inverse_diagonal[i];
+    const Row x1 = load(x + 8 * i + 4) * factor.inverse_diagonal[i];
+    store(x0, x + 8 * i);
+    store(x1, x + 8 * i + 4);
+    double* at = x + 8 * first;
+    for (int k = 0; k < count; ++k, at += 8) {
+      store(load(at) - row[k] * x0, at);
+      store(load(at + 4) - row[k] * x1, at + 4);
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "muscles/volume.h"
+#include "rig/vectorise.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
@@ -14,6 +15,7 @@ constexpr double kNearness = 1.0;
 bool is_still(const Model& model) { return model.scene.solver.integrator == "quasi_static"; }
 
 // Directions of the springs at x times their rest lengths: the local step.
+THEW_VECTORISED
 void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
                      Rows& f) {
   const Springs& springs = muscle.springs;

@@ -111,8 +111,9 @@ void iterate_local_global(const Model& model, int m, State& state) {
   Rows& f = now.forces;
   f = now.base;
   add_projections(muscle, now.rest_length, now.x, f);
-  for (size_t i = 0; is_still(model) && i < f.size(); ++i)
-    f[i] += kNearness * muscle.mass[i] * now.x[i];
+  if (is_still(model)) {
+    for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
+  }
   // Contact, by alternating directions: the node is drawn to where it does not penetrate, `push`
   // being the accumulated multiplier over the stiffness.
   for (size_t c = 0; c < now.contacts.size(); ++c) {

@@ -11,8 +11,7 @@ constexpr double kReach = 0.03;        // m, flesh farther from the skin is not 
 constexpr double kStale = 3e-4;        // m of motion after which the flesh is looked up again
 constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
 constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
-constexpr double kFoldReach = 0.004;   // m between the walls of a fold
-constexpr double kFacing = -0.3;       // cosine between the normals of walls that face each other
+constexpr double kFoldReach = 0.006;   // m between the walls of a fold
 constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
 constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
 constexpr int kRounds = 10;            // of what is repeated until it holds
@@ -25,9 +24,9 @@ Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& p
 
 double squared(const std::array<double, 3>& b) { return b[0] * b[0] + b[1] * b[1] + b[2] * b[2]; }
 
-void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, SkinState& state) {
+void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Rows& x) {
   for (int k = 0; k < 3; ++k) {
-    state.x[model.surface.triangles[plane.triangle][k]] += to_row(plane.barycentric[k] * by);
+    x[model.surface.triangles[plane.triangle][k]] += to_row(plane.barycentric[k] * by);
   }
 }
 
@@ -44,7 +43,7 @@ ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int nod
     const Triangle& c = model.surface.triangles[t];
     if (c[0] == node || c[1] == node || c[2] == node) continue;
     const Row sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
-    if (to_vec(sum).dot(to_vec(state.normals[node])) > 3.0 * kFacing) continue;
+    if (to_vec(sum).dot(to_vec(state.normals[node])) > 0.0) continue;
     const ClosestPoint point =
         closest_on_triangle(model.surface, state.x, t, to_vec(state.x[node]));
     const double away = std::abs(point.distance);
@@ -153,14 +152,17 @@ void look_across(const SkinModel& model, SkinState& state) {
 }
 
 void part_folds(const SkinModel& model, SkinState& state) {
+  state.parted.assign(state.x.size(), Row{});
   for (const SkinFold& fold : state.folds) {
     const SkinPlane& wall = fold.wall;
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
     const Vec3 by = lack / (1.0 + squared(wall.barycentric)) * wall.normal;
+    state.parted[fold.node] += to_row(by);
+    push(model, wall, -by, state.parted);
     state.x[fold.node] += to_row(by);
-    push(model, wall, -by, state);
+    push(model, wall, -by, state.x);
   }
 }
 
@@ -168,7 +170,7 @@ void cover_triangles(const SkinModel& model, SkinState& state) {
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
-    push(model, cover, lack / squared(cover.barycentric) * cover.normal, state);
+    push(model, cover, lack / squared(cover.barycentric) * cover.normal, state.x);
   }
 }
 

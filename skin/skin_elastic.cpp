@@ -15,7 +15,7 @@ constexpr double kShortest = 0.1;         // of an edge's length, along its turn
 constexpr double kInwardPull = 0.05;      // weight of the flesh's pull on skin above its level
 constexpr double kSlack = 0.01;           // m above it at which the pull has faded
 constexpr double kLongestStep = 0.003;    // m, of one projection onto the level
-constexpr int kNormalRounds = 4;
+constexpr double kFirm = 0.006;           // m of fat that flesh does not press out of the way
 
 double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -35,7 +35,7 @@ DualQuaternion dual_quaternion(const Transform& motion) {
   return {turn.coeffs(), (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * turn).coeffs()};
 }
 
-// The skin's normals, averaged over a few rings so that no single triangle can turn one over.
+// The skin's normals, averaged over a ring so that no single triangle can turn one over.
 void find_normals(const SkinModel& model, SkinState& state) {
   Rows& normals = state.normals;
   std::fill(normals.begin(), normals.end(), Row{});
@@ -44,18 +44,20 @@ void find_normals(const SkinModel& model, SkinState& state) {
     const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
     for (int corner : t) normals[corner] += n;
   }
-  for (int round = 0;; ++round) {
+  const auto make_unit = [&] {
     for (Row& n : normals) {
       const double length = std::sqrt(dot(n, n));
       if (length > 0.0) n = n * (1.0 / length);
     }
-    if (round == kNormalRounds) return;
-    for (size_t i = 0; i < normals.size(); ++i) {
-      for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
-        normals[i] += normals[model.neighbours[k]];
-      }
+  };
+  make_unit();
+  state.own_normals = normals;
+  for (size_t i = 0; i < normals.size(); ++i) {
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      normals[i] += state.own_normals[model.neighbours[k]];
     }
   }
+  make_unit();
 }
 
 void relax_node(const SkinModel& model, SkinState& state, int i) {
@@ -83,11 +85,12 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
     const double lack = kShortest - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
     if (lack > 0.0) x += 0.5 * lack * e;
   }
+  const double firm = std::min(fat, kFirm);
   for (int round = 0; round < 2; ++round) {
     flesh = flesh_value(state.planes, i, to_vec(x), bridging);
-    if (!flesh.found || flesh.level >= fat) break;
+    if (!flesh.found || flesh.level >= firm) break;
     const Vec3 way = way_out(flesh, state.normals[i]);
-    x += to_row(std::min(climb(flesh, way, fat - flesh.level), kLongestStep) * way);
+    x += to_row(std::min(climb(flesh, way, firm - flesh.level), kLongestStep) * way);
   }
   state.x[i] = x;
 }
@@ -182,6 +185,7 @@ void ease(SkinState& state) {
 }
 
 void remember(const SkinModel& model, SkinState& state) {
+  constexpr double kLeastParted = 1e-7;  // m
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row d = state.x[i] - state.elastic[i];
     Row sum = model.anchor[i] * d;
@@ -189,11 +193,16 @@ void remember(const SkinModel& model, SkinState& state) {
       const int j = model.neighbours[k];
       sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
     }
-    // Flesh does not rub: of what the sweeps have left unbalanced, it bears the part along its way.
+    // Nothing rubs: of what the sweeps have left unbalanced, the flesh bears the part along its
+    // way, and the other wall of a fold what of the rest pulls the node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
     const Row way = flesh.found ? to_row(way_out(flesh, state.normals[i])) : Row{};
-    state.force[i] = turn_back(state.turns[i], dot(way, sum) * way);
+    Row force = dot(way, sum) * way;
+    const Row apart = state.parted[i] - dot(way, state.parted[i]) * way;
+    const double by = std::sqrt(dot(apart, apart));
+    if (by > kLeastParted) force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
+    state.force[i] = turn_back(state.turns[i], force);
     state.offset[i] = turn_back(state.turns[i], d);
     const Row led = state.x[i] - state.predicted[i];
     state.moved[i] = std::sqrt(dot(led, led));

@@ -66,16 +66,18 @@ struct SkinMotion {
 struct SkinState : SkinMotion {
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
-  Rows bound;      ///< carried by the bodies alone
-  Rows elastic;    ///< least elastic energy, without the flesh
-  Rows turned;     ///< e by neighbour
-  Rows normals;    ///< of the skin, evened out
-  Rows predicted;  ///< x before the passes
-  Rows looked;     ///< x when the flesh below was last looked up
+  Rows bound;        ///< carried by the bodies alone
+  Rows elastic;      ///< least elastic energy, without the flesh
+  Rows turned;       ///< e by neighbour
+  Rows own_normals;  ///< of the skin
+  Rows normals;      ///< the same, averaged with those around
+  Rows predicted;    ///< x before the passes
+  Rows looked;       ///< x when the flesh below was last looked up
   std::vector<Mat3> turns;
   FleshPlanes planes;
   std::vector<SkinPlane> covers;
   std::vector<SkinFold> folds;
+  Rows parted;  ///< m, by which the walls of folds were last moved apart
   std::vector<int> hints, nearby;
   RowPairs solution;
 };

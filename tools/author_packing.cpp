@@ -175,17 +175,24 @@ struct Room {
 
 constexpr double kThin = 6e-5;  // m^2: sections of tendon
 
-// Rounds off what sticks out from its neighbours round the ring, where borders meet at an angle;
-// tendons are nearly round.
-void round_off(Section& section) {
+// Rounds off what sticks out from its neighbours round the ring, measured by the section's own
+// ellipse, where borders meet at an angle; tendons are nearly round.
+void round_off(const SectionedMuscle& muscle, Section& section) {
   const size_t n = section.reach.size();
+  std::vector<double> own(n), share(n);
+  for (size_t k = 0; k < n; ++k) {
+    const double c = section.directions[k].dot(muscle.flat_along);
+    own[k] = 1.0 / std::sqrt(1.0 - (1.0 - 1.0 / (muscle.flat * muscle.flat)) * c * c);
+    share[k] = section.reach[k] / own[k];
+  }
   for (int pass = 0; pass < 6; ++pass) {
-    const std::vector<double> before = section.reach;
+    const std::vector<double> before = share;
     for (size_t k = 0; k < n; ++k) {
       const double mean = 0.5 * (before[(k + 1) % n] + before[(k + n - 1) % n]);
-      section.reach[k] = std::min(before[k], 1.02 * mean);
+      share[k] = std::min(before[k], 1.08 * mean);
     }
   }
+  for (size_t k = 0; k < n; ++k) section.reach[k] = share[k] * own[k];
   if (section.area > kThin) return;
   const double least = *std::min_element(section.reach.begin(), section.reach.end());
   for (double& reach : section.reach) reach = std::min(reach, 1.3 * least);
@@ -193,7 +200,7 @@ void round_off(Section& section) {
 
 // The first way out along each direction.
 template <typename Outside>
-void cast(const Outside& out, double least, Section& section) {
+void cast(const Outside& out, const SectionedMuscle& muscle, double least, Section& section) {
   for (size_t k = 0; k < section.reach.size(); ++k) {
     const Vec3& d = section.directions[k];
     double inside = 0.0, t = 0.0, value = out(section.centre);
@@ -208,7 +215,7 @@ void cast(const Outside& out, double least, Section& section) {
     }
     section.reach[k] = std::max(std::min(inside, section.limit[k]), least);
   }
-  round_off(section);
+  round_off(muscle, section);
 }
 
 // Out of what is in the way, by the slope of `out`.
@@ -250,14 +257,15 @@ double least_reach(const SectionedMuscle& muscle) {
   return 0.4 * std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
 }
 
-// Sections that have too little room press harder. `give`: most change of the radius in a pass.
+// Sections that have too little room press harder, yet not so hard that a neighbour loses its own:
+// what they lack goes to the muscle's other sections. `give`: most change of the radius in a pass.
 void press(double give, const SectionedMuscle& muscle, Section& section) {
   if (!section.belly) return;
   const double area = section.area * muscle.fill;
-  const double even = std::sqrt(area / kPi);
+  const double even = std::sqrt(area / (kPi * muscle.flat));
   const double pressure = std::sqrt(std::sqrt(area / area_of(section)));
   section.radius = std::clamp(section.radius * std::clamp(pressure, 1.0 - give, 1.0 + give),
-                              0.6 * even / std::sqrt(muscle.flat), 2.5 * even);
+                              0.6 * even, 1.4 * even);
 }
 
 void relax(size_t m, Packing& packing) {
@@ -265,11 +273,11 @@ void relax(size_t m, Packing& packing) {
   for (size_t i = 0; i < muscle.sections.size(); ++i) {
     Section& section = muscle.sections[i];
     const Room out(packing, m, i);
-    cast(out, least_reach(muscle), section);
+    cast(out, muscle, least_reach(muscle), section);
     const double tendon = std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
     const Vec3 push = way_in(out, section.centre, 0.7 * tendon);
     Vec3 pull = 0.3 * (section.wanted - section.centre);
-    if (section.belly) pull += 0.3 * (centroid_of(section) - section.centre);
+    if (section.belly) pull += 0.1 * (centroid_of(section) - section.centre);
     section.centre += push + (push.squaredNorm() > 0.0 ? 0.2 : 1.0) * pull;
     keep_in_plane(section);
     press(0.1, muscle, section);
@@ -355,7 +363,7 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
       // A centre that others have overrun would leave its ring no size.
       section.centre += way_in(out, section.centre, 0.5 * least_reach(muscle));
       keep_in_plane(section);
-      cast(out, 5e-4, section);
+      cast(out, muscle, 5e-4, section);
       if (!last) press(0.03, muscle, muscle.sections[i]);
     }
     for (PackingPose& pose : packing.poses) follow(muscle, m, pose);

@@ -73,7 +73,8 @@ Vec3 posed(const PosedSection& section, const Vec3& p) {
 
 void follow(const SectionedMuscle& muscle, size_t m, PackingPose& pose) {
   SectionedMuscle& there = pose.muscles[m];
-  there.flat = 1.0;
+  const Mat3& middle = pose.sections[m][muscle.sections.size() / 2].linear;
+  there.flat_along = (middle * muscle.flat_along).normalized();
   there.origin = pose.bend[muscle.origin_body] * muscle.origin;
   there.insertion = pose.bend[muscle.insertion_body] * muscle.insertion;
   for (size_t i = 0; i < muscle.sections.size(); ++i) {

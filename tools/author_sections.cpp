@@ -12,7 +12,7 @@ namespace {
 // 0 at the ends, 1 at `fullest`, with no other maximum; u in 0..1.
 double spindle(double u, double fullest) {
   const double t = std::clamp(u < fullest ? u / fullest : (1.0 - u) / (1.0 - fullest), 0.0, 1.0);
-  return 0.5 * t * t * (3.0 - 2.0 * t) + 0.5 * t * (2.0 - t);
+  return 0.25 * t * t * (3.0 - 2.0 * t) + 0.75 * t * (2.0 - t);
 }
 
 // Distances along the path.

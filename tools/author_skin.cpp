@@ -14,6 +14,7 @@ namespace thew {
 namespace {
 
 constexpr int kAround = 64, kRings = 78, kCapRings = 9;
+constexpr double kRoundest = 0.07;   // m, radius of the sharpest bump
 constexpr double kFat = 0.004;       // m, over muscle and bone
 constexpr double kOutermost = 0.13;  // m from the axis, where the search inwards begins
 
@@ -135,6 +136,18 @@ double reach_of(const Ray& ray, const Outside& outside) {
   return r;
 }
 
+// Fat rounds off what stands out: no bump of the skin is sharper than a ball of this radius (m).
+void round_bumps(double radius, std::vector<Ray>& rays) {
+  const std::vector<Ray> before = rays;
+  for (Ray& ray : rays) {
+    for (const Ray& other : before) {
+      const Vec3 beside =
+          other.origin - ray.origin + other.reach * (other.direction - ray.direction);
+      ray.reach = std::max(ray.reach, other.reach - beside.squaredNorm() / (2.0 * radius));
+    }
+  }
+}
+
 // The four nodes about one in the tube's grid; poles have a whole ring.
 void smooth(std::vector<Ray>& rays) {
   const size_t last = rays.size() - 1;
@@ -194,6 +207,7 @@ TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
     });
   }
   const std::vector<Triangle> triangles = ordered_tube(kAround, kRings);
+  round_bumps(kRoundest, rays);
   for (int pass = 0; pass < 60; ++pass) smooth(rays);
   for (int pass = 0; pass < 40 && keep_clear(below, mesh_of(rays, triangles), clearance, rays);
        ++pass) {

@@ -13,18 +13,22 @@ namespace thew {
 
 struct TestArm {
   struct Belly {
-    Vec3 origin, insertion;  ///< upper arm, forearm
-    Vec3 bulge;              ///< of the middle from the straight line, m
-    double radius, swelling; ///< m; relative growth at 130 degrees
+    Vec3 origin, insertion;   ///< upper arm, forearm
+    Vec3 bulge;               ///< of the middle from the straight line, m
+    double radius, swelling;  ///< m; relative growth at 130 degrees
   };
   std::vector<Belly> bellies = {
-      {{0.015, 0.28, 0.0}, {0.02, -0.04, 0.008}, {0.018, 0, 0}, 0.026, 0.27},    // biceps
-      {{0.012, 0.15, 0.0}, {0.012, -0.03, -0.003}, {0.006, 0, 0}, 0.017, 0.2},   // brachialis
-      {{-0.012, 0.29, 0.0}, {-0.022, 0.005, 0.0}, {-0.02, 0, 0}, 0.027, -0.1},   // triceps
-      {{0.004, 0.09, 0.022}, {0.012, -0.25, 0.012}, {0.004, 0, 0.016}, 0.015, 0.3},   // brachioradialis
-      {{0.004, 0.02, -0.026}, {0.004, -0.25, -0.012}, {0.01, 0, -0.006}, 0.015, 0.1}, // flexor
-      {{-0.008, 0.02, 0.026}, {-0.006, -0.26, 0.008}, {-0.01, 0, 0.012}, 0.013, 0.0}, // extensor
-      {{0.0, 0.01, 0.0}, {-0.008, -0.2, -0.01}, {-0.012, 0, -0.008}, 0.014, 0.0},     // flexor ulnaris
+      {{0.015, 0.28, 0.0}, {0.02, -0.04, 0.008}, {0.018, 0, 0}, 0.026, 0.27},   // biceps
+      {{0.012, 0.15, 0.0}, {0.012, -0.03, -0.003}, {0.006, 0, 0}, 0.017, 0.2},  // brachialis
+      {{-0.012, 0.29, 0.0}, {-0.022, 0.005, 0.0}, {-0.02, 0, 0}, 0.027, -0.1},  // triceps
+      {{0.004, 0.09, 0.022},
+       {0.012, -0.25, 0.012},
+       {0.004, 0, 0.016},
+       0.015,
+       0.3},  // brachioradialis
+      {{0.004, 0.02, -0.026}, {0.004, -0.25, -0.012}, {0.01, 0, -0.006}, 0.015, 0.1},  // flexor
+      {{-0.008, 0.02, 0.026}, {-0.006, -0.26, 0.008}, {-0.01, 0, 0.012}, 0.013, 0.0},  // extensor
+      {{0.0, 0.01, 0.0}, {-0.008, -0.2, -0.01}, {-0.012, 0, -0.008}, 0.014, 0.0},  // flexor ulnaris
   };
   static constexpr int kAround = 20, kRings = 17;
   Skeleton skeleton;
@@ -70,13 +74,15 @@ struct TestArm {
     const Belly& b = bellies[m];
     const Mat3 bend = rotation_about(Vec3::UnitZ(), degrees * kDegree);
     const Vec3 from = b.origin, to = bend * b.insertion;
-    const Mat3 half = rotation_about(Vec3::UnitZ(), (b.insertion.y() < -0.15 ? 0.6 : 0.15) * degrees * kDegree);
+    const Mat3 half =
+        rotation_about(Vec3::UnitZ(), (b.insertion.y() < -0.15 ? 0.6 : 0.15) * degrees * kDegree);
     const Vec3 along = (to - from).normalized();
     const Vec3 side = Vec3::UnitZ().cross(along).normalized(), up = along.cross(side);
     const double grown = 1.0 + b.swelling * degrees / 130.0;
     TriMesh mesh = spindle(0.0, 1.0, kAround, kRings, [](double, double) { return 1.0; });
     for (Vec3& p : mesh.vertices) {
-      const double u = p.y(), s = std::sin(M_PI * u), r = 0.0025 + (b.radius * grown - 0.0025) * s * s;
+      const double u = p.y(), s = std::sin(M_PI * u),
+                   r = 0.0025 + (b.radius * grown - 0.0025) * s * s;
       const Vec3 centre = from + u * (to - from) + s * (half * b.bulge);
       const bool pole = u <= 0.0 || u >= 1.0;
       p = centre + (pole ? 0.0 : r) * (p.x() * side - p.z() * up);
@@ -114,7 +120,8 @@ struct TestArm {
     std::vector<double> radius(kSkinAround * kSkinRings);
     for (int i = 0; i < kSkinRings; ++i) {
       for (int k = 0; k < kSkinAround; ++k) {
-        const double y = kFrom + (kTo - kFrom) * (i + 1) / (kSkinRings + 1), angle = 2 * M_PI * k / kSkinAround;
+        const double y = kFrom + (kTo - kFrom) * (i + 1) / (kSkinRings + 1),
+                     angle = 2 * M_PI * k / kSkinAround;
         double r = 0.1;
         for (double d = 1.0; d > 1e-4 && r > 0.012; r -= d) {
           d = 0.03;
@@ -142,7 +149,8 @@ struct TestArm {
       }
     }
     return spindle(kFrom, kTo, kSkinAround, kSkinRings, [&](double y, double angle) {
-      const int i = static_cast<int>(std::lround((y - kFrom) / (kTo - kFrom) * (kSkinRings + 1))) - 1;
+      const int i =
+          static_cast<int>(std::lround((y - kFrom) / (kTo - kFrom) * (kSkinRings + 1))) - 1;
       const int k = static_cast<int>(std::lround(angle / (2 * M_PI) * kSkinAround));
       const double end = std::min(i + 1, kSkinRings - i) / 4.0;  // rounded ends
       const double cap = end < 1.0 ? std::sqrt(1.0 - (1.0 - end) * (1.0 - end)) : 1.0;

@@ -4,7 +4,7 @@
 // One function compiled for several vector widths and chosen at load time. The bytes of its results
 // do not depend on the choice: kernels sum in fixed lanes, and contraction is off. Sanitizers
 // cannot see through the loader's choice, so they get the plain build.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(THEW_PLAIN_KERNELS)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(THEW_SANITIZED)
 #define THEW_VECTORISED \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else

@@ -41,6 +41,7 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
   BakeInfo info;
   info.scene_name = model.scene.name;
   info.scene_hash = model.hash;
+  info.part_hashes = model.part_hashes;
   info.scene_text = read_whole(model.scene.file, kLongestScene);
   info.fps = model.scene.fps;
   info.double_precision = model.scene.output.double_precision;

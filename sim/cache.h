@@ -25,7 +25,9 @@ struct BakeMesh {
 
 struct BakeInfo {
   std::string scene_name, scene_hash;
-  std::string scene_text;  ///< to say what differs when another scene is resumed; not packed
+  /// To say what differs when another scene is resumed; not packed.
+  std::string scene_text;
+  std::vector<std::pair<std::string, std::string>> part_hashes;
   double fps = 24.0;
   bool double_precision = false;
   std::vector<int> frames;  ///< those to be written, in order

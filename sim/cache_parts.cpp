@@ -86,6 +86,12 @@ json scene_as_json(const BakeInfo& info) {
           {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
 }
 
+json part_hashes(const BakeInfo& info) {
+  json parts = json::object();
+  for (const auto& [name, hash] : info.part_hashes) parts[name] = hash;
+  return parts;
+}
+
 // The first line in which two texts differ, for people: it may be one that no solver reads.
 std::string text_difference(const std::string& was, const std::string& is) {
   std::istringstream before(was), after(is);
@@ -102,10 +108,12 @@ std::string text_difference(const std::string& was, const std::string& is) {
   }
 }
 
-std::string mesh_differences(const json& was, const json& is) {
+// Of hashes by name; `before` and `after` go round each name.
+std::string hash_differences(const json& was, const json& is, const char* before = "",
+                             const char* after = "") {
   std::string names;
   const auto add = [&](const std::string& name, const char* what) {
-    names += (names.empty() ? "" : ", ") + ("mesh \"" + name + "\" " + what);
+    names += (names.empty() ? "" : ", ") + (before + name + after + " " + what);
   };
   for (const auto& [name, hash] : is.items()) {
     if (was.value(name, json()) != hash) add(name, was.contains(name) ? "has changed" : "is new");
@@ -164,6 +172,7 @@ BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& in
 
 std::string describe_scene(const BakeInfo& info) {
   json scene = scene_as_json(info);
+  scene["parts"] = part_hashes(info);
   scene["text"] = info.scene_text;
   return scene.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -183,14 +192,16 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
     const json other = there.value(key, json());
     if (other == value) continue;
     if (key == "meshes" && other.is_object()) {
-      add(mesh_differences(other, value));
+      add(hash_differences(other, value, "mesh \"", "\""));
     } else {
       add(key +
           (value.is_structured() ? " differ" : " was " + other.dump() + " and is " + value.dump()));
     }
   }
   if (differences.empty()) return true;
-  const json text = there.value("text", json());
+  // Parts that no mesh shows: an override, or a file that the scene names.
+  const json parts = there.value("parts", json()), text = there.value("text", json());
+  if (parts.is_object()) add(hash_differences(parts, part_hashes(info)));
   if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
   throw Error(ExitCode::kUsage,
               file.string() + ": these frames are of another scene: " + differences +

@@ -11,7 +11,7 @@
 #include "rig/mesh_import.h"
 #include "rig/urdf_import.h"
 #include "sim/character_rig.h"
-#include "sim/hash.h"
+#include "sim/model_hash.h"
 #include "sim/muscle_weights.h"
 
 namespace thew {
@@ -303,89 +303,6 @@ VolumeMethod volume_method(const std::string& word, bool is_explicit) {
   return VolumeMethod::kExact;
 }
 
-// Of all that the solver reads; pictures, bounds and outputs do not count.
-std::string solver_hash(const Model& model) {
-  Hash hash;
-  const auto number = [&](double value) { hash.add(&value, sizeof value); };
-  const auto list = [&](const std::vector<double>& values) {
-    number(static_cast<double>(values.size()));
-    hash.add(values.data(), values.size() * sizeof(double));
-  };
-  const auto points = [&](const std::vector<Vec3>& values) {
-    number(static_cast<double>(values.size()));
-    for (const Vec3& p : values) hash.add(p.data(), 3 * sizeof(double));
-  };
-  const auto faces = [&](const std::vector<Triangle>& triangles) {
-    number(static_cast<double>(triangles.size()));
-    hash.add(triangles.data(), triangles.size() * sizeof(Triangle));
-  };
-  const Scene& scene = model.scene;
-  hash.add("thew 0.1.0");
-  for (double value :
-       {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
-        1.0 * scene.first_frame, 1.0 * scene.solver.substeps, 1.0 * scene.solver.iterations,
-        1.0 * scene.contact.enabled, scene.contact.settings.margin,
-        scene.contact.settings.max_depth, scene.contact.settings.gap, scene.skin.settings.thickness,
-        scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
-        scene.skin.settings.fold_gap}) {
-    number(value);
-  }
-  hash.add(scene.solver.integrator);
-  hash.add(scene.solver.volume);
-  list(scene.clip.times);
-  for (size_t j = 0; j < scene.clip.joints.size(); ++j) hash.add(scene.clip.joints[j]);
-  for (const std::vector<double>& key : scene.clip.values) list(key);
-  number(static_cast<double>(scene.clip.interpolation));
-  const Skeleton& skeleton = model.skeleton;
-  for (int i = 0; i < skeleton.size(); ++i) {
-    number(skeleton.parent[i]);
-    hash.add(skeleton.joint_in_parent[i].data(), 16 * sizeof(double));
-    hash.add(skeleton.joint_axes[i].data(), 3 * sizeof(double));
-    number(static_cast<double>(skeleton.joint_types[i]));
-    hash.add(skeleton.joint_names[i]);
-  }
-  for (const Muscle& muscle : model.muscles) {
-    hash.add(muscle.name);
-    points(muscle.rest.vertices);
-    faces(muscle.rest.triangles);
-    for (const PathPoint& point : muscle.shape.path.points) {
-      number(point.body);
-      hash.add(point.position.data(), 3 * sizeof(double));
-    }
-    for (const WrapCylinder& wrap : muscle.shape.path.wraps) {
-      for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn})
-        number(value);
-      hash.add(wrap.centre.data(), 3 * sizeof(double));
-      hash.add(wrap.axis.data(), 3 * sizeof(double));
-    }
-    list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
-          muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,
-          muscle.settings.fibre_length, 1.0 * muscle.swells});
-    if (const auto& zone = muscle.settings.zone) {
-      list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
-    }
-    for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
-    list(muscle.shape.bulge);
-    if (!muscle.shape.held.empty()) {
-      hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
-      points(muscle.shape.offset);
-    }
-    list(muscle.weights);
-    list(muscle.mass);
-    list(muscle.springs.stiffness);
-  }
-  for (size_t b = 0; b < model.bones.size(); ++b) {
-    hash.add(&model.bones[b].body, sizeof(int));
-    points(model.bones[b].in_body.vertices);
-    faces(model.bones[b].in_body.triangles);
-  }
-  for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
-  for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
-  faces(model.skin.surface.triangles);
-  hash_character(model, hash);
-  return hash.hex();
-}
-
 }  // namespace
 
 Model build_model(const Scene& scene) {
@@ -414,7 +331,7 @@ Model build_model(const Scene& scene) {
   model.ignore = ignored_pairs(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
   if (scene.skin.skinned) build_skinned(model);
-  model.hash = solver_hash(model);
+  hash_model(model);
   return model;
 }
 

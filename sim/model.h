@@ -75,6 +75,8 @@ struct Model {
   /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
   std::vector<std::vector<char>> ignore;
   std::string hash;  ///< XXH3-128 of all that the solver reads, hex
+  /// The same by its parts, "clip" or "muscle \"biceps_long\"", to say which of them differ.
+  std::vector<std::pair<std::string, std::string>> part_hashes;
   std::vector<std::string> warnings;
 
   int colliders() const { return static_cast<int>(muscles.size() + bones.size()); }

@@ -7,7 +7,7 @@
 
 #include "rig/types.h"
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef THEW_SANITIZED
 // OSMesa 22.3 itself leaves 184 bytes behind with each context, destroyed or not.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so"; }
 #endif

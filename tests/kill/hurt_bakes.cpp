@@ -88,9 +88,6 @@ TEST_F(Hurt, ALimitOnTheSizeOfFilesIsTold) {
 }
 
 TEST_F(Hurt, AnErrorOfTheDiskIsTold) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer has to be loaded first";
-#endif
   const auto bake = [&](const fs::path& out, int at, bool on) {
     return BakeProcess(out, {"--no-render"},
                        [&] {

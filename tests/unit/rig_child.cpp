@@ -80,7 +80,7 @@ TEST_F(ChildTest, ACrashIsTold) {
              }),
              "crashed (Segmentation fault)");
   EXPECT_HAS(error_of([](std::string_view) -> std::string { _exit(0); }), "ended too soon");
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef THEW_SANITIZED
   EXPECT_HAS(error_of([](std::string_view) -> std::string { return {char(overflow(0))}; }),
              "crashed (Segmentation fault)");
 #endif
@@ -94,7 +94,7 @@ TEST_F(ChildTest, AHangIsEnded) {
 }
 
 TEST_F(ChildTest, MemoryHasItsLimit) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef THEW_SANITIZED
   GTEST_SKIP() << "a sanitizer ends the process itself";
 #endif
   std::vector<char> mine(std::size_t{600} << 20, 1);  // what the parent has does not count

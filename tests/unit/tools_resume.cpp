@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "sim/bake.h"
@@ -97,6 +98,14 @@ TEST_F(Resume, AnotherSceneIsRefusedWithWhatDiffers) {
   const size_t at = mesh.find("0.01000");
   write("scene/bone.obj", mesh.replace(at, 7, "0.01001"));
   EXPECT_HAS(refusal(), "mesh \"humerus\" has changed");
+  write("scene/bone.obj", mesh.replace(at, 7, "0.01000"));
+  for (const auto& [setting, part] : std::map<std::string, std::string>{
+           {"solver.iterations=7", ", a setting of scene, solver, contact or skin has changed;"},
+           {"rig.clip.interpolation=linear", ", the clip has changed;"},
+           {"muscle.side.f_max=201", ", muscle \"side\" has changed;"}}) {
+    options.overrides = {setting};
+    EXPECT_HAS(refusal(), part);
+  }
   EXPECT_EQ(bytes_of(options.out / "bake.parts/manifest.jsonl"), before);
 }
 

@@ -19,8 +19,7 @@ namespace thew {
 namespace {
 
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
-constexpr double kLongestRun = 40.0;  // s of CPU, of a run that refines an integrator
-constexpr int kTimedFrames = 24;      // at most, the first ones: a run of all is not repeated
+constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
 
 using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]
 
@@ -90,7 +89,8 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   return cpu_seconds() - begin;
 }
 
-void give_up_slow(const Scene& scene, const ChartSetting& reference, Chart& chart) {
+void give_up_slow(const Scene& scene, const ChartSetting& reference, double longest_run,
+                  Chart& chart) {
   const double most = kMostCost * first_frame(scene, reference);
   const auto refusal = [&](const ChartSetting& setting) {
     const double seconds = first_frame(scene, setting);
@@ -103,7 +103,7 @@ void give_up_slow(const Scene& scene, const ChartSetting& reference, Chart& char
   for (Refinement& refinement : chart.refinements) {
     if (refinement.settings.back() == reference) continue;
     const double seconds = frames * first_frame(scene, refinement.settings.back());
-    if (seconds <= kLongestRun) continue;
+    if (seconds <= longest_run) continue;
     refinement.failure = "given up: its finest run would take about " +
                          std::to_string(std::lround(seconds)) + " s of CPU";
   }
@@ -333,7 +333,7 @@ Chart run_chart(const ChartAsk& ask) {
   chart.points = points_of(chart_settings(scene), scene);
   chart.refinements = chart_refinements(limit);
   chart.reference = chart.refinements.front().settings.back();
-  give_up_slow(scene, chart.reference, chart);
+  give_up_slow(scene, chart.reference, ask.longest_run, chart);
 
   const int points = static_cast<int>(chart.points.size());
   int done = 0, total = (1 + ask.repetitions) * points;

@@ -67,6 +67,7 @@ struct ChartAsk {
   int last = 0;     ///< frame; 0: the scene's own
   int threads = 1;  ///< settings run side by side; those timed never do
   int repetitions = 3;
+  double longest_run = 40.0;  ///< s of CPU: what refines an integrator is given up beyond
   std::function<void(int done, int total)> on_step = [](int, int) {};
 };
 Chart run_chart(const ChartAsk& ask);

@@ -31,8 +31,8 @@ class ChildTest : public TempFolder {
   const std::filesystem::path file_ = write("some.file", "12 bytes long");
 };
 
-volatile int sink = 0;
-int overflow(int depth) {
+volatile unsigned sink = 0;  // which may overflow
+[[maybe_unused]] int overflow(int depth) {
   volatile char frame[1000] = {};
   frame[depth % 1000] = 1;
   return depth < 0 ? 0 : overflow(depth + 1) + frame[1];

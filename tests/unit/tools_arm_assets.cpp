@@ -2,6 +2,7 @@
 // The committed arm against its specification: the paper's table 2, published volumes and moment
 // arms, and its own source table.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -317,7 +318,8 @@ std::string bytes(const fs::path& file) {
 }
 
 TEST(ArmAssets, AuthorWritesTheCommittedBytesAgain) {
-  const fs::path folder = fs::path(testing::TempDir()) / "thew_arm_assets";
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("thew_arm_assets_" + std::to_string(getpid()));
   fs::remove_all(folder);
   write_arm(kArm / "muscles.csv", folder);
   int files = 0;

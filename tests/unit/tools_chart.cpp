@@ -49,14 +49,23 @@ TEST(Chart, SaysWhatFailed) {
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
 }
 
+// A sanitized build gives up what would take minutes; no other does, however slow the machine.
+#ifdef THEW_SANITIZED
+constexpr double kLongestRun = 3.0;
+#else
+constexpr double kLongestRun = 1e6;
+#endif
+
 TEST(Chart, OfOneMuscle) {
   ChartAsk ask{.scene = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml",
                .last = 6,
                .threads = 2,
-               .repetitions = 1};
+               .repetitions = 1,
+               .longest_run = kLongestRun};
   const Chart chart = run_chart(ask);
   ASSERT_EQ(chart.refinements.size(), 3u);
   for (const Refinement& refinement : chart.refinements) {  // of first order at least, to one limit
+    if (kLongestRun < 1e6 && refinement.failure.starts_with("given up")) continue;
     EXPECT_EQ(refinement.failure, "");
     ASSERT_EQ(refinement.order.size() + 2, refinement.settings.size());
     EXPECT_GT(refinement.order.back(), 0.9) << refinement.integrator;

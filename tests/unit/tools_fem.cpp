@@ -190,6 +190,9 @@ double bulge(int n) {
 }
 
 TEST(Fem, TheNeoHookeanBallConverges) {
+#ifdef THEW_SANITIZED
+  GTEST_SKIP() << "a minute there of what the tests above run as well";
+#endif
   const double coarse = bulge(2), middle = bulge(4), fine = bulge(6);
   EXPECT_LT(std::abs(fine - middle), 0.3 * std::abs(middle - coarse));
   EXPECT_LT(std::abs(fine - middle), 5e-3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
@@ -16,7 +17,8 @@ class ImageFile : public ::testing::Test {
  protected:
   ImageFile() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) / (std::string("thew_image_") + test->name());
+    folder_ = fs::path(::testing::TempDir()) /
+              ("thew_image_" + std::to_string(getpid()) + "_" + test->name());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

@@ -258,8 +258,9 @@ TEST(Renderer, MusclesWithoutCoordinatesOrWeightsAreDrawn) {
 
 TEST(Renderer, RefusesSizesAndViewsThatCannotBe) {
   const std::vector<BakeMesh> none;
-  for (const auto& [w, h] : {std::array{15, 100}, {100, 15}, {8193, 100}, {100, 8193}, {-1, 0}}) {
-    EXPECT_EQ(code_of([&] { Renderer renderer(w, h, none); }), ExitCode::kUsage) << w << " " << h;
+  for (const auto& size : {std::array{15, 100}, {100, 15}, {8193, 100}, {100, 8193}, {-1, 0}}) {
+    EXPECT_EQ(code_of([&] { Renderer renderer(size[0], size[1], none); }), ExitCode::kUsage)
+        << size[0] << " " << size[1];
   }
   Renderer smallest(16, 16, none);
   EXPECT_EQ(smallest.draw(view_of("skin"), {}).rgb.size(), 3ul * 16 * 16);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -164,7 +165,8 @@ std::string bytes_of(const fs::path& file) {
 }
 
 TEST(ReportHtml, CarriesThePictureAndIsWritten) {
-  const fs::path folder = fs::path(testing::TempDir()) / "thew_report";
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("thew_report_" + std::to_string(getpid()));
   fs::remove_all(folder);
   fs::create_directories(folder);
   for (std::string png : {"1", "12", "123", "1234"}) {

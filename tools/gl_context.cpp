@@ -10,6 +10,7 @@
 #ifdef THEW_SANITIZED
 // OSMesa 22.3 itself leaves 184 bytes behind with each context, destroyed or not.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so"; }
+extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
 #endif
 
 namespace thew {

@@ -35,14 +35,14 @@ TEST(Refinement, StrainEnergyStaysWithinTwoPercent) {
   struct Strain {
     double x, y;
   };
-  for (const auto& [x, y] : {Strain{0.02, 0.0}, Strain{0.0, 0.02}, Strain{0.02, 0.02}}) {
+  for (const Strain& by : {Strain{0.02, 0.0}, Strain{0.0, 0.02}, Strain{0.02, 0.02}}) {
     for (bool fibrous : {false, true}) {
       TriMesh mesh = spindle(24, 23);
       double energy[2];
       for (double& e : energy) {
         const std::vector<Vec3> fibres(fibrous ? mesh.vertices.size() : 0, Vec3::UnitY());
         e = energy_of(mesh, fibres, {.bending = 0.0}, [&](const Vec3& p) {
-          return Vec3(p.x() * (1 + x), p.y() * (1 + y), p.z() * (1 + x));
+          return Vec3(p.x() * (1 + by.x), p.y() * (1 + by.y), p.z() * (1 + by.x));
         });
         mesh = subdivided(mesh);
       }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The command for AArch64, to run on this machine: tests/determinism/aarch64.sh FOLDER
-# Debian's packages for it go into FOLDER/root, not into the system; FOLDER/thew runs it by qemu.
+# hash_bake for AArch64, to run on this machine: tests/determinism/aarch64.sh FOLDER
+# Debian's packages for it go into FOLDER/root, not into the system; FOLDER/hash_bake runs it by qemu.
 set -euo pipefail
 source=$(cd -P -- "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../.." >/dev/null && pwd)
 for program in apt-get aarch64-linux-gnu-g++ qemu-aarch64-static; do
@@ -53,10 +53,11 @@ cmake -S "$source" -B build -G Ninja -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PR
   -DCMAKE_SYSROOT="$here/root" -DCMAKE_FIND_ROOT_PATH="$here/root" \
   -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER -DCMAKE_FIND_ROOT_PATH_MODE_PACKAGE=ONLY \
   -DCMAKE_FIND_ROOT_PATH_MODE_LIBRARY=ONLY -DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY \
-  -DCMAKE_LIBRARY_ARCHITECTURE=aarch64-linux-gnu -DHDF5_C_LIBRARY_hdf5="$hdf5" -DTHEW_TESTS=OFF
-cmake --build build --target thew
-cat >thew <<END
+  -DCMAKE_LIBRARY_ARCHITECTURE=aarch64-linux-gnu -DHDF5_C_LIBRARY_hdf5="$hdf5" \
+  -DTHEW_TOOLS=OFF -DTHEW_TESTS=OFF
+cmake --build build --target hash_bake
+cat >hash_bake <<END
 #!/bin/sh
-exec qemu-aarch64-static -L "$here/root" "$here/build/tools/thew" "\$@"
+exec qemu-aarch64-static -L "$here/root" "$here/build/tests/determinism/hash_bake" "\$@"
 END
-chmod +x thew
+chmod +x hash_bake

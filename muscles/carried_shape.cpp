@@ -244,6 +244,31 @@ double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) 
   return std::max(1.0 + shape.stretch_rate[node] * pose.change, 0.2);
 }
 
+namespace {
+
+// Where a node is carried to: the curve's point there, its frame, and the node's place in it.
+struct CarriedNode {
+  CurvePoint at;
+  Vec3 offset;
+};
+CarriedNode carry_node(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
+                       int i) {
+  const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
+  double g = 1.0;
+  if (shape.stretch_rate[i] > 0.0) {
+    const double swelling = 1.0 / stretch_at(shape, pose, i) - 1.0;
+    if (swell) g = std::sqrt(std::max(1.0 + shape.bulge[i] * swelling, 0.04));
+    if (scale != 1.0) {
+      const double u = belly_coordinate(shape, i);
+      g *= 1.0 + (scale - 1.0) * (smoothstep(0.0, 0.15, u) * smoothstep(0.0, 0.15, 1.0 - u));
+    }
+  }
+  const Vec3& o = shape.offset[i];
+  return {interpolate(pose.curve, s / pose.path_length), Vec3(o.x(), g * o.y(), g * o.z())};
+}
+
+}  // namespace
+
 void carried_positions(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
                        Rows& positions) {
   const int nodes = static_cast<int>(shape.along.size());
@@ -254,18 +279,34 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, doubl
   }
   if (!shape.held.empty()) return;
   for (int i = 0; i < nodes; ++i) {
-    const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
-    const CurvePoint at = interpolate(pose.curve, s / pose.path_length);
-    double g = 1.0;
-    if (shape.stretch_rate[i] > 0.0) {
-      const double swelling = 1.0 / stretch_at(shape, pose, i) - 1.0;
-      if (swell) g = std::sqrt(std::max(1.0 + shape.bulge[i] * swelling, 0.04));
-      const double middle = smoothstep(0.0, 0.15, belly_coordinate(shape, i)) *
-                            smoothstep(0.0, 0.15, 1.0 - belly_coordinate(shape, i));
-      g *= 1.0 + (scale - 1.0) * middle;
-    }
-    const Vec3& o = shape.offset[i];
-    positions[i] = to_row(at.point + at.frame * Vec3(o.x(), g * o.y(), g * o.z()));
+    const CarriedNode node = carry_node(shape, pose, scale, swell, i);
+    positions[i] = to_row(node.at.point + node.at.frame * node.offset);
+  }
+}
+
+std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                                  const Rows& x) {
+  std::vector<Vec3> offsets;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const CarriedNode node = carry_node(shape, pose, 1.0, swell, static_cast<int>(i));
+    offsets.push_back(node.at.frame.inverse() * (to_vec(x[i]) - node.at.point) - node.offset);
+  }
+  return offsets;
+}
+
+void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                        const CarriedProfile& profile, Rows& positions) {
+  const int nodes = static_cast<int>(shape.along.size());
+  const std::vector<double>& knots = profile.change;
+  const auto after = std::upper_bound(knots.begin(), knots.end(), pose.change);
+  const size_t high = std::min<size_t>(after - knots.begin(), knots.size() - 1);
+  const size_t low = after == knots.begin() ? high : after - knots.begin() - 1;
+  const double t = low < high ? (pose.change - knots[low]) / (knots[high] - knots[low]) : 0.0;
+  positions.resize(nodes);
+  for (int i = 0; i < nodes; ++i) {
+    const CarriedNode node = carry_node(shape, pose, 1.0, swell, i);
+    const Vec3 more = (1.0 - t) * profile.offset[low][i] + t * profile.offset[high][i];
+    positions[i] = to_row(node.at.point + node.at.frame * (node.offset + more));
   }
 }
 

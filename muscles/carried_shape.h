@@ -66,6 +66,19 @@ double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);
 void carried_positions(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
                        Rows& positions);
 
+/// What a muscle was measured to differ from its carried shape by, in the curve's frames: by knot,
+/// knots by rising change of the path. Linear between knots, constant beyond them.
+struct CarriedProfile {
+  std::vector<double> change;             ///< m
+  std::vector<std::vector<Vec3>> offset;  ///< [knot][node], m
+};
+/// The offsets of one knot, from nodes at x.
+std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                                  const Rows& x);
+/// The carried shape with its profile (one knot at least) upon it. Not for held shapes.
+void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                        const CarriedProfile& profile, Rows& positions);
+
 /// Axis coordinate 0..1 along the belly (clamped), where weights are given.
 double belly_coordinate(const CarriedShape& shape, int node);
 

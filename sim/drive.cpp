@@ -30,14 +30,18 @@ void drive_bones(const Model& model, double time, State& state) {
   const Pose before = state.pose;
   forward_kinematics(model.skeleton, state.joints, state.pose);
   if (model.character) drive_character(model, time, state);
+  const bool anew = before.size() != state.pose.size() || state.taken_back;
+  state.taken_back = false;
+  state.body_moved.assign(state.pose.size(), 1);
+  for (size_t b = 0; b < state.pose.size() && !anew; ++b) {
+    state.body_moved[b] = before[b].matrix() != state.pose[b].matrix();
+  }
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     const Transform& place = state.pose[bone.body];
-    const bool still =
-        before.size() == state.pose.size() && before[bone.body].matrix() == place.matrix();
     BoneState& now = state.bones[b];
     now.moved = 0.0;
-    if (still) continue;
+    if (!state.body_moved[bone.body]) continue;
     double squared = 0.0;
     for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
       const Row x = to_row(place * bone.in_body.vertices[i]), d = x - now.x[i];
@@ -117,7 +121,10 @@ void keep_pushes(MuscleState& now) {
 
 void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   if (!model.scene.contact.enabled) return;
-  refit_muscles(model, parallel, state);
+  parallel.each(state.count(), [&](int m) {
+    if (state.muscles[m].level == Level::kAsleep) return;
+    refit_bvh(model.muscles[m].surface, state.muscles[m].x, state.muscles[m].bvh);
+  });
   std::vector<Collider> colliders = colliders_of(model, state);
   for (size_t c = 0; c < colliders.size(); ++c) {
     Rows& searched = c < state.muscles.size() ? state.muscles[c].searched
@@ -126,6 +133,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   }
   parallel.each(state.count(), [&](int m) {
     MuscleState& now = state.muscles[m];
+    if (!has_forces(now.level)) return;
     now.contacts_before.swap(now.contacts);
     now.push_before.swap(now.push);
     now.pressing.clear();

@@ -110,7 +110,7 @@ std::optional<Trouble> find_bad_node(const Model& model, double h, double extent
   const MuscleState& now = state.muscles[m];
   const double reach = kBox * extent;
   // From rest to rest there is no speed, only a number or none.
-  const bool still = model.scene.solver.integrator == "quasi_static";
+  const bool still = is_quasi_static(model, m);
   const double fastest = still ? 1e300 : extent / h;
   for (size_t i = 0; i < now.x.size(); ++i) {
     const int node = static_cast<int>(i);
@@ -197,8 +197,10 @@ void take_back(State& state) {
   for (MuscleState& muscle : state.muscles) {
     static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
     muscle.searched.clear();  // the next search knows of no motion
+    muscle.shaped = false;
   }
   static_cast<SkinMotion&>(state.skin) = state.skin_before;
+  state.taken_back = true;
 }
 
 std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
@@ -207,6 +209,7 @@ std::optional<Trouble> find_trouble(const Model& model, double h, const State& s
     if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
   }
   for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers
+    if (!has_forces(state.muscles[m].level)) continue;
     if (auto trouble = find_bad_shape(model, h, state, m)) return trouble;
   }
   return {};

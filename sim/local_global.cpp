@@ -12,8 +12,6 @@ namespace {
 // holds a body, and leaves the rest where it is.
 constexpr double kNearness = 1.0;
 
-bool is_still(const Model& model) { return model.scene.solver.integrator == "quasi_static"; }
-
 // Directions of the springs at x times their rest lengths: the local step.
 THEW_VECTORISED
 void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
@@ -59,7 +57,7 @@ double dot(const Rows& a, const Rows& b) {
 void begin_local_global(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const bool still = is_still(model);
+  const bool still = is_quasi_static(model, m);
   const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
   const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
   const Row gravity = to_row(model.scene.gravity);
@@ -108,10 +106,11 @@ void iterate_local_global(const Model& model, int m, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const double gap = model.scene.contact.settings.gap;
+  now.node_iterations += static_cast<std::int64_t>(now.x.size());
   Rows& f = now.forces;
   f = now.base;
   add_projections(muscle, now.rest_length, now.x, f);
-  if (is_still(model)) {
+  if (is_quasi_static(model, m)) {
     for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
   }
   // Contact, by alternating directions: the node is drawn to where it does not penetrate, `push`

@@ -122,11 +122,22 @@ void spread_weights(const Rows& x, Muscle& muscle) {
   muscle.weight_floor = tame_weights(muscle.weights, share, muscle.driven, kMostShare);
 }
 
+std::vector<int> bodies_of(const CarriedShape& shape) {
+  std::set<int> bodies;
+  for (const PathPoint& point : shape.path.points) bodies.insert(point.body);
+  for (const WrapCylinder& wrap : shape.path.wraps) bodies.insert(wrap.body);
+  for (int body : shape.held) {
+    if (body >= 0) bodies.insert(body);
+  }
+  return {bodies.begin(), bodies.end()};
+}
+
 // Springs, masses, weights: what follows from mesh, carried shape and driven nodes.
 void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& imported,
                      const std::string& place, Muscle& muscle) {
   const SpringMaterial& material = muscle.settings.material;
   for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
+  muscle.bodies = bodies_of(muscle.shape);
   muscle.springs = make_springs(muscle.rest, fibres, material);
   muscle.rings = make_ring_springs(muscle.rest.triangles,
                                    static_cast<int>(muscle.rest.vertices.size()), muscle.springs);

@@ -10,6 +10,7 @@
 #include "muscles/skyline.h"
 #include "muscles/springs.h"
 #include "rig/character.h"
+#include "sim/fidelity.h"
 #include "sim/scene.h"
 #include "skin/contact.h"
 #include "skin/skin_layer.h"
@@ -28,6 +29,7 @@ struct Muscle {
   RingSprings rings;         ///< the same by node, for explicit steps
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
+  std::vector<int> bodies;  ///< that move it, each once
   std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
   double weight_floor = 0.0;    ///< added to all, where the authored lie on too few nodes
   bool swells = true;           ///< the target shape; else the weights alone
@@ -74,6 +76,8 @@ struct Model {
   VolumeMethod volume = VolumeMethod::kExact;
   /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
   std::vector<std::vector<char>> ignore;
+  /// Where the scene gives a tolerance: what was chosen (fidelity_planner.h).
+  std::optional<Fidelity> fidelity;
   std::string hash;  ///< XXH3-128 of all that the solver reads, hex
   /// The same by its parts, "clip" or "muscle \"biceps_long\"", to say which of them differ.
   std::vector<std::pair<std::string, std::string>> part_hashes;

@@ -63,6 +63,10 @@ void hash_model(Model& model) {
   }
   hash.add(scene.solver.integrator);
   hash.add(scene.solver.volume);
+  if (const auto& tolerance = scene.solver.tolerance) {
+    hash.add("tolerance");
+    list({tolerance->position, tolerance->volume});
+  }
   hash.end_part("a setting of scene, solver, contact or skin", model);
   list(scene.clip.times);
   for (size_t j = 0; j < scene.clip.joints.size(); ++j) hash.add(scene.clip.joints[j]);

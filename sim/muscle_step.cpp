@@ -159,6 +159,11 @@ void see(MuscleState& state) {
 bool is_solved(const Model& model, int iterations, const State& state) {
   constexpr double kRest = 1e-8;  // m
   constexpr int kMost = 20000;
+  if (model.fidelity) {
+    const auto& all = model.fidelity->muscles;
+    return std::all_of(all.begin(), all.end(),
+                       [&](const auto& muscle) { return iterations >= muscle.iterations; });
+  }
   if (iterations < model.scene.solver.iterations) return false;
   if (model.scene.solver.integrator != "quasi_static") return true;
   for (int m = 0; m < state.count(); ++m) {

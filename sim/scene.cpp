@@ -177,6 +177,26 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.skin.skinned = false;
 }
 
+// What is beyond them no choice of ours can promise.
+constexpr Range kPositionTolerance{1e-6, 1.0}, kVolumeTolerance{1e-12, 1.0};
+
+void read_tolerance(TomlValue& solver, TomlValue& table, Scene& scene) {
+  for (const char* key : {"integrator", "substeps", "iterations"}) {
+    if (const TomlValue* other = find(solver, key)) {
+      refuse(*other, "remove it, or the tolerance at " + table.place,
+             ", but a tolerance chooses it for each muscle");
+    }
+  }
+  if (const TomlValue* volume = find(solver, "volume"); volume && volume->text != "exact") {
+    refuse(*volume, "give \"exact\", or remove the tolerance at " + table.place,
+           ", which holds no tolerance");
+  }
+  auto& tolerance = scene.solver.tolerance.emplace();
+  tolerance.place = table.place;
+  tolerance.position = length_of(require(table, "position"), kPositionTolerance);
+  read(table, "volume", tolerance.volume, kVolumeTolerance);
+}
+
 void read_solver(TomlValue& table, Scene& scene) {
   scene.solver.place = table.place;
   read(table, "integrator", scene.solver.integrator,
@@ -185,6 +205,7 @@ void read_solver(TomlValue& table, Scene& scene) {
        {"none", "penalty", "printed", "linear", "exact", "exact_always"});
   read(table, "substeps", scene.solver.substeps, 1, 1000000);
   read(table, "iterations", scene.solver.iterations, 1, 10000);
+  if (TomlValue* tolerance = find(table, "tolerance")) read_tolerance(table, *tolerance, scene);
 }
 
 void read_contact(TomlValue& table, Scene& scene) {

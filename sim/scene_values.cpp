@@ -2,6 +2,8 @@
 #include "sim/scene_values.h"
 
 #include <algorithm>
+#include <charconv>
+#include <string_view>
 
 #include "rig/text.h"
 
@@ -18,6 +20,23 @@ double number_of(const TomlValue& value, const Range& range) {
   refuse(value, std::string("give a number ") + (range.above ? "above " : "from ") +
                     number_text(range.least) + (range.above ? ", at most " : " to ") +
                     number_text(range.most));
+}
+
+double length_of(const TomlValue& value, const Range& range) {
+  if (value.type != TomlValue::Type::kText) return number_of(value, range);
+  const std::pair<const char*, double> units[] = {{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
+  TomlValue metres = value;
+  metres.type = TomlValue::Type::kReal;
+  const char* end = value.text.data() + value.text.size();
+  auto [at, error] = std::from_chars(value.text.data(), end, metres.number);
+  while (error == std::errc() && at != end && *at == ' ') ++at;
+  for (const auto& [unit, size] : units) {
+    if (error != std::errc() || std::string_view(at, end) != unit) continue;
+    metres.number *= size;
+    if (metres.number >= range.least && metres.number <= range.most) return metres.number;
+  }
+  refuse(value, "give a length from " + number_text(range.least) + " m to " +
+                    number_text(range.most) + " m, as \"0.5 mm\" or in metres");
 }
 
 int integer_of(const TomlValue& value, int least, int most) {

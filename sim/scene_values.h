@@ -22,6 +22,8 @@ inline constexpr int kLastFrame = 1000000;
 inline constexpr Range kFrames{-kLastFrame, kLastFrame};
 
 double number_of(const TomlValue& value, const Range& range = {});
+/// m: a number, or a text with its unit, "0.5 mm".
+double length_of(const TomlValue& value, const Range& range);
 int integer_of(const TomlValue& value, int least, int most);
 bool truth_of(const TomlValue& value);
 /// Not empty, no control characters.

@@ -134,11 +134,13 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
   state = initial_state(model);
   Reader reader{packed};
   walk(reader, state);
+  drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     if (state.muscles[m].x.size() != model.muscles[m].rest.vertices.size()) {
       throw Error(ExitCode::kInput,
                   "the bake's state is of other meshes; bake again without --resume");
     }
+    state.muscles[m].pose = carry_pose(model.muscles[m].shape, state.pose);
   }
 }
 

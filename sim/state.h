@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "sim/model.h"
@@ -28,6 +29,9 @@ struct MuscleMotion {
 };
 
 struct MuscleState : MuscleMotion {
+  Level level = Level::kDynamic;  ///< of this step
+  bool shaped = false;            ///< kGeometric: it is where it belongs in the pose
+  std::int64_t node_iterations = 0;  ///< done since the start; a carried shape counts as one
   Rows target_velocity;             ///< m/s
   std::vector<double> rest_before;  ///< rest lengths a step before
   Bvh bvh;
@@ -64,11 +68,13 @@ struct State {
   double time = 0.0;  ///< s, 0 at the first frame
   Pose pose;
   std::vector<double> joints;
+  std::vector<char> body_moved;  ///< by body, in this step
   std::vector<Affine> bodies;  ///< of a character, stretch included
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   SkinState skin;
   SkinMotion skin_before;  ///< to go back to
+  bool taken_back = false;  ///< the bodies stand where a failed step has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }
 };

@@ -29,30 +29,40 @@ class StopWatch {
 
 void move_rig(const Model& model, double time, double h, Parallel& parallel, State& state) {
   drive_bones(model, time, state);
+  choose_levels(model, h, state);
   parallel.each(state.count(), [&](int m) {
+    const Level level = state.muscles[m].level;
+    if (level == Level::kGeometric) shape_muscle(model, m, h, state);
+    if (!has_forces(level)) return;
     carry_muscle(model.muscles[m], state.pose, activation_at(model, m, time), h, state.muscles[m]);
     predict(model.muscles[m], h, state.muscles[m]);
   });
 }
 
 void solve_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
-  const int count = state.count();
-  parallel.each(count, [&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
+  const auto each = [&](const auto& work) {
+    parallel.each(state.count(), [&](int m) {
+      if (has_forces(state.muscles[m].level)) work(m);
+    });
+  };
+  each([&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { see(state.muscles[m]); };
-  parallel.each(count, look);
+  each(look);
   const std::string& integrator = model.scene.solver.integrator;
   if (integrator == "explicit") {
-    parallel.each(count, [&](int m) { step_explicit(model, m, time, h, state); });
+    each([&](int m) { step_explicit(model, m, time, h, state); });
     return;
   }
   const auto begin = integrator == "xpbd" ? begin_xpbd : begin_local_global;
   const auto iterate = integrator == "xpbd" ? iterate_xpbd : iterate_local_global;
-  parallel.each(count, [&](int m) { begin(model, m, h, state); });
+  each([&](int m) { begin(model, m, h, state); });
   for (int i = 0; !is_solved(model, i, state); ++i) {
-    parallel.each(count, [&](int m) { iterate(model, m, state); });
-    parallel.each(count, look);
+    each([&](int m) {
+      if (iterates(model, m, i)) iterate(model, m, state);
+    });
+    each(look);
   }
-  parallel.each(count, [&](int m) { finish_muscle(model, m, h, state); });
+  each([&](int m) { finish_muscle(model, m, h, state); });
 }
 
 void step(const Model& model, double time, double h, Parallel& parallel, State& state,
@@ -117,7 +127,7 @@ StepFailure failure_of(const Model& model, double time, const Failed& failed, in
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
   constexpr int kHalvings = 6;
-  int substeps = model.scene.solver.substeps;
+  int substeps = substeps_of(model);
   begin_frame(state);
   // Once more as it was, since a fault of the machine does not come back; then in halves.
   for (int tries = 1;; ++tries) {

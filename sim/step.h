@@ -13,7 +13,7 @@ struct StageSeconds {
   double rig = 0.0, contact = 0.0, muscles = 0.0, skin = 0.0;
 };
 
-/// Advances bones, muscles and skin from state.time to `time` (s), in scene.solver.substeps steps.
+/// Advances bones, muscles and skin from state.time to `time` (s), in substeps_of(model) steps.
 /// What fails its health check is taken back and tried again, first as it was, then in halves, six
 /// times at most; then StepFailure, and the state is the one before the frame.
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,

@@ -64,6 +64,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
       const double margin = is_pressed(node, other) ? reach : settings.margin;
       if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
       int& hint = memory.triangle[static_cast<size_t>(node) * others + other];
+      ++memory.searches;
       const ClosestPoint near =
           closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
       clear = near.triangle < 0 ? reach : std::max(near.distance, 0.0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "skin/surface.h"
@@ -21,6 +22,7 @@ struct Collider {
 struct ContactMemory {
   std::vector<int> triangle;
   std::vector<double> clear;
+  std::int64_t searches = 0;  ///< made since the start
 };
 
 /// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/fidelity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/volume.h"
+#include "sim/muscle_step.h"
+
+namespace thew {
+namespace {
+
+bool is_driven(const Model& model, int m, const State& state) {
+  const Muscle& muscle = model.muscles[m];
+  const auto moves = [&](int body) { return state.body_moved[body] != 0; };
+  return !muscle.settings.activation.empty() ||
+         std::any_of(muscle.bodies.begin(), muscle.bodies.end(), moves);
+}
+
+struct Box {
+  Row low = Row{1e300, 1e300, 1e300, 0.0}, high = -low;
+};
+Box box_of(const Rows& x) {
+  Box box;
+  for (const Row& p : x) {
+    box.low = p < box.low ? p : box.low;
+    box.high = p > box.high ? p : box.high;
+  }
+  return box;
+}
+bool are_near(const Box& a, const Box& b, double reach) {
+  for (int k = 0; k < 3; ++k) {
+    if (a.low[k] > b.high[k] + reach || b.low[k] > a.high[k] + reach) return false;
+  }
+  return true;
+}
+
+double fastest(const Rows& v) {
+  double squared = 0.0;
+  for (const Row& r : v) squared = std::max(squared, r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+  return std::sqrt(squared);
+}
+
+// Neither the muscle nor what is near enough to touch it before the next step moves.
+bool is_at_rest(const Model& model, int m, double h, const State& state) {
+  const double rest = model.fidelity->rest;
+  const auto& contact = model.scene.contact;
+  if (h * fastest(state.muscles[m].v) > rest) return false;
+  if (!contact.enabled) return true;
+  const Box own = box_of(state.muscles[m].x);
+  const double reach = std::max(contact.settings.margin, contact.settings.max_depth);
+  const int count = state.count();
+  for (int other = 0; other < model.colliders(); ++other) {
+    if (model.ignore[m][other]) continue;
+    const bool is_bone = other >= count;
+    if (is_bone && !state.body_moved[model.bones[other - count].body]) continue;
+    const double way = is_bone ? state.bones[other - count].moved
+                               : h * fastest(state.muscles[other].v);
+    if (!is_bone && way <= rest && !is_driven(model, other, state)) continue;
+    const Rows& x = is_bone ? state.bones[other - count].x : state.muscles[other].x;
+    if (are_near(own, box_of(x), reach + way)) return false;
+  }
+  return true;
+}
+
+// What the others see of it while it is left alone.
+void lie_down(const Muscle& muscle, MuscleState& now) {
+  now.v.assign(now.x.size(), Row{});
+  now.target_velocity = now.v;
+  now.start = now.seen = now.x;
+  refit_bvh(muscle.surface, now.x, now.bvh);
+  now.memory.clear.clear();  // what comes nearer meanwhile is not noted
+}
+
+}  // namespace
+
+int substeps_of(const Model& model) {
+  return model.fidelity ? model.fidelity->substeps : model.scene.solver.substeps;
+}
+
+bool iterates(const Model& model, int m, int done) {
+  return !model.fidelity || done < model.fidelity->muscles[m].iterations;
+}
+
+bool is_quasi_static(const Model& model, int m) {
+  return model.fidelity ? model.fidelity->muscles[m].level == Level::kQuasiStatic
+                        : model.scene.solver.integrator == "quasi_static";
+}
+
+void choose_levels(const Model& model, double h, State& state) {
+  if (!model.fidelity) return;
+  std::vector<Level> levels(state.count());
+  for (int m = 0; m < state.count(); ++m) {
+    const Level level = model.fidelity->muscles[m].level;
+    const bool moves = is_driven(model, m, state) ||
+                       (level == Level::kGeometric ? !state.muscles[m].shaped
+                                                   : !is_at_rest(model, m, h, state));
+    levels[m] = moves ? level : Level::kAsleep;
+  }
+  for (int m = 0; m < state.count(); ++m) {  // now that all have been looked at
+    MuscleState& now = state.muscles[m];
+    if (levels[m] == Level::kAsleep && now.level != Level::kAsleep) {
+      lie_down(model.muscles[m], now);
+    }
+    now.level = levels[m];
+  }
+}
+
+bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
+                   MuscleState& now) {
+  profiled_positions(muscle.shape, pose, muscle.swells, profile, now.x);
+  volume_gradient(now.x, muscle.rest.triangles, now.gradient);
+  now.direction.resize(now.x.size());
+  for (const bool even : {false, true}) {  // even weights where the authored ones fail
+    for (size_t i = 0; i < now.x.size(); ++i) {
+      const double weight = muscle.driven[i] ? 0.0 : even ? 1.0 : muscle.weights[i];
+      now.direction[i] = weight / muscle.mass[i] * now.gradient[i];
+    }
+    if (restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0, now.x)) return true;
+  }
+  return false;
+}
+
+void shape_muscle(const Model& model, int m, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  now.node_iterations += static_cast<std::int64_t>(now.x.size());
+  now.start.swap(now.x);
+  now.pose = carry_pose(muscle.shape, state.pose);
+  if (!place_carried(muscle, now.pose, model.fidelity->muscles[m].profile, now)) ++now.unreached;
+  for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
+  now.target_velocity = now.v;
+  now.seen = now.x;
+  now.volume_error =
+      std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
+  now.substep_volume_error = std::max(now.substep_volume_error, now.volume_error);
+  now.shaped = true;
+}
+
+}  // namespace thew

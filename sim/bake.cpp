@@ -24,6 +24,10 @@ std::vector<Vec3> to_points(const Rows& rows) {
   return points;
 }
 
+[[noreturn]] void stop_bake() {
+  throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+}
+
 BakeFrame to_frame(int number, const State& state, const FrameMeasures& measures) {
   BakeFrame frame;
   frame.frame = number;
@@ -65,6 +69,19 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
 }
 
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+  if (model.scene.solver.tolerance && !model.fidelity) {
+    const auto begin = std::chrono::steady_clock::now();
+    Model planned = model;
+    const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
+      if (options.stop && options.stop()) stop_bake();
+    });
+    planned.fidelity = plan.fidelity;
+    const double seconds = seconds_since(begin);
+    BakeResult result = bake(planned, options, on_frame);
+    result.plan = plan;
+    result.plan_seconds = seconds;
+    return result;
+  }
   const BakeInfo info = bake_info(model, options.frames);
   BakeWriter writer(options.folder, info, options.resume);
   Parallel parallel(options.threads);
@@ -73,7 +90,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   const std::vector<double> rest_areas = rest_belly_areas(model, state);
 
   const auto go_on_if = [](bool wanted) {
-    if (!wanted) throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
+    if (!wanted) stop_bake();
   };
   const auto listen = [&] { go_on_if(!options.stop || !options.stop()); };
 

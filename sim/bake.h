@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "sim/cache.h"
+#include "sim/fidelity_planner.h"
 #include "sim/measure.h"
 #include "sim/step.h"
 
@@ -24,7 +26,8 @@ struct BakeResult {
   std::string hash;
   Settled settled;
   StageSeconds seconds;
-  double write_seconds = 0.0;
+  double write_seconds = 0.0, plan_seconds = 0.0;
+  std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
   int resumed_frames = 0;  ///< taken from an earlier, interrupted bake
 };
 
@@ -35,6 +38,7 @@ using OnFrame = std::function<bool(const BakeFrame& frame)>;
 /// The meshes of a bake of the model: muscles, bones, skin.
 BakeInfo bake_info(const Model& model, const std::vector<int>& frames);
 
+/// A scene with a tolerance is planned first (the same plan whenever, so that a bake may be resumed).
 /// Simulates, writes each frame as it is completed, packs them into DIR/bake.h5. Error(kRetry)
 /// where `on_frame` or `stop` stopped it, StepFailure where the solver could not go on; earlier
 /// frames stay.

@@ -16,7 +16,9 @@ namespace {
 constexpr int kReferenceSubsteps = 8, kReferenceIterations = 10;
 constexpr int kIterations[] = {1, 2, 3, 5, 8};
 constexpr int kMostSubsteps = 4;  // half of the reference's, of which they are judged
-constexpr double kMargin = 0.8;   // of the tolerance, in the probes: other frames may be worse
+// Of the tolerance, in the probes and in the whole clip's checks: other frames may be worse.
+constexpr double kMargin = 0.8, kCheckMargin = 0.9;
+constexpr double kApart = 0.02;   // of the range of a path's length: knots are not closer
 constexpr int kMostRuns = 12;
 
 Fidelity uniform(const Model& model, int substeps, Level level, int iterations) {
@@ -173,43 +175,66 @@ void run_trial(Planner& planner, Trial trial) {
   planner.trials.push_back(std::move(trial));
 }
 
-// A profile through as few probes as keep the tolerance in the others; false where they do not.
+using Knots = std::vector<const Window*>;
+
+CarriedProfile profile_through(const Muscle& muscle, int m, const Knots& knots) {
+  CarriedProfile profile;
+  for (const Window* knot : knots) {
+    profile.change.push_back(knot->pose[m].change);
+    profile.offset.push_back(
+        profile_offsets(muscle.shape, knot->pose[m], muscle.swells, knot->x[m]));
+  }
+  return profile;
+}
+
+double profile_error(const Muscle& muscle, int m, const CarriedProfile& profile,
+                     const Window& probe) {
+  MuscleState placed;
+  const bool reached = place_carried(muscle, probe.pose[m], profile, placed);
+  return reached ? distance(placed.x, probe.x[m]) : 1e300;
+}
+
+// A profile through as few probes as keep the tolerance in the others and, since these may lie close
+// to knots, in each inner knot by half without itself (the error goes with the square of the knots'
+// distance). False where there is none; `error` is then the least that was found.
 bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double& error) {
   const Muscle& muscle = planner.model.muscles[m];
   if (!muscle.shape.held.empty()) return false;  // no axis to be carried along
-  std::vector<const Window*> probes, knots;
+  Knots probes;
   for (const Window& window : planner.windows) {
     if (!planner.is_check(window)) probes.push_back(&window);
   }
+  if (probes.empty()) return false;
   const auto change = [&](const Window* window) { return window->pose[m].change; };
   const auto less = [&](const Window* a, const Window* b) { return change(a) < change(b); };
-  if (probes.empty()) return false;
   const auto [shortest, longest] = std::minmax_element(probes.begin(), probes.end(), less);
-  knots = {*shortest};
-  const Window* next = change(*longest) > change(*shortest) ? *longest : nullptr;
-  MuscleState scratch;
+  const double apart = kApart * (change(*longest) - change(*shortest));
+  Knots knots = {*shortest};
+  if (change(*longest) > change(*shortest)) knots.push_back(*longest);
+  error = 1e300;
   while (true) {
-    if (next) knots.insert(std::upper_bound(knots.begin(), knots.end(), next, less), next);
-    profile = {};
-    for (const Window* knot : knots) {
-      profile.change.push_back(change(knot));
-      profile.offset.push_back(
-          profile_offsets(muscle.shape, knot->pose[m], muscle.swells, knot->x[m]));
-    }
-    error = 0.0;
-    double worst = -1.0;
+    CarriedProfile through = profile_through(muscle, m, knots);
+    double most = 0.0, worst = -1.0;
+    const Window* next = nullptr;
     for (const Window* probe : probes) {
-      if (!place_carried(muscle, probe->pose[m], profile, scratch)) return false;
-      const double here = distance(scratch.x, probe->x[m]);
-      error = std::max(error, here);
-      const bool apart = std::none_of(knots.begin(), knots.end(), [&](const Window* knot) {
-        return change(knot) == change(probe);
+      const double here = profile_error(muscle, m, through, *probe);
+      most = std::max(most, here);
+      const bool is_new = std::none_of(knots.begin(), knots.end(), [&](const Window* knot) {
+        return std::abs(change(knot) - change(probe)) <= apart;
       });
-      if (apart && here > worst) worst = here, next = probe;
+      if (is_new && here > worst) worst = here, next = probe;
     }
+    for (size_t k = 1; k + 1 < knots.size(); ++k) {
+      Knots others = knots;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      const double here =
+          profile_error(muscle, m, profile_through(muscle, m, others), *knots[k]);
+      most = std::max(most, 0.5 * here);
+    }
+    if (most < error) error = most, profile = std::move(through);
     if (error <= kMargin * planner.tolerance) return true;
-    // As many probes at least as knots judge them.
-    if (worst < 0.0 || 2 * (knots.size() + 1) > probes.size()) return false;
+    if (!next) return false;
+    knots.insert(std::upper_bound(knots.begin(), knots.end(), next, less), next);
   }
 }
 
@@ -375,7 +400,7 @@ bool rehearse(Planner& planner, int last) {
   bool all = true;
   for (int m = 0; m < planner.muscles(); ++m) {
     const double error = std::max(said[m].probed_error, said[m].checked_error);
-    if (error <= planner.tolerance) continue;
+    if (error <= kCheckMargin * planner.tolerance) continue;
     raise(planner, m, error, said[m].checked_error > said[m].probed_error);
     all = false;
   }
@@ -394,8 +419,9 @@ const char* level_name(Level level) {
   return "dynamic";
 }
 
-FidelityPlan plan_fidelity(const Model& model, Parallel& parallel,
+FidelityPlan plan_fidelity(const Model& model, int threads,
                            const std::function<void()>& listen) {
+  Parallel parallel(threads);
   Planner planner{model, parallel, listen, model.scene.solver.tolerance->position, {}, {}};
   Scene& scene = planner.model.scene;
   planner.model.has_skin = false;

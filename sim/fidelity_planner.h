@@ -35,7 +35,7 @@ struct FidelityPlan {
 /// the whole clip, without skin, and is checked there on other frames as well: a muscle that misses
 /// takes the next level. Depends on the scene alone, not on threads or clocks. `listen` may throw
 /// to end it. Error(kUsage) where no level keeps the tolerance.
-FidelityPlan plan_fidelity(const Model& model, Parallel& parallel,
+FidelityPlan plan_fidelity(const Model& model, int threads,
                            const std::function<void()>& listen = {});
 
 /// "geometric", ...

@@ -2,6 +2,7 @@
 #include "sim/fidelity_probes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "muscles/path.h"
@@ -10,9 +11,8 @@
 namespace thew {
 namespace {
 
-constexpr int kSpread = 6;      // probes at equal parts of the way
-constexpr int kMostProbes = 12;
-constexpr int kMostChecks = 6;
+constexpr int kMostProbes = 10, kChecks = 16;
+constexpr double kSamePose = 0.04;
 
 // What the rig does to the muscles, by frame.
 struct Motion {
@@ -60,57 +60,50 @@ Motion motion_of(const Model& model) {
 ProbeFrames choose_probes(const Model& model) {
   const Motion motion = motion_of(model);
   const int last = static_cast<int>(motion.way.size()) - 1;
-  const int apart = std::max(1, last / 40);
-  std::set<int> probes;
+  if (last < 1) return {};
+  std::set<int> probes, checks;
+  // Another pose than any that is probed: a path differs by a share of its range.
+  const auto is_new = [&](int frame) {
+    return std::all_of(probes.begin(), probes.end(), [&](int probe) {
+      return std::any_of(motion.length.begin(), motion.length.end(), [&](const auto& length) {
+        const auto [low, high] = std::minmax_element(length.begin(), length.end());
+        return std::abs(length[frame] - length[probe]) > kSamePose * (*high - *low) || *high == 0.0;
+      });
+    });
+  };
   const auto add = [&](int frame) {
     frame = std::clamp(frame, 1, last);
-    const auto near = probes.lower_bound(frame - apart + 1);
-    if (static_cast<int>(probes.size()) < kMostProbes &&
-        (near == probes.end() || *near >= frame + apart)) {
-      probes.insert(frame);
-    }
+    if (static_cast<int>(probes.size()) < kMostProbes && is_new(frame)) probes.insert(frame);
   };
-  if (last < 1) return {};
-  const auto way_at = [&](double way) {
-    return static_cast<int>(std::lower_bound(motion.way.begin(), motion.way.end(), way) -
-                            motion.way.begin());
+  const auto way_at = [&](double share) {
+    const double way = motion.way.back() * share;
+    const auto at = std::lower_bound(motion.way.begin(), motion.way.end(), way);
+    return static_cast<int>(at - motion.way.begin());
   };
   int fastest = 1;
+  const auto speed = [&](int frame) { return motion.way[frame] - motion.way[frame - 1]; };
   for (int frame = 2; frame <= last; ++frame) {
-    const auto speed = [&](int f) { return motion.way[f] - motion.way[f - 1]; };
     if (speed(frame) > speed(fastest)) fastest = frame;
   }
   add(fastest);
   add(static_cast<int>(std::upper_bound(motion.way.begin(), motion.way.end(), 0.0) -
                        motion.way.begin()));
-  for (int k = 1; k <= kSpread; ++k) add(way_at(motion.way.back() * k / kSpread));
+  add(last);
   for (const std::vector<double>& length : motion.length) {
     const auto [shortest, longest] = std::minmax_element(length.begin(), length.end());
     add(static_cast<int>(shortest - length.begin()));
     add(static_cast<int>(longest - length.begin()));
   }
-  // The middles of the gaps, the widest first, measured by the way and then by time.
-  std::vector<int> ends(probes.begin(), probes.end());
-  ends.insert(ends.begin(), 0);
-  if (ends.back() != last) ends.push_back(last);
-  struct Gap {
-    double way;
-    int frames, middle;
-  };
-  std::vector<Gap> gaps;
-  for (size_t i = 1; i < ends.size(); ++i) {
-    const int middle = (ends[i - 1] + ends[i]) / 2;
-    if (middle <= ends[i - 1] || middle < 1) continue;
-    gaps.push_back({motion.way[ends[i]] - motion.way[ends[i - 1]], ends[i] - ends[i - 1], middle});
+  for (const int parts : {4, 12, 24}) {
+    for (int k = 1; k < parts; ++k) add(way_at(static_cast<double>(k) / parts));
   }
-  std::stable_sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) {
-    return a.way != b.way ? a.way > b.way : a.frames > b.frames;
-  });
-  gaps.resize(std::min<size_t>(gaps.size(), kMostChecks));
-  ProbeFrames frames{{probes.begin(), probes.end()}, {}};
-  for (const Gap& gap : gaps) frames.checks.push_back(gap.middle);
-  std::sort(frames.checks.begin(), frames.checks.end());
-  return frames;
+  for (int k = 0; k < kChecks; ++k) {
+    // Spread over the way and, where nothing moves, over time.
+    const double share = (k + 0.5) / kChecks;
+    const int frame = motion.way.back() > 0.0 ? way_at(share) : static_cast<int>(share * last);
+    if (frame >= 1 && !probes.count(frame)) checks.insert(frame);
+  }
+  return {{probes.begin(), probes.end()}, {checks.begin(), checks.end()}};
 }
 
 }  // namespace thew

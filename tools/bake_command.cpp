@@ -71,7 +71,17 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.threads = thread_count(options.threads);
   report.hash = result.hash;
   report.solver = {scene.solver.integrator, scene.solver.volume, scene.solver.substeps,
-                   "set by the scene"};
+                   "set by the scene", {}, 0.0, 0.0};
+  if (const auto& tolerance = scene.solver.tolerance) {
+    report.solver.substeps = result.plan->fidelity.substeps;
+    report.solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
+    report.solver.plan = result.plan;
+    report.solver.tolerance_m = tolerance->position;
+    report.solver.plan_seconds = result.plan_seconds;
+    for (const std::string& what : result.plan->raised) {
+      report.warnings.push_back("solver.tolerance: " + what);
+    }
+  }
   double penetration = 0.0, poke_through = 0.0, gap = 0.0, volume = 0.0, substep_volume = 0.0;
   int unreached = 0, fallbacks = 0;
   for (size_t m = 0; m < model.muscles.size(); ++m) {
@@ -178,6 +188,14 @@ BakeResult read_result(const Model& model, const BakeReader& reader) {
   return result;
 }
 
+// Of a bake that is complete the report alone wants it.
+void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
+  const auto begin = std::chrono::steady_clock::now();
+  result.plan = plan_fidelity(model, thread_count(options.threads),
+                              [] { stop_if_interrupted(kResume); });
+  result.plan_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 // Pictures of those frames of a cache that are not there yet.
 void draw_all(const BakeReader& reader, const std::vector<int>& frames,
               const CommandOptions& options, const char* again, Pictures& pictures) {
@@ -277,7 +295,8 @@ ExitCode bake_command(const CommandOptions& options) {
     remove_durably(options.out / "bake.parts");  // where a kill came between packing and this
     const BakeReader reader(options.out / "bake.h5");
     const auto pictures = pictures_of(reader.info().meshes);
-    const BakeResult result = read_result(model, reader);
+    BakeResult result = read_result(model, reader);
+    if (model.scene.solver.tolerance) plan_into(model, options, result);
     if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json") &&
         std::filesystem::exists(options.out / "report.html")) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());

@@ -24,6 +24,32 @@ ordered_json muscle_as_json(const Report::Muscle& muscle) {
           {"belly_area_ratio", muscle.belly_area_ratio}};
 }
 
+double saved(double work, double uniform) { return uniform > 0.0 ? 1.0 - work / uniform : 0.0; }
+
+ordered_json chosen_as_json(const ChosenMuscle& muscle) {
+  return {{"level", level_name(muscle.level)},
+          {"iterations", muscle.iterations},
+          {"chosen_because", muscle.because},
+          {"error_probed_m", muscle.probed_error},
+          {"error_checked_m", muscle.checked_error},
+          {"work_per_frame", muscle.work},
+          {"work_saved", saved(muscle.work, muscle.uniform_work)}};
+}
+
+ordered_json plan_as_json(const FidelityPlan& plan, double tolerance, double seconds) {
+  return {{"tolerance_m", tolerance},
+          {"frames_probed", plan.probed},
+          {"frames_checked", plan.checked},
+          {"uniform_substeps", plan.uniform_substeps},
+          {"uniform_iterations", plan.uniform_iterations},
+          {"work_per_frame", plan.work},
+          {"uniform_work_per_frame", plan.uniform_work},
+          {"work_saved", saved(plan.work, plan.uniform_work)},
+          {"probe_work", plan.probe_work},
+          {"probe_seconds", seconds},
+          {"raised", plan.raised}};
+}
+
 // JSON has no word for what is not a number; the library would write null in silence.
 void check_finite(const ordered_json& value, const std::string& place) {
   if (value.is_number_float() && !std::isfinite(value.get<double>())) {
@@ -47,6 +73,17 @@ std::string report_as_json(const Report& report) {
                       {"met", bound.met()}});
   }
   const Report::Seconds& s = report.seconds;
+  ordered_json solver = {{"integrator", report.solver.integrator},
+                         {"volume", report.solver.volume},
+                         {"substeps", report.solver.substeps},
+                         {"chosen_because", report.solver.chosen_because}};
+  if (report.solver.plan) {
+    solver["fidelity"] = plan_as_json(*report.solver.plan, report.solver.tolerance_m,
+                                      report.solver.plan_seconds);
+    for (std::size_t m = 0; m < report.muscles.size(); ++m) {
+      muscles[m]["fidelity"] = chosen_as_json(report.solver.plan->muscles[m]);
+    }
+  }
   const ordered_json all = {
       {"thew", report.thew},
       {"scene", report.scene},
@@ -54,11 +91,7 @@ std::string report_as_json(const Report& report) {
       {"frames", report.frames},
       {"threads", report.threads},
       {"hash", report.hash},
-      {"solver",
-       {{"integrator", report.solver.integrator},
-        {"volume", report.solver.volume},
-        {"substeps", report.solver.substeps},
-        {"chosen_because", report.solver.chosen_because}}},
+      {"solver", solver},
       {"muscles", muscles},
       {"skin",
        {{"triangles", report.skin.triangles},

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "sim/fidelity_planner.h"
 
 namespace thew {
 
@@ -20,6 +23,8 @@ struct Report {
     std::string integrator, volume;
     int substeps = 1;
     std::string chosen_because;
+    std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
+    double tolerance_m = 0.0, plan_seconds = 0.0;
   } solver;
 
   struct Muscle {

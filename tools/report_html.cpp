@@ -197,6 +197,38 @@ std::string table(const Report& report) {
          "frames.</p>\n";
 }
 
+std::string percent_saved(double work, double uniform) {
+  return uniform > 0.0 ? readable(100.0 * (1.0 - work / uniform)) + " %" : "–";
+}
+
+std::string fidelity(const Report& report) {
+  if (!report.solver.plan) return "";
+  const FidelityPlan& plan = *report.solver.plan;
+  std::string html =
+      "<h2>Fidelity</h2>\n<p>Tolerance " + readable(1e3 * report.solver.tolerance_m) +
+      " mm against the refined step, measured in " + count(plan.probed.size(), "probed frame") +
+      " and " + count(plan.checked.size(), "other") + " checked after the choice. It saves " +
+      percent_saved(plan.work, plan.uniform_work) +
+      " of the work of all muscles alike (" + count(plan.uniform_substeps, "substep") + " of " +
+      count(plan.uniform_iterations, "iteration") + "); the probes took " +
+      readable(report.solver.plan_seconds) +
+      " s.</p>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Level</th>"
+      "<th>Error in probes<br>mm</th><th>Error in checks<br>mm</th><th>Work<br>saved</th>"
+      "<th>Because</th></tr></thead><tbody>\n";
+  for (std::size_t m = 0; m < plan.muscles.size(); ++m) {
+    const ChosenMuscle& chosen = plan.muscles[m];
+    std::string level = level_name(chosen.level);
+    if (chosen.iterations > 0) level += ", " + count(chosen.iterations, "iteration");
+    html += "<tr>" + cell(escape_html(in_words(report.muscles[m].name))) + cell(level) +
+            cell(readable(1e3 * chosen.probed_error)) + cell(readable(1e3 * chosen.checked_error)) +
+            cell(percent_saved(chosen.work, chosen.uniform_work)) +
+            cell(escape_html(chosen.because)) + "</tr>\n";
+  }
+  return html +
+         "</tbody></table></div>\n<p class=\"soft\">Work is counted: nodes times iterations, and "
+         "searches for the closest point of another surface.</p>\n";
+}
+
 std::string contacts(const Report& report) {
   const auto& pairs = report.contact.intersecting_triangle_pairs;
   const auto most = std::max_element(pairs.begin(), pairs.end());
@@ -236,7 +268,7 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
          "</style></head>\n<body><main>\n<h1>" + name +
          "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-         contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
+         fidelity(report) + contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
          ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
          "measured on the written meshes, in SI units unless stated.</footer>\n"
          "</main></body></html>\n";

@@ -49,7 +49,7 @@ void drive_bones(const Model& model, double time, State& state) {
       now.x[i] = x;
     }
     now.moved = std::sqrt(squared);
-    refit_bvh(bone.surface, now.x, now.bvh);
+    now.fitted = false;
   }
 }
 
@@ -78,10 +78,23 @@ std::vector<Collider> colliders_of(const Model& model, const State& state) {
   return colliders;
 }
 
-void refit_muscles(const Model& model, Parallel& parallel, State& state) {
-  parallel.each(state.count(), [&](int m) {
-    refit_bvh(model.muscles[m].surface, state.muscles[m].x, state.muscles[m].bvh);
-  });
+namespace {
+
+// The tree of a collider.
+void refit(const Model& model, int c, State& state) {
+  if (c < state.count()) {
+    refit_bvh(model.muscles[c].surface, state.muscles[c].x, state.muscles[c].bvh);
+    return;
+  }
+  BoneState& bone = state.bones[c - state.count()];
+  if (!bone.fitted) refit_bvh(model.bones[c - state.count()].surface, bone.x, bone.bvh);
+  bone.fitted = true;
+}
+
+}  // namespace
+
+void refit_all(const Model& model, Parallel& parallel, State& state) {
+  parallel.each(model.colliders(), [&](int c) { refit(model, c, state); });
 }
 
 namespace {
@@ -120,28 +133,36 @@ void keep_pushes(MuscleState& now) {
 }  // namespace
 
 void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
-  if (!model.scene.contact.enabled) return;
-  parallel.each(state.count(), [&](int m) {
-    if (state.muscles[m].level == Level::kAsleep) return;
-    refit_bvh(model.muscles[m].surface, state.muscles[m].x, state.muscles[m].bvh);
-  });
+  const ContactSettings& settings = model.scene.contact.settings;
+  const auto searches = [&](int m) { return has_forces(state.muscles[m].level); };
+  bool any = false;
+  for (int m = 0; m < state.count(); ++m) any = any || searches(m);
+  if (!model.scene.contact.enabled || !any) return;
   std::vector<Collider> colliders = colliders_of(model, state);
   for (size_t c = 0; c < colliders.size(); ++c) {
     Rows& searched = c < state.muscles.size() ? state.muscles[c].searched
                                               : state.bones[c - state.muscles.size()].searched;
     colliders[c].moved = note_motion(*colliders[c].x, searched);
+    colliders[c].box = box_of(*colliders[c].x);
   }
+  parallel.each(static_cast<int>(colliders.size()), [&](int c) {
+    bool wanted = false;
+    for (int m = 0; m < state.count() && !wanted; ++m) {
+      wanted = m != c && searches(m) && !model.ignore[m][c] &&
+               may_touch(colliders[m], colliders[c], settings);
+    }
+    if (wanted) refit(model, c, state);
+  });
   parallel.each(state.count(), [&](int m) {
     MuscleState& now = state.muscles[m];
-    if (!has_forces(now.level)) return;
+    if (!searches(m)) return;
     now.contacts_before.swap(now.contacts);
     now.push_before.swap(now.push);
     now.pressing.clear();
     for (size_t c = 0; c < now.contacts_before.size(); ++c) {
       if (now.push_before[c] > 0.0) now.pressing.push_back(now.contacts_before[c]);
     }
-    find_contacts(colliders, m, model.ignore[m], model.scene.contact.settings, now.pressing,
-                  now.memory, now.contacts);
+    find_contacts(colliders, m, model.ignore[m], settings, now.pressing, now.memory, now.contacts);
     keep_pushes(now);
   });
 }

@@ -21,7 +21,8 @@ double activation_at(const Model& model, int m, double time);
 std::vector<Collider> colliders_of(const Model& model, const State& state);
 /// The muscles alone.
 std::vector<Collider> muscles_of(const Model& model, const State& state);
-void refit_muscles(const Model& model, Parallel& parallel, State& state);
+/// The trees that both look into.
+void refit_all(const Model& model, Parallel& parallel, State& state);
 
 /// Contacts of every muscle with the others and the bones; one that goes on keeps its multiplier.
 void find_all_contacts(const Model& model, Parallel& parallel, State& state);

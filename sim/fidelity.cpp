@@ -17,24 +17,6 @@ bool is_driven(const Model& model, int m, const State& state) {
          std::any_of(muscle.bodies.begin(), muscle.bodies.end(), moves);
 }
 
-struct Box {
-  Row low = Row{1e300, 1e300, 1e300, 0.0}, high = -low;
-};
-Box box_of(const Rows& x) {
-  Box box;
-  for (const Row& p : x) {
-    box.low = p < box.low ? p : box.low;
-    box.high = p > box.high ? p : box.high;
-  }
-  return box;
-}
-bool are_near(const Box& a, const Box& b, double reach) {
-  for (int k = 0; k < 3; ++k) {
-    if (a.low[k] > b.high[k] + reach || b.low[k] > a.high[k] + reach) return false;
-  }
-  return true;
-}
-
 double fastest(const Rows& v) {
   double squared = 0.0;
   for (const Row& r : v) squared = std::max(squared, r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
@@ -88,7 +70,10 @@ bool is_quasi_static(const Model& model, int m) {
 }
 
 void choose_levels(const Model& model, double h, State& state) {
-  if (!model.fidelity) return;
+  if (!model.fidelity) {
+    for (MuscleState& now : state.muscles) now.highest = Level::kDynamic;
+    return;
+  }
   std::vector<Level> levels(state.count());
   for (int m = 0; m < state.count(); ++m) {
     const Level level = model.fidelity->muscles[m].level;
@@ -103,6 +88,7 @@ void choose_levels(const Model& model, double h, State& state) {
       lie_down(model.muscles[m], now);
     }
     now.level = levels[m];
+    now.highest = std::max(now.highest, levels[m]);
   }
 }
 

@@ -184,11 +184,32 @@ StepFailure::StepFailure(const Trouble& of, const std::string& when, int number,
       substep(step),
       substeps(steps) {}
 
+namespace {
+
+// What has changed since the muscle was last remembered.
+void remember(MuscleState& muscle) {
+  MuscleMotion& before = muscle.frame_before;
+  switch (muscle.highest) {
+    case Level::kAsleep:
+      break;
+    case Level::kGeometric:
+      before.x = muscle.x;
+      before.v = muscle.v;
+      before.pose = muscle.pose;
+      break;
+    default:
+      before = muscle;
+  }
+  muscle.highest = Level::kAsleep;
+}
+
+}  // namespace
+
 void begin_frame(State& state) {
   for (MuscleState& muscle : state.muscles) {
     muscle.volume_error = muscle.substep_volume_error = 0.0;
     muscle.unreached = muscle.weight_fallbacks = 0;
-    muscle.frame_before = muscle;
+    remember(muscle);
   }
   state.skin_before = state.skin;
 }
@@ -206,6 +227,7 @@ void take_back(State& state) {
 std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
   const double extent = extent_of(state);
   for (int m = 0; m < state.count(); ++m) {
+    if (state.muscles[m].level == Level::kAsleep) continue;
     if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
   }
   for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers

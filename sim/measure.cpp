@@ -103,7 +103,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   FrameMeasures out;
   const int count = state.count();
   out.muscles.resize(count);
-  refit_muscles(model, parallel, state);
+  refit_all(model, parallel, state);
   const std::vector<Collider> colliders = colliders_of(model, state);
   std::vector<double> deepest(count, 0.0);
   std::vector<int> pairs(count, 0);

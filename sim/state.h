@@ -30,6 +30,7 @@ struct MuscleMotion {
 
 struct MuscleState : MuscleMotion {
   Level level = Level::kDynamic;  ///< of this step
+  Level highest = Level::kDynamic;  ///< of the steps since it was last remembered
   bool shaped = false;            ///< kGeometric: it is where it belongs in the pose
   std::int64_t node_iterations = 0;  ///< done since the start; a carried shape counts as one
   Rows target_velocity;             ///< m/s
@@ -60,6 +61,7 @@ struct MuscleState : MuscleMotion {
 struct BoneState {
   Rows x, searched;
   Bvh bvh;
+  bool fitted = true;  ///< the tree is of x
   double moved = 0.0;  ///< m, the most that a node moved in the last step
 };
 

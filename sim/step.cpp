@@ -80,7 +80,7 @@ void step(const Model& model, double time, double h, Parallel& parallel, State& 
 }
 
 void step_skin_of(const Model& model, Parallel& parallel, State& state) {
-  refit_muscles(model, parallel, state);
+  refit_all(model, parallel, state);
   if (model.skinned) {
     step_skinned(*model.skinned, state.bodies, muscles_of(model, state), state.skin);
     return;

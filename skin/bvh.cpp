@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "rig/vectorise.h"
 #include "skin/surface.h"
 
 namespace thew {
@@ -16,9 +17,9 @@ constexpr int kBins = 16;
 constexpr int kLeaf = 4;     // triangles
 constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
 
-struct Box {
+struct Bounds {
   double lo[3], hi[3];
-  Box() {
+  Bounds() {
     std::fill(lo, lo + 3, std::numeric_limits<double>::infinity());
     std::fill(hi, hi + 3, -std::numeric_limits<double>::infinity());
   }
@@ -32,15 +33,15 @@ struct Box {
     const double point[3] = {p[0], p[1], p[2]};
     add(point, point);
   }
-  void add(const Box& box) { add(box.lo, box.hi); }
+  void add(const Bounds& box) { add(box.lo, box.hi); }
   double half_area() const {
     const double a = hi[0] - lo[0], b = hi[1] - lo[1], c = hi[2] - lo[2];
     return a >= 0.0 ? a * b + b * c + c * a : 0.0;
   }
 };
 
-Box triangle_box(const Surface& surface, const Rows& x, int triangle) {
-  Box box;
+Bounds triangle_box(const Surface& surface, const Rows& x, int triangle) {
+  Bounds box;
   for (int corner : surface.triangles[triangle]) box.add(x[corner]);
   return box;
 }
@@ -52,18 +53,11 @@ float below(double v) {
 }
 float above(double v) { return -below(-v); }
 
-void store(const Box& box, Bvh::Node& node) {
-  for (int k = 0; k < 3; ++k) {
-    node.lo[k] = below(box.lo[k]);
-    node.hi[k] = above(box.hi[k]);
-  }
-}
-
 // Splits order[first, first + count) in two by the cheapest plane through the centroids' bins.
-int split(const std::vector<Box>& boxes, std::vector<int>& order, int first, int count) {
-  Box centroids;
+int split(const std::vector<Bounds>& boxes, std::vector<int>& order, int first, int count) {
+  Bounds centroids;
   for (int i = first; i < first + count; ++i) {
-    const Box& box = boxes[order[i]];
+    const Bounds& box = boxes[order[i]];
     const double centre[3] = {0.5 * (box.lo[0] + box.hi[0]), 0.5 * (box.lo[1] + box.hi[1]),
                               0.5 * (box.lo[2] + box.hi[2])};
     centroids.add(centre, centre);
@@ -86,20 +80,20 @@ int split(const std::vector<Box>& boxes, std::vector<int>& order, int first, int
     return std::min(kBins - 1,
                     static_cast<int>(kBins * (centre(t) - centroids.lo[axis]) / extent[axis]));
   };
-  Box bins[kBins];
+  Bounds bins[kBins];
   int counts[kBins] = {};
   for (int i = first; i < first + count; ++i) {
     bins[bin_of(order[i])].add(boxes[order[i]]);
     ++counts[bin_of(order[i])];
   }
   double right_cost[kBins] = {};
-  Box right;
+  Bounds right;
   for (int b = kBins - 1, n = 0; b > 0; --b) {
     right.add(bins[b]);
     n += counts[b];
     right_cost[b] = right.half_area() * n;
   }
-  Box left;
+  Bounds left;
   int best = 0, left_count = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int b = 0, n = 0; b + 1 < kBins; ++b) {
@@ -197,10 +191,28 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
 
 }  // namespace
 
+THEW_VECTORISED
+Box box_of(const Rows& x) {
+  Box box;
+  std::swap(box.low, box.high);
+  for (const Row& p : x) {
+    box.low = p < box.low ? p : box.low;
+    box.high = p > box.high ? p : box.high;
+  }
+  return box;
+}
+
+bool are_near(const Box& a, const Box& b, double reach) {
+  for (int k = 0; k < 3; ++k) {
+    if (a.low[k] > b.high[k] + reach || b.low[k] > a.high[k] + reach) return false;
+  }
+  return true;
+}
+
 Bvh build_bvh(const Surface& surface, const Rows& x) {
   Bvh bvh;
   const int count = static_cast<int>(surface.triangles.size());
-  std::vector<Box> boxes;
+  std::vector<Bounds> boxes;
   boxes.reserve(count);
   for (int t = 0; t < count; ++t) {
     bvh.order.push_back(t);
@@ -220,15 +232,27 @@ Bvh build_bvh(const Surface& surface, const Rows& x) {
   return bvh;
 }
 
+THEW_VECTORISED
 void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (size_t n = bvh.nodes.size(); n-- > 0;) {
     Bvh::Node& node = bvh.nodes[n];
     if (node.count > 0 || bvh.order.empty()) {
-      Box box;
+      Row low = {kInfinity, kInfinity, kInfinity, 0.0}, high = -low;
       for (int i = node.first; i < node.first + node.count; ++i) {
-        box.add(triangle_box(surface, x, bvh.order[i]));
+        for (const int corner : surface.triangles[bvh.order[i]]) {
+          low = x[corner] < low ? x[corner] : low;
+          high = x[corner] > high ? x[corner] : high;
+        }
       }
-      store(box, node);
+      // As below() and above() do it.
+      Float4 lo = __builtin_convertvector(low, Float4), hi = __builtin_convertvector(high, Float4);
+      lo = (lo - (lo < 0.0f ? -lo : lo) * 1.2e-7f) - std::numeric_limits<float>::min();
+      hi = (hi + (hi < 0.0f ? -hi : hi) * 1.2e-7f) + std::numeric_limits<float>::min();
+      for (int k = 0; k < 3; ++k) {
+        node.lo[k] = lo[k];
+        node.hi[k] = hi[k];
+      }
       continue;
     }
     const Bvh::Node &one = bvh.nodes[node.first], &two = bvh.nodes[node.first + 1];

@@ -28,6 +28,11 @@ Vec3 steady_normal(const Collider& mover, int node, const Vec3& normal) {
 
 }  // namespace
 
+bool may_touch(const Collider& a, const Collider& b, const ContactSettings& settings) {
+  constexpr double kRounding = 1e-6;  // m, of a tree's boxes
+  return are_near(a.box, b.box, std::max(settings.margin, settings.max_depth) + kRounding);
+}
+
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
   constexpr double kTouching = 1e-7;  // m; nearer, rounding would set the direction
   if (std::abs(near.distance) < kTouching) return near.normal;
@@ -45,6 +50,13 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
   const double reach = std::max(settings.margin, settings.max_depth);
   memory.triangle.resize(static_cast<size_t>(nodes) * others, -1);
   memory.clear.resize(memory.triangle.size(), 0.0);
+  memory.owed.resize(others, 0.0);
+  std::vector<int> near_ones;
+  for (int other = 0; other < others; ++other) {
+    if (other == mover || ignore[other]) continue;
+    memory.owed[other] += self.moved + colliders[other].moved;
+    if (may_touch(self, colliders[other], settings)) near_ones.push_back(other);
+  }
   auto pressed = pressing.begin();
   const auto is_pressed = [&](int node, int other) {
     const auto before = [&] {
@@ -56,11 +68,10 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;
     const Vec3 p = to_vec((*self.x)[node]);
-    for (int other = 0; other < others; ++other) {
-      if (other == mover || ignore[other]) continue;
+    for (const int other : near_ones) {
       const Collider& target = colliders[other];
       double& clear = memory.clear[static_cast<size_t>(node) * others + other];
-      clear -= self.moved + target.moved;  // what both moved can have come nearer at most
+      clear -= memory.owed[other];  // what both moved can have come nearer at most
       const double margin = is_pressed(node, other) ? reach : settings.margin;
       if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
       int& hint = memory.triangle[static_cast<size_t>(node) * others + other];
@@ -77,6 +88,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
       contacts.push_back(contact);
     }
   }
+  for (const int other : near_ones) memory.owed[other] = 0.0;
 }
 
 }  // namespace thew

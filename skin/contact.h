@@ -15,6 +15,7 @@ struct Collider {
   const Rows* x = nullptr;
   const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
   double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
+  Box box = {};        ///< of the nodes; what is not near needs no tree
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
@@ -22,6 +23,7 @@ struct Collider {
 struct ContactMemory {
   std::vector<int> triangle;
   std::vector<double> clear;
+  std::vector<double> owed;    ///< m by collider: motion that `clear` does not know of yet
   std::int64_t searches = 0;  ///< made since the start
 };
 
@@ -44,6 +46,9 @@ struct ContactSettings {
 
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
+
+/// Whether their boxes are near enough for a contact: if not, the other's tree is not looked at.
+bool may_touch(const Collider& a, const Collider& b, const ContactSettings& settings);
 
 /// All contacts of the free nodes of `mover` with the other colliders, by node, then by collider.
 /// `ignore[other]` true: that pair is left out (declared attachment patches). `pressing`: contacts

@@ -43,6 +43,8 @@ void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
   }
   run.zone_radius.push_back(run.state.muscles[0].zone_radius);
   if (ask.measures) {
+    Parallel one(1);
+    refit_all(run.model, one, run.state);
     run.penetration = std::max(run.penetration, deepest_in_bones(run.model, run.state));
   }
   if (std::find(ask.keep.begin(), ask.keep.end(), frame) != ask.keep.end()) {

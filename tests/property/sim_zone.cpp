@@ -74,7 +74,7 @@ TEST(Zone, HoldsTheVolumeAndKeepsFarPartsStill) {
 TEST(Zone, NothingOfTheMuscleIsLeftInsideTheBar) {
   Pressed run = press({});
   Parallel parallel(1);
-  refit_muscles(run.model, parallel, run.state);
+  refit_all(run.model, parallel, run.state);
   const Bone& bar = run.model.bones[0];
   for (const Row& x : run.state.muscles[0].x) {
     const ClosestPoint at =

@@ -23,13 +23,14 @@ double fastest(const Rows& v) {
   return std::sqrt(squared);
 }
 
-// Neither the muscle nor what is near enough to touch it before the next step moves.
+// Neither the muscle nor what is near enough to touch it before the next step moves. At the turning
+// point of a swing it stands still for one step, not for two.
 bool is_at_rest(const Model& model, int m, double h, const State& state) {
   const double rest = model.fidelity->rest;
   const auto& contact = model.scene.contact;
-  if (h * fastest(state.muscles[m].v) > rest) return false;
+  if (state.muscles[m].rested < 2) return false;
   if (!contact.enabled) return true;
-  const Box own = box_of(state.muscles[m].x);
+  const NodeBox own = box_of(state.muscles[m].x);
   const double reach = std::max(contact.settings.margin, contact.settings.max_depth);
   const int count = state.count();
   for (int other = 0; other < model.colliders(); ++other) {
@@ -75,6 +76,9 @@ void choose_levels(const Model& model, double h, State& state) {
     return;
   }
   std::vector<Level> levels(state.count());
+  for (MuscleState& now : state.muscles) {
+    now.rested = h * fastest(now.v) <= model.fidelity->rest ? std::min(now.rested + 1, 2) : 0;
+  }
   for (int m = 0; m < state.count(); ++m) {
     const Level level = model.fidelity->muscles[m].level;
     const bool moves = is_driven(model, m, state) ||
@@ -88,6 +92,7 @@ void choose_levels(const Model& model, double h, State& state) {
       lie_down(model.muscles[m], now);
     }
     now.level = levels[m];
+    if (now.level != Level::kAsleep) now.node_iterations += static_cast<std::int64_t>(now.x.size());
     now.highest = std::max(now.highest, levels[m]);
   }
 }
@@ -110,7 +115,6 @@ bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedP
 void shape_muscle(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  now.node_iterations += static_cast<std::int64_t>(now.x.size());
   now.start.swap(now.x);
   now.pose = carry_pose(muscle.shape, state.pose);
   if (!place_carried(muscle, now.pose, model.fidelity->muscles[m].profile, now)) ++now.unreached;

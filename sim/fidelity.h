@@ -30,7 +30,7 @@ struct MuscleFidelity {
 };
 struct Fidelity {
   int substeps = 1;
-  double rest = 0.0;                    ///< m a step: what moves less may sleep
+  double rest = -1.0;                   ///< m a step: what moves no more may sleep
   std::vector<MuscleFidelity> muscles;
 };
 

@@ -16,10 +16,13 @@ namespace {
 constexpr int kReferenceSubsteps = 8, kReferenceIterations = 10;
 constexpr int kIterations[] = {1, 2, 3, 5, 8};
 constexpr int kMostSubsteps = 4;  // half of the reference's, of which they are judged
-// Of the tolerance, in the probes and in the whole clip's checks: other frames may be worse.
-constexpr double kMargin = 0.8, kCheckMargin = 0.9;
+// Of the tolerance: in the probes and in checks of some frames, since others may be worse; in checks
+// of all, since the reference itself is not the limit.
+constexpr double kMargin = 0.8, kCheckMargin = 0.9, kWholeMargin = 0.97;
 constexpr double kApart = 0.02;   // of the range of a path's length: knots are not closer
 constexpr int kMostRuns = 12;
+// Frames of a clip that is refined as a whole, since probes and checks would cost as much.
+constexpr int kShortClip = 128;
 
 Fidelity uniform(const Model& model, int substeps, Level level, int iterations) {
   Fidelity all;
@@ -122,27 +125,42 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-void find_references(Planner& planner) {
+void keep(const State& state, Window& window) {
+  for (const MuscleState& muscle : state.muscles) {
+    window.x.push_back(muscle.x);
+    window.pose.push_back(muscle.pose);
+  }
+}
+
+// A short clip: the refined step through all of it.
+void refine_clip(Planner& planner, const Fidelity& fine) {
+  planner.model.fidelity = fine;
+  const State end = run_clip(planner, planner.windows.back().frame, [&](int frame, const State& state) {
+    for (Window& window : planner.windows) {
+      const bool begins = std::max(window.frame - kFramesBefore, 0) == frame;
+      if (begins && !planner.is_check(window)) window.before = pack_state(state);
+      if (window.frame == frame) keep(state, window);
+    }
+  });
+  planner.plan.probe_work += sum(work_of(end));
+}
+
+// A long one: a plain step through it, refined in the few frames up to each probe and check.
+void refine_windows(Planner& planner, const Fidelity& fine) {
   planner.model.fidelity = uniform(planner.model, 1, Level::kDynamic, 2);
-  const int last = planner.windows.empty() ? 0 : planner.windows.back().frame;
-  const State end = run_clip(planner, last, [&](int frame, const State& state) {
+  const State end = run_clip(planner, planner.windows.back().frame, [&](int frame, const State& state) {
     for (Window& window : planner.windows) {
       if (std::max(window.frame - kFramesBefore, 0) == frame) window.before = pack_state(state);
     }
   });
   planner.plan.probe_work += sum(work_of(end));
-  planner.model.fidelity =
-      uniform(planner.model, kReferenceSubsteps, Level::kDynamic, kReferenceIterations);
+  planner.model.fidelity = fine;
   const int count = static_cast<int>(planner.windows.size());
   std::vector<double> work(count);
   planner.parallel.each(count, [&](int w) {
-    Window& window = planner.windows[w];
     double frames = 0.0;
-    const State state = run_window(planner, window, frames);
-    for (const MuscleState& muscle : state.muscles) {
-      window.x.push_back(muscle.x);
-      window.pose.push_back(muscle.pose);
-    }
+    const State state = run_window(planner, planner.windows[w], frames);
+    keep(state, planner.windows[w]);
     work[w] = sum(work_of(state));
   });
   planner.plan.probe_work += sum(work);
@@ -249,10 +267,9 @@ std::string text_of(const MuscleFidelity& muscle) {
 }
 
 // The first trial with so many substeps, in their order of cost, that keeps muscle m.
-const Trial* find_trial(const Planner& planner, int m, int substeps, int iterations) {
+const Trial* find_trial(const Planner& planner, int m, int substeps) {
   for (const Trial& trial : planner.trials) {
-    if (trial.substeps == substeps && trial.iterations >= iterations &&
-        trial.error[m] <= kMargin * planner.tolerance) {
+    if (trial.substeps == substeps && trial.error[m] <= kMargin * planner.tolerance) {
       return &trial;
     }
   }
@@ -275,21 +292,21 @@ void run_trials(Planner& planner, const std::vector<char>& is_geometric) {
         const Trial& trial = planner.trials.back();
         bool all = true;
         for (const double error : trial.error) all &= error <= kMargin * planner.tolerance;
-        if (!all) continue;
+        planner.plan.uniform_keeps = all;
         planner.plan.uniform_substeps = substeps;
         planner.plan.uniform_iterations = iterations;
         planner.plan.uniform_work = sum(trial.work);
         for (int m = 0; m < planner.muscles(); ++m) {
           planner.plan.muscles[m].uniform_work = trial.work[m];
         }
-        all_alike = true;
-        break;
+        all_alike = all;
+        if (all) break;
       }
       if (all_alike) break;
     }
     bool all = true;
     for (int m = 0; m < planner.muscles(); ++m) {
-      all &= is_geometric[m] || find_trial(planner, m, substeps, 1);
+      all &= is_geometric[m] || find_trial(planner, m, substeps);
     }
     planner.plan.fidelity.substeps = substeps;
     if (all) return;
@@ -324,7 +341,7 @@ void choose(Planner& planner) {
       said.because = "the carried shape is within " + millimetres(geometric_error[m]);
       continue;
     }
-    const Trial& trial = *find_trial(planner, m, fidelity.substeps, 1);
+    const Trial& trial = *find_trial(planner, m, fidelity.substeps);
     muscle = {trial.level, trial.iterations, {}};
     const bool has_axis = planner.model.muscles[m].shape.held.empty();
     said.because = has_axis ? "the carried shape is " + millimetres(geometric_error[m]) + " off"
@@ -338,28 +355,34 @@ void choose(Planner& planner) {
   }
 }
 
-// The next level of a muscle that missed; more substeps for all where it has no other.
-void raise(Planner& planner, int m, double error, bool in_check) {
+// The next level of a muscle that missed, with inertia; more substeps for all where it has no other.
+// False where there are none.
+bool raise(Planner& planner, int m, double error, bool in_check) {
   Fidelity& fidelity = planner.plan.fidelity;
   MuscleFidelity& muscle = fidelity.muscles[m];
-  std::string what = planner.model.muscles[m].name + " was " + millimetres(error) + " off in a " +
-                     (in_check ? "checked" : "probed") + " frame, " + text_of(muscle) + "; now ";
-  const int more = muscle.level == Level::kGeometric ? 1 : muscle.iterations + 1;
-  if (const Trial* trial = find_trial(planner, m, fidelity.substeps, more)) {
-    muscle = {trial->level, trial->iterations, {}};
-  } else if (more <= std::end(kIterations)[-1]) {
-    muscle = {Level::kDynamic, *std::lower_bound(std::begin(kIterations), std::end(kIterations), more), {}};
-  } else if (fidelity.substeps < kMostSubsteps) {
+  const std::string before = text_of(muscle);
+  const int more = muscle.level == Level::kGeometric     ? 1
+                   : muscle.level == Level::kQuasiStatic ? muscle.iterations
+                                                         : muscle.iterations + 1;
+  const auto next = std::lower_bound(std::begin(kIterations), std::end(kIterations), more);
+  if (next == std::end(kIterations)) {
+    if (fidelity.substeps == kMostSubsteps) return false;
     fidelity.substeps *= 2;
   } else {
-    refuse_tolerance(planner, "muscle \"" + planner.model.muscles[m].name + "\" is " +
-                                  millimetres(error) + " off the refined step at the finest level");
+    const auto keeps = [&](const Trial& trial) {
+      return trial.level == Level::kDynamic && trial.substeps == fidelity.substeps &&
+             trial.iterations >= more && trial.error[m] <= kMargin * planner.tolerance;
+    };
+    const auto trial = std::find_if(planner.trials.begin(), planner.trials.end(), keeps);
+    muscle = {Level::kDynamic, trial == planner.trials.end() ? *next : trial->iterations, {}};
   }
-  what += text_of(muscle) + (fidelity.substeps > 1 ? ", " + std::to_string(fidelity.substeps) +
-                                                         " substeps a frame"
-                                                   : "");
+  const std::string what =
+      planner.model.muscles[m].name + " was " + millimetres(error) + " off in a " +
+      (in_check ? "checked" : "probed") + " frame, " + before + "; now " + text_of(muscle) +
+      (fidelity.substeps > 1 ? ", " + std::to_string(fidelity.substeps) + " substeps a frame" : "");
   planner.plan.muscles[m].because += "; " + what;
   planner.plan.raised.push_back(what);
+  return true;
 }
 
 // The choice through the whole clip: its errors in probes and checks. Whether all keep to it.
@@ -400,9 +423,13 @@ bool rehearse(Planner& planner, int last) {
   bool all = true;
   for (int m = 0; m < planner.muscles(); ++m) {
     const double error = std::max(said[m].probed_error, said[m].checked_error);
-    if (error <= kCheckMargin * planner.tolerance) continue;
-    raise(planner, m, error, said[m].checked_error > said[m].probed_error);
-    all = false;
+    if (error <= (last <= kShortClip ? kWholeMargin : kCheckMargin) * planner.tolerance) continue;
+    if (raise(planner, m, error, said[m].checked_error > said[m].probed_error)) {
+      all = false;
+    } else if (error > planner.tolerance) {
+      refuse_tolerance(planner, "muscle \"" + planner.model.muscles[m].name + "\" is " +
+                                    millimetres(error) + " off the refined step at the finest level");
+    }
   }
   return all;
 }
@@ -427,15 +454,27 @@ FidelityPlan plan_fidelity(const Model& model, int threads,
   planner.model.has_skin = false;
   planner.model.skinned.reset();
   const int last = scene.last_frame - scene.first_frame;
-  const ProbeFrames frames = choose_probes(model);
-  std::set<int> all(frames.probes.begin(), frames.probes.end());
-  all.insert(frames.checks.begin(), frames.checks.end());
-  for (const int frame : all) planner.windows.push_back({frame, {}, {}, {}});
+  if (last < 1) refuse_tolerance(planner, "one frame has no motion to probe");
+  ProbeFrames frames = choose_probes(model);
+  if (last <= kShortClip) {
+    frames.checks.clear();
+    for (int frame = 1; frame <= last; ++frame) frames.checks.push_back(frame);
+  }
   planner.checks.insert(frames.checks.begin(), frames.checks.end());
+  for (const int frame : frames.probes) planner.checks.erase(frame);
+  std::set<int> all = planner.checks;
+  all.insert(frames.probes.begin(), frames.probes.end());
+  for (const int frame : all) planner.windows.push_back({frame, {}, {}, {}});
   for (const int frame : frames.probes) planner.plan.probed.push_back(scene.first_frame + frame);
-  for (const int frame : frames.checks) planner.plan.checked.push_back(scene.first_frame + frame);
+  for (const int frame : planner.checks) planner.plan.checked.push_back(scene.first_frame + frame);
   planner.plan.muscles.resize(planner.muscles());
-  find_references(planner);
+  const Fidelity fine =
+      uniform(planner.model, kReferenceSubsteps, Level::kDynamic, kReferenceIterations);
+  if (last <= kShortClip) {
+    refine_clip(planner, fine);
+  } else {
+    refine_windows(planner, fine);
+  }
   choose(planner);
   for (int run = 1; !rehearse(planner, last); ++run) {
     if (run == kMostRuns) refuse_tolerance(planner, "no choice kept it in " + std::to_string(run) + " runs");

@@ -11,7 +11,7 @@
 namespace thew {
 namespace {
 
-constexpr int kMostProbes = 10, kChecks = 16;
+constexpr int kMostProbes = 11, kChecks = 16;
 constexpr double kSamePose = 0.04;
 
 // What the rig does to the muscles, by frame.
@@ -61,7 +61,7 @@ ProbeFrames choose_probes(const Model& model) {
   const Motion motion = motion_of(model);
   const int last = static_cast<int>(motion.way.size()) - 1;
   if (last < 1) return {};
-  std::set<int> probes, checks;
+  std::set<int> probes = {0}, checks;  // the first is where the clip begins from rest
   // Another pose than any that is probed: a path differs by a share of its range.
   const auto is_new = [&](int frame) {
     return std::all_of(probes.begin(), probes.end(), [&](int probe) {

@@ -82,6 +82,9 @@ void walk(Archive& archive, State& state) {
     archive.number(muscle.pose.path_length);
     archive.number(muscle.zone_radius);
     walk(archive, muscle.weights);
+    double rested = muscle.rested;
+    archive.number(rested);
+    muscle.rested = static_cast<int>(rested);
   }
   for (Rows* rows : {&state.skin.x, &state.skin.offset, &state.skin.force, &state.skin.slip}) {
     walk(archive, *rows);

@@ -19,6 +19,7 @@ struct MuscleMotion {
   std::vector<double> push;     ///< by contact: force over the contact stiffness, m
   double zone_radius = 0.0;     ///< m, of the automatic deformation zone
   std::vector<double> weights;  ///< of the volume correction: the authored ones, or the zone's
+  int rested = 0;               ///< steps in a row before which it moved next to nothing
   // Measures of the last frame.
   double volume_error = 0.0;            ///< relative, at the end of its last step
   double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
@@ -32,7 +33,7 @@ struct MuscleState : MuscleMotion {
   Level level = Level::kDynamic;  ///< of this step
   Level highest = Level::kDynamic;  ///< of the steps since it was last remembered
   bool shaped = false;            ///< kGeometric: it is where it belongs in the pose
-  std::int64_t node_iterations = 0;  ///< done since the start; a carried shape counts as one
+  std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
   Rows target_velocity;             ///< m/s
   std::vector<double> rest_before;  ///< rest lengths a step before
   Bvh bvh;

@@ -192,8 +192,8 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
 }  // namespace
 
 THEW_VECTORISED
-Box box_of(const Rows& x) {
-  Box box;
+NodeBox box_of(const Rows& x) {
+  NodeBox box;
   std::swap(box.low, box.high);
   for (const Row& p : x) {
     box.low = p < box.low ? p : box.low;
@@ -202,7 +202,7 @@ Box box_of(const Rows& x) {
   return box;
 }
 
-bool are_near(const Box& a, const Box& b, double reach) {
+bool are_near(const NodeBox& a, const NodeBox& b, double reach) {
   for (int k = 0; k < 3; ++k) {
     if (a.low[k] > b.high[k] + reach || b.low[k] > a.high[k] + reach) return false;
   }

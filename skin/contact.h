@@ -15,7 +15,7 @@ struct Collider {
   const Rows* x = nullptr;
   const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
   double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
-  Box box = {};        ///< of the nodes; what is not near needs no tree
+  NodeBox box = {};        ///< of the nodes; what is not near needs no tree
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each

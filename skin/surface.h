@@ -21,12 +21,12 @@ Vec3 face_normal(const Surface& surface, const Rows& x, int triangle);
 Vec3 node_normal(const Surface& surface, const Rows& x, int node);
 
 /// Bounds of nodes, for a first look at what may touch.
-struct Box {
+struct NodeBox {
   Row low = Row{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
 };
-Box box_of(const Rows& x);
+NodeBox box_of(const Rows& x);
 /// Whether they come within `reach` (m) of each other.
-bool are_near(const Box& a, const Box& b, double reach);
+bool are_near(const NodeBox& a, const NodeBox& b, double reach);
 
 /// Bounding volume tree over the triangles of a surface: built once at rest, then refitted.
 struct Bvh {

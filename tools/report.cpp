@@ -42,6 +42,7 @@ ordered_json plan_as_json(const FidelityPlan& plan, double tolerance, double sec
           {"frames_checked", plan.checked},
           {"uniform_substeps", plan.uniform_substeps},
           {"uniform_iterations", plan.uniform_iterations},
+          {"uniform_keeps_it", plan.uniform_keeps},
           {"work_per_frame", plan.work},
           {"uniform_work_per_frame", plan.uniform_work},
           {"work_saved", saved(plan.work, plan.uniform_work)},

@@ -210,7 +210,8 @@ std::string fidelity(const Report& report) {
       " and " + count(plan.checked.size(), "other") + " checked after the choice. It saves " +
       percent_saved(plan.work, plan.uniform_work) +
       " of the work of all muscles alike (" + count(plan.uniform_substeps, "substep") + " of " +
-      count(plan.uniform_iterations, "iteration") + "); the probes took " +
+      count(plan.uniform_iterations, "iteration") +
+      (plan.uniform_keeps ? "" : ", which misses it") + "); the probes took " +
       readable(report.solver.plan_seconds) +
       " s.</p>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Level</th>"
       "<th>Error in probes<br>mm</th><th>Error in checks<br>mm</th><th>Work<br>saved</th>"

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // thew_bench SCENE: how fast the muscles are, and how right at that speed, as one JSON object.
+// thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and its
+// time beside that of the cheapest step that is the same for all muscles and as right.
 // Times are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry
 // over between machines are the ratios.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "sim/drive.h"
+#include "sim/fidelity_planner.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -104,6 +108,138 @@ double sag(const std::string& scene) {
   return distance(a, b).largest;
 }
 
+// Positions by frame, and CPU ms a frame. Every run settles by itself.
+struct Motion {
+  std::vector<std::vector<Rows>> x;
+  double milliseconds = 0.0, volume_error = 0.0;
+};
+Motion record(const Model& model) {
+  const int first = model.scene.first_frame, last = model.scene.last_frame;
+  Motion motion;
+  Parallel one(1);
+  StageSeconds unused;
+  State state = initial_state(model);
+  settle(model, one, state);
+  for (int f = first; f <= last; ++f) {
+    const double begin = cpu_seconds();
+    if (f > first) step_frame(model, (f - first) / model.scene.fps, one, state, unused);
+    motion.milliseconds += 1e3 * (cpu_seconds() - begin) / std::max(last - first, 1);
+    std::vector<Rows>& rows = motion.x.emplace_back();
+    for (const MuscleState& muscle : state.muscles) {
+      rows.push_back(muscle.x);
+      motion.volume_error = std::max(motion.volume_error, muscle.volume_error);
+    }
+  }
+  return motion;
+}
+
+// mm, by muscle, the largest of all nodes and frames.
+std::vector<double> errors_of(const Motion& motion, const Motion& reference) {
+  std::vector<double> errors(reference.x[0].size(), 0.0);
+  for (size_t f = 0; f < reference.x.size(); ++f) {
+    for (size_t m = 0; m < errors.size(); ++m) {
+      const Rows &a = motion.x[f][m], &b = reference.x[f][m];
+      for (size_t i = 0; i < a.size(); ++i) {
+        errors[m] = std::max(errors[m], 1e3 * (to_vec(a[i]) - to_vec(b[i])).norm());
+      }
+    }
+  }
+  return errors;
+}
+
+double largest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+int compare(const std::string& file, double millimetres, std::vector<std::string> overrides) {
+  overrides.push_back("skin.enabled=false");
+  Scene scene = read_scene(file, overrides);
+  scene.solver.tolerance.reset();
+  const auto uniform = [&](int substeps, int iterations) {
+    Scene with = scene;
+    with.solver.integrator = "local_global";
+    with.solver.volume = "exact";
+    with.solver.substeps = substeps;
+    with.solver.iterations = iterations;
+    return build_model(with);
+  };
+  const Motion reference = record(uniform(8, 40));
+  Scene with = scene;
+  with.solver.tolerance.emplace();
+  with.solver.tolerance->position = 1e-3 * millimetres;
+  with.solver.tolerance->place = "--tolerance";
+  Model model = build_model(with);
+  const double begin = cpu_seconds();
+  const FidelityPlan plan = plan_fidelity(model, 1);
+  const double probes = cpu_seconds() - begin;
+  model.fidelity = plan.fidelity;
+  const Motion chosen = record(model);
+  const std::vector<double> errors = errors_of(chosen, reference);
+
+  struct Setting {
+    int substeps, iterations;
+    double error;
+    Model model;
+    std::vector<double> milliseconds = {};
+  };
+  std::vector<Setting> settings;
+  for (const int substeps : {1, 2, 4}) {
+    for (const int iterations : {1, 2, 3, 5}) {
+      Setting setting{substeps, iterations, 0.0, uniform(substeps, iterations)};
+      setting.error = largest(errors_of(record(setting.model), reference));
+      if (setting.error <= std::max(millimetres, largest(errors))) {
+        settings.push_back(std::move(setting));
+      }
+    }
+  }
+  std::vector<double> ours;
+  for (int i = 0; i < kRuns; ++i) {
+    ours.push_back(record(model).milliseconds);
+    for (Setting& setting : settings) {
+      setting.milliseconds.push_back(record(setting.model).milliseconds);
+    }
+  }
+  nlohmann::ordered_json out;
+  out["scene"] = scene.name;
+  out["frames"] = reference.x.size();
+  out["tolerance_mm"] = millimetres;
+  out["error_mm"] = largest(errors);
+  out["volume_error"] = chosen.volume_error;
+  out["cpu_ms_per_frame"] = median(ours);
+  out["work_per_frame"] = plan.work;
+  out["probes"] = {{"cpu_seconds", probes}, {"work", plan.probe_work}};
+  const auto add_cheapest = [&](const char* name, double error) {
+    const Setting* cheapest = nullptr;
+    for (const Setting& setting : settings) {
+      if (setting.error > error) continue;
+      if (!cheapest || median(setting.milliseconds) < median(cheapest->milliseconds)) {
+        cheapest = &setting;
+      }
+    }
+    if (!cheapest) return;  // none of the grid is as right
+    const double ms = median(cheapest->milliseconds);
+    out[name] = {{"substeps", cheapest->substeps},
+                 {"iterations", cheapest->iterations},
+                 {"error_mm", cheapest->error},
+                 {"cpu_ms_per_frame", ms},
+                 {"tolerance_over_it", median(ours) / ms}};
+  };
+  add_cheapest("uniform_within_the_tolerance", millimetres);
+  add_cheapest("uniform_with_the_same_error", largest(errors));
+  for (size_t m = 0; m < errors.size(); ++m) {
+    const ChosenMuscle& muscle = plan.muscles[m];
+    out["muscles"].push_back({{"name", model.muscles[m].name},
+                              {"level", level_name(muscle.level)},
+                              {"iterations", muscle.iterations},
+                              {"error_mm", errors[m]},
+                              {"error_probed_mm", 1e3 * muscle.probed_error},
+                              {"error_checked_mm", 1e3 * muscle.checked_error},
+                              {"because", muscle.because}});
+  }
+  std::printf("%s\n", out.dump(2).c_str());
+  return largest(errors) <= millimetres ? 0 : 1;
+}
+
 int run(const std::string& scene) {
   nlohmann::ordered_json out;
   const Model model = model_with(scene, {});
@@ -143,12 +279,21 @@ int run(const std::string& scene) {
 }  // namespace thew
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: thew_bench SCENE.toml\n");
+  std::vector<std::string> overrides;
+  double tolerance = 0.0;
+  bool understood = argc % 2 == 0;
+  for (int i = 2; i + 1 < argc; i += 2) {
+    const std::string word = argv[i];
+    if (word == "--set") overrides.push_back(argv[i + 1]);
+    if (word == "--tolerance") tolerance = std::atof(argv[i + 1]);
+    understood = understood && (word == "--set" || word == "--tolerance");
+  }
+  if (!understood || (tolerance <= 0.0) != (argc == 2)) {
+    std::fprintf(stderr, "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]...]\n");
     return 2;
   }
   try {
-    return thew::run(argv[1]);
+    return tolerance > 0.0 ? thew::compare(argv[1], tolerance, overrides) : thew::run(argv[1]);
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_bench: %s\n", error.what());
     return static_cast<int>(error.code());

@@ -28,7 +28,7 @@ struct BakeResult {
   StageSeconds seconds;
   double write_seconds = 0.0, plan_seconds = 0.0;
   std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
-  int resumed_frames = 0;  ///< taken from an earlier, interrupted bake
+  int resumed_frames = 0;            ///< taken from an earlier, interrupted bake
 };
 
 /// Called for each written frame, also for those that an interrupted bake had left; false stops the
@@ -38,10 +38,10 @@ using OnFrame = std::function<bool(const BakeFrame& frame)>;
 /// The meshes of a bake of the model: muscles, bones, skin.
 BakeInfo bake_info(const Model& model, const std::vector<int>& frames);
 
-/// A scene with a tolerance is planned first (the same plan whenever, so that a bake may be resumed).
-/// Simulates, writes each frame as it is completed, packs them into DIR/bake.h5. Error(kRetry)
-/// where `on_frame` or `stop` stopped it, StepFailure where the solver could not go on; earlier
-/// frames stay.
+/// A scene with a tolerance is planned first (the same plan whenever, so that a bake may be
+/// resumed). Simulates, writes each frame as it is completed, packs them into DIR/bake.h5.
+/// Error(kRetry) where `on_frame` or `stop` stopped it, StepFailure where the solver could not go
+/// on; earlier frames stay.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
 
 }  // namespace thew

@@ -37,8 +37,8 @@ bool is_at_rest(const Model& model, int m, double h, const State& state) {
     if (model.ignore[m][other]) continue;
     const bool is_bone = other >= count;
     if (is_bone && !state.body_moved[model.bones[other - count].body]) continue;
-    const double way = is_bone ? state.bones[other - count].moved
-                               : h * fastest(state.muscles[other].v);
+    const double way =
+        is_bone ? state.bones[other - count].moved : h * fastest(state.muscles[other].v);
     if (!is_bone && way <= rest && !is_driven(model, other, state)) continue;
     const Rows& x = is_bone ? state.bones[other - count].x : state.muscles[other].x;
     if (are_near(own, box_of(x), reach + way)) return false;
@@ -81,9 +81,9 @@ void choose_levels(const Model& model, double h, State& state) {
   }
   for (int m = 0; m < state.count(); ++m) {
     const Level level = model.fidelity->muscles[m].level;
-    const bool moves = is_driven(model, m, state) ||
-                       (level == Level::kGeometric ? !state.muscles[m].shaped
-                                                   : !is_at_rest(model, m, h, state));
+    const bool moves =
+        is_driven(model, m, state) ||
+        (level == Level::kGeometric ? !state.muscles[m].shaped : !is_at_rest(model, m, h, state));
     levels[m] = moves ? level : Level::kAsleep;
   }
   for (int m = 0; m < state.count(); ++m) {  // now that all have been looked at

@@ -30,7 +30,7 @@ struct MuscleFidelity {
 };
 struct Fidelity {
   int substeps = 1;
-  double rest = -1.0;                   ///< m a step: what moves no more may sleep
+  double rest = -1.0;  ///< m a step: what moves no more may sleep
   std::vector<MuscleFidelity> muscles;
 };
 

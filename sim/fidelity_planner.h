@@ -22,11 +22,11 @@ struct ChosenMuscle {
 struct FidelityPlan {
   Fidelity fidelity;
   std::vector<ChosenMuscle> muscles;
-  std::vector<int> probed, checked;  ///< frames
+  std::vector<int> probed, checked;                  ///< frames
   int uniform_substeps = 1, uniform_iterations = 1;  ///< what all muscles alike would need
-  bool uniform_keeps = false;       ///< false: even that misses it, and nothing finer was tried
+  bool uniform_keeps = false;  ///< false: even that misses it, and nothing finer was tried
   double work = 0.0, uniform_work = 0.0;
-  double probe_work = 0.0;            ///< in all, paid once
+  double probe_work = 0.0;          ///< in all, paid once
   std::vector<std::string> raised;  ///< what missed the tolerance at first, and what it got instead
 };
 
@@ -34,8 +34,8 @@ struct FidelityPlan {
 /// the scene (probes: the start, the fastest, the extremes of each muscle, the rest spread over the
 /// motion) are simulated with a refined step and with each level; what was chosen then runs through
 /// the whole clip, without skin, and is checked there on other frames, all of them in a short clip:
-/// a muscle that misses takes the next level. Depends on the scene alone, not on threads or clocks. `listen` may throw
-/// to end it. Error(kUsage) where no level keeps the tolerance.
+/// a muscle that misses takes the next level. Depends on the scene alone, not on threads or clocks.
+/// `listen` may throw to end it. Error(kUsage) where no level keeps the tolerance.
 FidelityPlan plan_fidelity(const Model& model, int threads,
                            const std::function<void()>& listen = {});
 

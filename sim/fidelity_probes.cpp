@@ -16,7 +16,7 @@ constexpr double kSamePose = 0.04;
 
 // What the rig does to the muscles, by frame.
 struct Motion {
-  std::vector<double> way;                  // m, since the first frame: of the point that moves most
+  std::vector<double> way;  // m, since the first frame: of the point that moves most
   std::vector<std::vector<double>> length;  // [muscle][frame] m
 };
 

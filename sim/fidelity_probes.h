@@ -12,8 +12,8 @@ inline constexpr int kFramesBefore = 2;
 
 /// Frames counted from 0 for the scene's first, rising. From the rig's motion alone.
 struct ProbeFrames {
-  std::vector<int> probes;  ///< start and fastest of the motion, extremes of each muscle's path, and
-                            ///< other poses at equal parts of the way
+  std::vector<int> probes;  ///< start and fastest of the motion, extremes of each muscle's path,
+                            ///< and other poses at equal parts of the way
   std::vector<int> checks;  ///< others at equal parts of the way, whatever their pose
 };
 ProbeFrames choose_probes(const Model& model);

@@ -24,7 +24,8 @@ double number_of(const TomlValue& value, const Range& range) {
 
 double length_of(const TomlValue& value, const Range& range) {
   if (value.type != TomlValue::Type::kText) return number_of(value, range);
-  const std::pair<const char*, double> units[] = {{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
+  const std::pair<const char*, double> units[] = {
+      {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
   TomlValue metres = value;
   metres.type = TomlValue::Type::kReal;
   const char* end = value.text.data() + value.text.size();

@@ -30,12 +30,12 @@ struct MuscleMotion {
 };
 
 struct MuscleState : MuscleMotion {
-  Level level = Level::kDynamic;  ///< of this step
-  Level highest = Level::kDynamic;  ///< of the steps since it was last remembered
-  bool shaped = false;            ///< kGeometric: it is where it belongs in the pose
+  Level level = Level::kDynamic;     ///< of this step
+  Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
+  bool shaped = false;               ///< kGeometric: it is where it belongs in the pose
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
-  Rows target_velocity;             ///< m/s
-  std::vector<double> rest_before;  ///< rest lengths a step before
+  Rows target_velocity;              ///< m/s
+  std::vector<double> rest_before;   ///< rest lengths a step before
   Bvh bvh;
   ContactMemory memory;
   Rows searched;              ///< x when contacts were last looked for
@@ -72,11 +72,11 @@ struct State {
   Pose pose;
   std::vector<double> joints;
   std::vector<char> body_moved;  ///< by body, in this step
-  std::vector<Affine> bodies;  ///< of a character, stretch included
+  std::vector<Affine> bodies;    ///< of a character, stretch included
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   SkinState skin;
-  SkinMotion skin_before;  ///< to go back to
+  SkinMotion skin_before;   ///< to go back to
   bool taken_back = false;  ///< the bodies stand where a failed step has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }

@@ -15,7 +15,7 @@ struct Collider {
   const Rows* x = nullptr;
   const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
   double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
-  NodeBox box = {};        ///< of the nodes; what is not near needs no tree
+  NodeBox box = {};    ///< of the nodes; what is not near needs no tree
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
@@ -23,7 +23,7 @@ struct Collider {
 struct ContactMemory {
   std::vector<int> triangle;
   std::vector<double> clear;
-  std::vector<double> owed;    ///< m by collider: motion that `clear` does not know of yet
+  std::vector<double> owed;   ///< m by collider: motion that `clear` does not know of yet
   std::int64_t searches = 0;  ///< made since the start
 };
 

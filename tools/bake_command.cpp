@@ -70,8 +70,13 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.frames = frames;
   report.threads = thread_count(options.threads);
   report.hash = result.hash;
-  report.solver = {scene.solver.integrator, scene.solver.volume, scene.solver.substeps,
-                   "set by the scene", {}, 0.0, 0.0};
+  report.solver = {scene.solver.integrator,
+                   scene.solver.volume,
+                   scene.solver.substeps,
+                   "set by the scene",
+                   {},
+                   0.0,
+                   0.0};
   if (const auto& tolerance = scene.solver.tolerance) {
     report.solver.substeps = result.plan->fidelity.substeps;
     report.solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
@@ -191,9 +196,10 @@ BakeResult read_result(const Model& model, const BakeReader& reader) {
 // Of a bake that is complete the report alone wants it.
 void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
   const auto begin = std::chrono::steady_clock::now();
-  result.plan = plan_fidelity(model, thread_count(options.threads),
-                              [] { stop_if_interrupted(kResume); });
-  result.plan_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.plan =
+      plan_fidelity(model, thread_count(options.threads), [] { stop_if_interrupted(kResume); });
+  result.plan_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 // Pictures of those frames of a cache that are not there yet.

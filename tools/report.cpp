@@ -79,8 +79,8 @@ std::string report_as_json(const Report& report) {
                          {"substeps", report.solver.substeps},
                          {"chosen_because", report.solver.chosen_because}};
   if (report.solver.plan) {
-    solver["fidelity"] = plan_as_json(*report.solver.plan, report.solver.tolerance_m,
-                                      report.solver.plan_seconds);
+    solver["fidelity"] =
+        plan_as_json(*report.solver.plan, report.solver.tolerance_m, report.solver.plan_seconds);
     for (std::size_t m = 0; m < report.muscles.size(); ++m) {
       muscles[m]["fidelity"] = chosen_as_json(report.solver.plan->muscles[m]);
     }

@@ -208,8 +208,8 @@ std::string fidelity(const Report& report) {
       "<h2>Fidelity</h2>\n<p>Tolerance " + readable(1e3 * report.solver.tolerance_m) +
       " mm against the refined step, measured in " + count(plan.probed.size(), "probed frame") +
       " and " + count(plan.checked.size(), "other") + " checked after the choice. It saves " +
-      percent_saved(plan.work, plan.uniform_work) +
-      " of the work of all muscles alike (" + count(plan.uniform_substeps, "substep") + " of " +
+      percent_saved(plan.work, plan.uniform_work) + " of the work of all muscles alike (" +
+      count(plan.uniform_substeps, "substep") + " of " +
       count(plan.uniform_iterations, "iteration") +
       (plan.uniform_keeps ? "" : ", which misses it") + "); the probes took " +
       readable(report.solver.plan_seconds) +
@@ -269,7 +269,8 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
          "</style></head>\n<body><main>\n<h1>" + name +
          "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-         fidelity(report) + contacts(report) + warnings(report) + "<footer>Thew " + escape_html(report.thew) +
+         fidelity(report) + contacts(report) + warnings(report) + "<footer>Thew " +
+         escape_html(report.thew) +
          ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
          "measured on the written meshes, in SI units unless stated.</footer>\n"
          "</main></body></html>\n";

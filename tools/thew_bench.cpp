@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // thew_bench SCENE: how fast the muscles are, and how right at that speed, as one JSON object.
-// thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and its
-// time beside that of the cheapest step that is the same for all muscles and as right.
-// Times are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry
-// over between machines are the ratios.
+// thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and
+// its time beside that of the cheapest step that is the same for all muscles and as right. Times
+// are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry over
+// between machines are the ratios.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -128,7 +128,8 @@ TEST(Fidelity, AMuscleThatJigglesIsDynamic) {
 }
 
 TEST(Fidelity, WhatNothingMovesSleeps) {
-  const Outcome out = outcome_of("one_muscle", {"rig.clip.keys={ elbow = [[1, 30], [24, 30]] }"}, 1e-4);
+  const Outcome out =
+      outcome_of("one_muscle", {"rig.clip.keys={ elbow = [[1, 30], [24, 30]] }"}, 1e-4);
   EXPECT_EQ(out.plan.muscles[0].level, Level::kAsleep);
   EXPECT_EQ(out.plan.work, 0.0);
   EXPECT_LE(out.error, 1e-4);
@@ -165,7 +166,8 @@ TEST(Fidelity, WhatCannotBeKeptIsRefused) {
 class FidelityBake : public TempFolder {
  protected:
   BakeResult run(const std::string& name, int threads, bool resume = false, int stop_at = 100) {
-    return bake(model_of("pair", {}, 5e-4), {folder / name, {1, 2, 3, 4, 5, 6, 7, 8}, threads, resume},
+    return bake(model_of("pair", {}, 5e-4),
+                {folder / name, {1, 2, 3, 4, 5, 6, 7, 8}, threads, resume},
                 [&](const BakeFrame& frame) { return frame.frame < stop_at; });
   }
 };

@@ -6,8 +6,8 @@ namespace thew {
 namespace {
 
 TEST_F(SceneFile, ToleranceInAnyUnit) {
-  for (const char* position : {"\"0.5 mm\"", "\"0.5mm\"", "\"500 um\"", "\"0.05 cm\"", "\"5e-4 m\"",
-                               "5e-4"}) {
+  for (const char* position :
+       {"\"0.5 mm\"", "\"0.5mm\"", "\"500 um\"", "\"0.05 cm\"", "\"5e-4 m\"", "5e-4"}) {
     const auto tolerance =
         read_scene(scene("[solver]\ntolerance = { position = " + std::string(position) + " }\n"))
             .solver.tolerance;
@@ -34,7 +34,8 @@ TEST_F(SceneFile, WrongTolerances) {
        ":14: solver.tolerance.position is \"0.5 inch\"; give a length from 1e-06 m to 1 m, as "
        "\"0.5 mm\""},
       {"tolerance = { position = \"mm\" }\n", ":14: solver.tolerance.position is \"mm\"; give a"},
-      {"tolerance = { position = \"-1 mm\" }\n", ":14: solver.tolerance.position is \"-1 mm\"; give"},
+      {"tolerance = { position = \"-1 mm\" }\n",
+       ":14: solver.tolerance.position is \"-1 mm\"; give"},
       {"tolerance = { position = \"1 nm\" }\n", ":14: solver.tolerance.position is \"1 nm\"; give"},
       {"tolerance = { position = 1e-3, volume = 1e-17 }\n",
        ":14: solver.tolerance.volume is 1e-17; give a number from 1e-12"},
@@ -42,8 +43,9 @@ TEST_F(SceneFile, WrongTolerances) {
        ":14: unknown key \"volum\" in [solver.tolerance] (did you mean \"volume\"?)"},
       {"toleranc = { position = 1e-3 }\n",
        ":14: unknown key \"toleranc\" in [solver] (did you mean \"tolerance\"?)"},
-      {"substeps = 2\ntolerance = { position = 1e-3 }\n", ":14: solver.substeps is 2, but a tolerance "
-                                                          "chooses it for each muscle; remove it"},
+      {"substeps = 2\ntolerance = { position = 1e-3 }\n",
+       ":14: solver.substeps is 2, but a tolerance "
+       "chooses it for each muscle; remove it"},
       {"tolerance = { position = 1e-3 }\nintegrator = \"xpbd\"\n",
        ":15: solver.integrator is \"xpbd\", but a tolerance"},
       {"tolerance = { position = 1e-3 }\niterations = 2\n", ":15: solver.iterations is 2, but a"},

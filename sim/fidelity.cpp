@@ -76,7 +76,9 @@ void choose_levels(const Model& model, double h, State& state) {
     return;
   }
   std::vector<Level> levels(state.count());
-  for (MuscleState& now : state.muscles) {
+  for (int m = 0; m < state.count(); ++m) {
+    if (!has_forces(model.fidelity->muscles[m].level)) continue;
+    MuscleState& now = state.muscles[m];
     now.rested = h * fastest(now.v) <= model.fidelity->rest ? std::min(now.rested + 1, 2) : 0;
   }
   for (int m = 0; m < state.count(); ++m) {

@@ -105,6 +105,20 @@ double turned_over(const Muscle& muscle, const Rows& x, const Rows& target) {
   return all > 0.0 ? over / all : 0.0;
 }
 
+// A first look, without a root: true only if all nodes surely are.
+bool are_within(const MuscleState& now, double reach, double fastest, double h) {
+  constexpr double kLess = 1.0 - 1e-12;
+  const double most = std::min(kLess * fastest * fastest, 1e300);
+  const double farthest = kLess * reach * reach, way = most * h * h;
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (!(squared(now.x[i]) <= farthest && squared(now.x[i] - now.start[i]) <= way &&
+          squared(now.v[i]) <= most)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 std::optional<Trouble> find_bad_node(const Model& model, double h, double extent,
                                      const State& state, int m) {
   const MuscleState& now = state.muscles[m];
@@ -112,6 +126,7 @@ std::optional<Trouble> find_bad_node(const Model& model, double h, double extent
   // From rest to rest there is no speed, only a number or none.
   const bool still = is_quasi_static(model, m);
   const double fastest = still ? 1e300 : extent / h;
+  if (are_within(now, reach, fastest, h)) return {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     const int node = static_cast<int>(i);
     const double distance = norm(now.x[i]);

@@ -14,8 +14,9 @@ struct StageSeconds {
 };
 
 /// Advances bones, muscles and skin from state.time to `time` (s), in substeps_of(model) steps.
-/// What fails its health check is taken back and tried again, first as it was, then in halves, six
-/// times at most; then StepFailure, and the state is the one before the frame.
+/// Where the scene gives a tolerance model.fidelity holds what plan_fidelity() chose. What fails
+/// its health check is taken back and tried again, first as it was, then in halves, six times at
+/// most; then StepFailure, and the state is the one before the frame.
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds);
 

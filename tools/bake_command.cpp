@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "rig/text.h"
 #include "sim/bake.h"
 #include "sim/durable_file.h"
 #include "sim/health.h"
@@ -152,14 +153,16 @@ Report make_report(const Model& model, const CommandOptions& options,
 void plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
   size_t triangles = 0;
   for (const Muscle& muscle : model.muscles) triangles += muscle.rest.triangles.size();
+  const auto& tolerance = model.scene.solver.tolerance;
+  const std::string solver = tolerance ? "within " + number_text(1e3 * tolerance->position) + " mm"
+                                       : model.scene.solver.integrator;
   std::printf(
       "%s: %zu frames (%d-%d) at %g fps, %zu muscles (%zu triangles), %zu bones, skin %zu "
       "triangles\n%s, volume %s, %d threads, to %s\n",
       model.scene.name.c_str(), frames.size(), frames.empty() ? 0 : frames.front(),
       frames.empty() ? 0 : frames.back(), model.scene.fps, model.muscles.size(), triangles,
-      model.bones.size(), model.skin.surface.triangles.size(),
-      model.scene.solver.integrator.c_str(), model.scene.solver.volume.c_str(),
-      thread_count(options.threads), options.out.c_str());
+      model.bones.size(), model.skin.surface.triangles.size(), solver.c_str(),
+      model.scene.solver.volume.c_str(), thread_count(options.threads), options.out.c_str());
 }
 
 // Null stands for what is not a number.

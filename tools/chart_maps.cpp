@@ -49,6 +49,7 @@ struct Body {
 
 Body body_of(const fs::path& file) {
   Scene scene = read_scene(file);
+  scene.solver.tolerance.reset();
   scene.skin.mesh.clear();
   scene.skin.skinned = false;
   const Model model = build_model(scene);

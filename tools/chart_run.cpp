@@ -27,6 +27,7 @@ Scene muscles_of_scene(const ChartAsk& ask) {
   Scene scene = read_scene(ask.scene);
   scene.skin.mesh.clear();
   scene.skin.skinned = false;
+  scene.solver.tolerance.reset();  // every setting is charted by itself
   if (ask.last > 0) scene.last_frame = ask.last;
   if (scene.last_frame <= scene.first_frame) {
     throw Error(ExitCode::kUsage,

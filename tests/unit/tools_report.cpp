@@ -118,6 +118,41 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   }
 }
 
+TEST(Report, SaysWhatATolerancesChoiceIs) {
+  Report report = sample();
+  FidelityPlan& plan = report.solver.plan.emplace();
+  report.solver.tolerance_m = 5e-4;
+  report.solver.plan_seconds = 1.5;
+  plan.muscles.resize(12);
+  plan.muscles[4] = {
+      Level::kGeometric, 0, "the carried <shape> is within 0.2 mm", 2e-4, 3e-4, 100, 400};
+  plan.muscles[7] = {Level::kDynamic, 2, "1 iteration 0.78 mm off", 1e-4, 4e-4, 300, 300};
+  plan.probed = {1, 60};
+  plan.checked = {2, 3, 4};
+  plan.uniform_iterations = 2;
+  plan.uniform_keeps = true;
+  plan.work = 1000.0;
+  plan.uniform_work = 4000.0;
+  const json read = json::parse(report_as_json(report));
+  EXPECT_EQ(read["solver"]["fidelity"]["tolerance_m"], 5e-4);
+  EXPECT_EQ(read["solver"]["fidelity"]["work_saved"], 0.75);
+  EXPECT_EQ(read["solver"]["fidelity"]["frames_checked"], json({2, 3, 4}));
+  const json& muscle = read["muscles"][4]["fidelity"];
+  EXPECT_EQ(muscle["level"], "geometric");
+  EXPECT_EQ(muscle["chosen_because"], plan.muscles[4].because);
+  EXPECT_EQ(muscle["error_probed_m"], 2e-4);
+  EXPECT_EQ(muscle["error_checked_m"], 3e-4);
+  EXPECT_EQ(muscle["work_saved"], 0.75);
+  EXPECT_EQ(read["muscles"][7]["fidelity"]["iterations"], 2);
+  const std::string html = report_as_html(report, "");
+  EXPECT_EQ(count(html, "<h2>Fidelity</h2>"), 1u);
+  EXPECT_EQ(count(html, "dynamic, 2 iterations"), 1u);
+  EXPECT_EQ(count(html, "the carried &lt;shape&gt; is within 0.2 mm"), 1u);
+  EXPECT_EQ(count(html, "2 probed frames and 3 others"), 1u);
+  EXPECT_EQ(count(html, "75 %"), 2u);
+  EXPECT_EQ(count(report_as_html(sample(), ""), "Fidelity"), 0u);
+}
+
 TEST(ReportHtml, VerdictFollowsTheBounds) {
   Report report = sample();
   EXPECT_EQ(count(report_as_html(report, ""), "All bounds met"), 1u);

@@ -22,8 +22,8 @@ struct Report {
   struct Solver {
     std::string integrator, volume;
     int substeps = 1;
-    std::string chosen_because;
-    std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
+    std::string chosen_because = {};
+    std::optional<FidelityPlan> plan = {};  ///< where the scene gives a tolerance
     double tolerance_m = 0.0, plan_seconds = 0.0;
   } solver;
 

@@ -122,6 +122,12 @@ struct Bound {
   Place place;
 };
 
+struct SceneTolerance {
+  double position = 0.0;  ///< m, of any node in any frame, from the refined step
+  double volume = 1e-9;   ///< relative; the exact multiplier is far below it
+  Place place;
+};
+
 struct Scene {
   std::filesystem::path file;    ///< as given
   std::filesystem::path folder;  ///< canonical; nothing is read outside it
@@ -145,13 +151,8 @@ struct Scene {
     Place place;
   } skin;
   struct {
-    struct Tolerance {
-      double position = 0.0;  ///< m, of any node in any frame, from the refined step
-      double volume = 1e-9;   ///< relative; the exact multiplier is far below it
-      Place place;
-    };
     /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
-    std::optional<Tolerance> tolerance;
+    std::optional<SceneTolerance> tolerance;
     std::string integrator = "local_global";  ///< explicit | xpbd | local_global | quasi_static
     std::string volume = "exact";  ///< none | penalty | printed | linear | exact | exact_always
     int substeps = 1;              ///< a frame; explicit: each in as many as its stability asks for

@@ -44,7 +44,8 @@ std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<c
 }
 
 // A vector wider than the processor's registers lives in memory: halves fit AVX2's.
-inline Row load(const double* from) {
+// Inline even without optimisation: across clones a vector is not returned in the same register.
+[[gnu::always_inline]] inline Row load(const double* from) {
   Row row;
   __builtin_memcpy(&row, from, sizeof row);
   return row;

@@ -35,31 +35,6 @@ DualQuaternion dual_quaternion(const Transform& motion) {
   return {turn.coeffs(), (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * turn).coeffs()};
 }
 
-// The skin's normals, averaged over a ring so that no single triangle can turn one over.
-void find_normals(const SkinModel& model, SkinState& state) {
-  Rows& normals = state.normals;
-  std::fill(normals.begin(), normals.end(), Row{});
-  for (const Triangle& t : model.surface.triangles) {
-    const Vec3 a = to_vec(state.x[t[0]]);
-    const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
-    for (int corner : t) normals[corner] += n;
-  }
-  const auto make_unit = [&] {
-    for (Row& n : normals) {
-      const double length = std::sqrt(dot(n, n));
-      if (length > 0.0) n = n * (1.0 / length);
-    }
-  };
-  make_unit();
-  state.own_normals = normals;
-  for (size_t i = 0; i < normals.size(); ++i) {
-    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
-      normals[i] += state.own_normals[model.neighbours[k]];
-    }
-  }
-  make_unit();
-}
-
 void relax_node(const SkinModel& model, SkinState& state, int i) {
   const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
   const double bridging = model.settings.bridging, fat = model.fat[i];
@@ -96,6 +71,30 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
 }
 
 }  // namespace
+
+void find_normals(const SkinModel& model, SkinState& state) {
+  Rows& normals = state.normals;
+  std::fill(normals.begin(), normals.end(), Row{});
+  for (const Triangle& t : model.surface.triangles) {
+    const Vec3 a = to_vec(state.x[t[0]]);
+    const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
+    for (int corner : t) normals[corner] += n;
+  }
+  const auto make_unit = [&] {
+    for (Row& n : normals) {
+      const double length = std::sqrt(dot(n, n));
+      if (length > 0.0) n = n * (1.0 / length);
+    }
+  };
+  make_unit();
+  state.own_normals = normals;
+  for (size_t i = 0; i < normals.size(); ++i) {
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      normals[i] += state.own_normals[model.neighbours[k]];
+    }
+  }
+  make_unit();
+}
 
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
   // Kavan et al. 2008: unlike a linear blend it keeps the limb's thickness around a bent joint.

@@ -14,7 +14,9 @@ namespace thew {
 SkinState initial_skin(const SkinModel& model) {
   const size_t nodes = model.rest.size();
   SkinState state;
-  state.x = state.bound = state.elastic = state.normals = state.looked = model.rest;
+  state.x = state.bound = state.elastic = state.looked = model.rest;
+  state.normals.resize(nodes);
+  find_normals(model, state);
   state.offset.assign(nodes, Row{});
   state.force = state.slip = state.offset;
   state.moved.assign(nodes, 0.0);

@@ -22,6 +22,8 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, Skin
 /// Skin nodes that come near the other wall of a fold, or through it.
 void look_across(const SkinModel& model, SkinState& state);
 
+/// Sets normals: of the skin, averaged over a ring so that no single triangle can turn one over.
+void find_normals(const SkinModel& model, SkinState& state);
 /// One sweep there and back: each node to its elastic balance, then onto its level of the flesh.
 void relax(const SkinModel& model, SkinState& state);
 /// Moves apart what look_across found.

@@ -86,6 +86,20 @@ json scene_as_json(const BakeInfo& info) {
           {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
 }
 
+// Written by hand, since the library's containers allocate where they are destroyed: memory that
+// ends there would end the process.
+std::string quoted(const std::string& text) {
+  return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+using Members = std::vector<std::pair<std::string, std::string>>;
+std::string object_of(const Members& members, const std::string& gap) {
+  std::string text;
+  for (const auto& [name, value] : members) {
+    text += (text.empty() ? "{" : "," + gap) + quoted(name) + ":" + value;
+  }
+  return text.empty() ? "{}" : text + "}";
+}
+
 json part_hashes(const BakeInfo& info) {
   json parts = json::object();
   for (const auto& [name, hash] : info.part_hashes) parts[name] = hash;
@@ -133,9 +147,11 @@ std::string part_file(int frame) {
 }
 
 std::string manifest_line(const Part& part) {
-  const nlohmann::ordered_json line = {
-      {"frame", part.frame}, {"file", part.file}, {"bytes", part.bytes}, {"hash", part.hash}};
-  return line.dump();
+  return object_of({{"frame", std::to_string(part.frame)},
+                    {"file", quoted(part.file)},
+                    {"bytes", std::to_string(part.bytes)},
+                    {"hash", quoted(part.hash)}},
+                   "");
 }
 
 std::string encode_part(const BakeFrame& frame) {
@@ -171,10 +187,23 @@ BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& in
 }
 
 std::string describe_scene(const BakeInfo& info) {
-  json scene = scene_as_json(info);
-  scene["parts"] = part_hashes(info);
-  scene["text"] = info.scene_text;
-  return scene.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  Members meshes, parts;
+  for (const BakeMesh& mesh : info.meshes) meshes.emplace_back(mesh.name, quoted(mesh_hash(mesh)));
+  for (const auto& [name, hash] : info.part_hashes) parts.emplace_back(name, quoted(hash));
+  std::string metrics;
+  for (const std::string& name : info.metric_names) {
+    metrics += (metrics.empty() ? "" : ", ") + quoted(name);
+  }
+  return object_of({{"version", std::to_string(kVersion)},
+                    {"scene", quoted(info.scene_name)},
+                    {"scene_hash", quoted(info.scene_hash)},
+                    {"fps", json(info.fps).dump()},
+                    {"meshes", object_of(meshes, "\n  ")},
+                    {"metrics", "[" + metrics + "]"},
+                    {"parts", object_of(parts, "\n  ")},
+                    {"text", quoted(info.scene_text)}},
+                   "\n ") +
+         "\n";
 }
 
 bool is_scene_of(const fs::path& folder, const BakeInfo& info) {

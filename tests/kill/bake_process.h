@@ -14,6 +14,7 @@
 #include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -70,7 +71,12 @@ struct CommandProcess {
   Ended wait() {
     if (!over) waitpid(id, &status, 0);
     over = true;
-    return {WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status), bytes_of(errors)};
+    std::istringstream all(bytes_of(errors));
+    std::string told;  // without warnings of the scene
+    for (std::string line; std::getline(all, line);) {
+      if (!line.starts_with("thew: warning: ")) told += line + "\n";
+    }
+    return {WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status), told};
   }
 
   pid_t id = -1;

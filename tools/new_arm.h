@@ -83,8 +83,9 @@ Vec3 map_point(const ArmFit& fit, const Vec3& p);
 /// The template's arm's axis at its section y, and what maps offsets from there but for the girth.
 Vec3 axis_point(const ArmFit& fit, double y);
 Mat3 linear_at(const ArmFit& fit, double y);
-/// m, from where p of the template goes to the skin, away from the axis; negative outside.
-double fat_over(const ArmFit& fit, const TriMesh& skin, const Vec3& p);
+/// m, from where the template's points go to the skin, away from the axis, the least; negative
+/// outside, or where the axis is.
+double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
 
 /// The rest pose: the bind pose with the elbow straight as the template's.
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,

@@ -241,11 +241,11 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
     const fs::path file = fs::path("muscles") / (name + ".obj");
     const TriMesh before = import_closed_mesh(muscle.mesh);
     const TriMesh mesh = mapped_mesh(to, before, world);
-    MappedSize size{enclosed_volume(mesh), 0.0, 1.0};
-    size.volume_ratio = size.volume / enclosed_volume(before);
-    for (const Vec3& p : before.vertices) {
-      size.fat = std::min(size.fat, fat_over(to.fit, to.skin, p - from.humerus));
-    }
+    std::vector<Vec3> points = before.vertices;
+    for (Vec3& p : points) p -= from.humerus;
+    const double volume = enclosed_volume(mesh);
+    const MappedSize size{volume, volume / enclosed_volume(before),
+                          least_fat(to.fit, to.skin, points)};
     if (size.fat < 0.0) out.outside.push_back(name);
     out.fat = std::min(out.fat, size.fat);
     out.volume += size.volume;

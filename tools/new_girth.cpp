@@ -4,6 +4,7 @@
 // template's: so that what lies under the template's skin lies under the character's.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rig/math.h"
 #include "tools/new_arm.h"
@@ -25,12 +26,27 @@ constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around
 
 // A closed surface, or several that overlap, to be looked at along rays from within.
-struct Shell {
-  const std::vector<Vec3>& x;
-  const std::vector<Triangle>& triangles;
-
-  // Where a ray leaves the last of the surfaces it began in; -1 where it began in none.
+class Shell {
+ public:
+  explicit Shell(const TriMesh& mesh) : x_(mesh.vertices), triangles_(mesh.triangles) {
+    for (const Triangle& t : triangles_) {
+      const Vec3 middle = (x_[t[0]] + x_[t[1]] + x_[t[2]]) / 3.0;
+      double reach = 0.0;
+      for (const int i : t) reach = std::max(reach, (x_[i] - middle).squaredNorm());
+      balls_.push_back({middle, 1.001 * reach});
+    }
+  }
+  // m, where a ray leaves the last of the surfaces it began in; -1 where it began in none.
   double way_out(const Vec3& from, const Vec3& to) const;
+
+ private:
+  struct Ball {  // around a triangle, so that most of them cost little
+    Vec3 middle;
+    double reach_squared;
+  };
+  const std::vector<Vec3>& x_;
+  const std::vector<Triangle>& triangles_;
+  std::vector<Ball> balls_;
 };
 
 // Whether the axis passes left of the edge: of the two triangles at an edge one says yes.
@@ -46,11 +62,15 @@ double Shell::way_out(const Vec3& from, const Vec3& to) const {
   };
   std::vector<Hit> hits;
   int inside = 0;
-  for (const Triangle& t : triangles) {
+  for (size_t i = 0; i < triangles_.size(); ++i) {
+    const Vec3 off = balls_[i].middle - from;
+    const double ahead = to.dot(off);
+    if (off.squaredNorm() - ahead * ahead > balls_[i].reach_squared) continue;
+    const Triangle& t = triangles_[i];
     Eigen::Vector2d p[3];
     double depth[3];
     for (int k = 0; k < 3; ++k) {
-      const Vec3 d = x[t[k]] - from;
+      const Vec3 d = x_[t[k]] - from;
       p[k] = {across.dot(d), over.dot(d)};
       depth[k] = to.dot(d);
     }
@@ -135,7 +155,7 @@ Middle middle_near(const Shell& shell, const Vec3& start, const Vec3& a, const V
 // A character's bones may run anywhere within its flesh, or beside it. Between its joints the
 // template's axis is laid where it would be by its place in the template's flesh.
 void find_shift(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
-  const Shell theirs{skin.vertices, skin.triangles}, ours{from.skin.vertices, from.skin.triangles};
+  const Shell theirs(skin), ours(from.skin);
   GirthField& girth = fit.girth;
   std::vector<Vec3> shift(girth.rows, Vec3::Zero());
   std::vector<char> known(girth.rows, 0);
@@ -167,7 +187,7 @@ void find_shift(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
 
 // The skin's distance over the template's, where both are known, else -1.
 void measure(const ArmFit& fit, const ArmTemplate& from, const TriMesh& skin, GirthField& girth) {
-  const Shell theirs{skin.vertices, skin.triangles}, ours{from.skin.vertices, from.skin.triangles};
+  const Shell theirs(skin), ours(from.skin);
   for (int row = 0; row < girth.rows; ++row) {
     const double y = girth.top - row * kRow;
     const Vec3 axis = axis_point(fit, y);
@@ -297,7 +317,7 @@ void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
     return;
   }
   // Of flesh beyond the sections too.
-  const Shell shell{skin.vertices, skin.triangles};
+  const Shell shell(skin);
   for (const Vec3& p : from.flesh) {
     const Vec3 axis = axis_point(fit, p.y()), d = p - axis, mapped = linear_at(fit, p.y()) * d;
     const double reach = mapped.norm();
@@ -315,12 +335,17 @@ void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
   fit.girth = girth;
 }
 
-double fat_over(const ArmFit& fit, const TriMesh& skin, const Vec3& p) {
-  const Shell shell{skin.vertices, skin.triangles};
-  const Vec3 axis = map_point(fit, axis_point(fit, p.y())), d = map_point(fit, p) - axis;
-  const double reach = d.norm();
-  if (reach < 1e-4) return reach;
-  return shell.way_out(axis, d / reach) - reach;
+double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points) {
+  const Shell shell(skin);
+  double least = std::numeric_limits<double>::max();
+  for (const Vec3& p : points) {
+    const Vec3 axis = map_point(fit, axis_point(fit, p.y())), d = map_point(fit, p) - axis;
+    const double reach = d.norm();
+    if (reach < 1e-4) continue;
+    const double out = shell.way_out(axis, d / reach);
+    least = std::min(least, out < 0.0 ? -reach : out - reach);
+  }
+  return least;
 }
 
 TriMesh skin_at_rest(const Character& character, const Pose& rest) {
@@ -332,6 +357,9 @@ TriMesh skin_at_rest(const Character& character, const Pose& rest) {
   skin_vertices(character.skin, character.mesh, world, x);
   WeldResult welded = weld(character.mesh);
   for (size_t i = x.size(); i-- > 0;) welded.mesh.vertices[welded.map_back[i]] = to_vec(x[i]);
+  if (enclosed_volume(welded.mesh) < 0.0) {  // inside out
+    for (Triangle& t : welded.mesh.triangles) std::swap(t[1], t[2]);
+  }
   return std::move(welded.mesh);
 }
 

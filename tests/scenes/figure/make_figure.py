@@ -41,7 +41,7 @@ def cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def tube(rings, flip):
+def tube(rings):
     """Rings: (middle, half axis a, half axis b, [(joint, weight), ...]); a point at either end."""
     first = len(vertices)
     count = 0
@@ -57,7 +57,7 @@ def tube(rings, flip):
     last = first + count - 1
 
     def put(a, b, c):
-        triangles.append((a, c, b) if flip else (a, b, c))
+        triangles.append((a, c, b))
 
     rows = len(rings) - 2
     at = lambda row, k: first + 1 + row * (AROUND + 1) + k
@@ -84,7 +84,7 @@ def trunk():
                       [(1, share), (0, 1 - share)]))
     rings[0] = (rings[0][0], (0, 0, 0), (0, 0, 0), [(0, 1.0)])
     rings[-1] = (rings[-1][0], (0, 0, 0), (0, 0, 0), [(1, 1.0)])
-    tube(rings, False)
+    tube(rings)
 
 
 def limb(sign, base):
@@ -115,7 +115,7 @@ def limb(sign, base):
         zero = i in (0, steps)
         none = (0.0, 0.0, 0.0)
         rings.append((middle, (0, 0, 0) if zero else add(none, a, up), add(none, b, fore), bound))
-    tube(rings, False)
+    tube(rings)
 
 
 trunk()

@@ -50,7 +50,7 @@ def tube(rings):
         for k in range(turns):
             angle = 2 * math.pi * (k % AROUND) / AROUND
             vertices.append(add(add(middle, a, math.cos(angle)), b, math.sin(angle)))
-            bound_four = (bound + [(0, 0.0)] * 4)[:4]
+            bound_four = ([(j, w) for j, w in bound if w > 0] + [(0, 0.0)] * 4)[:4]
             joints.append([j for j, _ in bound_four])
             weights.append([w for _, w in bound_four])
             count += 1

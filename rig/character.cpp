@@ -2,6 +2,7 @@
 #include "rig/character.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -42,20 +43,52 @@ Eigen::Quaterniond between(const Eigen::Quaterniond& a, const Eigen::Quaterniond
   return slerp(a, b, u);
 }
 
+Vec3 combined(const std::array<double, 4>& share, const std::array<const Vec3*, 4>& of) {
+  return share[0] * *of[0] + share[1] * *of[1] + share[2] * *of[2] + share[3] * *of[3];
+}
+Eigen::Quaterniond combined(const std::array<double, 4>& share,
+                            const std::array<const Eigen::Quaterniond*, 4>& of) {
+  Eigen::Quaterniond out;
+  out.coeffs().setZero();
+  for (int k = 0; k < 4; ++k) out.coeffs() += share[k] * of[k]->coeffs();
+  return out;
+}
+Vec3 sound(const Vec3& value, const Vec3&) { return value; }
+Eigen::Quaterniond sound(const Eigen::Quaterniond& value, const Eigen::Quaterniond& other) {
+  return value.norm() > 1e-9 ? value.normalized() : other.normalized();
+}
+
 template <typename Value>
-void sample(const Curve<Value>& curve, double time, Value& value) {
+void sample_curve(const Curve<Value>& curve, double time, Value& value) {
   if (curve.times.empty()) return;
   const auto after = static_cast<size_t>(
       std::upper_bound(curve.times.begin(), curve.times.end(), time) - curve.times.begin());
-  if (after == 0 || after == curve.times.size()) {
-    value = curve.values[after == 0 ? 0 : after - 1];
+  if (after == 0 || after == curve.times.size() || curve.way == CurveWay::kStep) {
+    const Value& key = curve.values[after == 0 ? 0 : after - 1];
+    value = curve.way == CurveWay::kCubic ? sound(key, key) : key;
     return;
   }
-  const double begin = curve.times[after - 1], end = curve.times[after];
-  value = between(curve.values[after - 1], curve.values[after], (time - begin) / (end - begin));
+  const double begin = curve.times[after - 1], step = curve.times[after] - begin;
+  const double u = (time - begin) / step, v = 1.0 - u;
+  const Value &a = curve.values[after - 1], &b = curve.values[after];
+  if (curve.way == CurveWay::kLinear) {
+    value = between(a, b, u);
+    return;
+  }
+  value = sound(combined({v * v * (1.0 + 2.0 * u), step * u * v * v, u * u * (3.0 - 2.0 * u),
+                          -step * u * u * v},
+                         {&a, &curve.slopes_out[after - 1], &b, &curve.slopes_in[after]}),
+                a);
 }
 
 }  // namespace
+
+void sample(const Curve<Vec3>& curve, double time, Vec3& value) {
+  sample_curve(curve, time, value);
+}
+void sample(const Curve<Eigen::Quaterniond>& curve, double time, Eigen::Quaterniond& value) {
+  sample_curve(curve, time, value);
+}
 
 LocalTransform split_transform(const Affine& transform) {
   const Mat3 linear = transform.linear(), turn = turn_of(linear);
@@ -202,8 +235,8 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
     const int parent = to.skeleton.parent[b];
     const LocalTransform local =
         split_transform(parent < 0 ? to.bind[b] : to.bind[parent].inverse() * to.bind[b]);
-    out.tracks[b].translation = {{0.0}, {local.translation}};
-    out.tracks[b].scale = {{0.0}, {local.scale}};
+    out.tracks[b].translation = {{0.0}, {local.translation}, CurveWay::kLinear, {}, {}};
+    out.tracks[b].scale = {{0.0}, {local.scale}, CurveWay::kLinear, {}, {}};
   }
   return out;
 }

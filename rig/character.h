@@ -24,12 +24,21 @@ Affine join_transform(const LocalTransform& transform);
 /// The turning and shifting part.
 Transform rigid_part(const Affine& transform);
 
-/// One curve: linear between keys (rotations along the shorter arc), held outside its range.
+/// Between its keys a curve is linear (rotations along the shorter arc), holds the key before, or
+/// is a cubic of Hermite's by the slopes at its keys (rotations by their four numbers, then made
+/// unit again), as glTF 2.0, appendix C has it.
+enum class CurveWay { kLinear, kStep, kCubic };
+/// One curve, held outside its range.
 template <typename Value>
 struct Curve {
   std::vector<double> times;  ///< s, increasing
   std::vector<Value> values;
+  CurveWay way = CurveWay::kLinear;
+  std::vector<Value> slopes_in, slopes_out;  ///< a second, by key; of a cubic alone
 };
+/// Left as it is where the curve has no key.
+void sample(const Curve<Vec3>& curve, double time, Vec3& value);
+void sample(const Curve<Eigen::Quaterniond>& curve, double time, Eigen::Quaterniond& value);
 struct BodyTrack {
   int body = -1;
   Curve<Vec3> translation;

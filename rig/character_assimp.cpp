@@ -7,13 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "rig/assimp_scene.h"
 #include "rig/character.h"
+#include "rig/gltf_curves.h"
 #include "rig/text.h"
 
 namespace thew {
@@ -254,34 +253,6 @@ void collect_animations(const fs::path& file, const aiScene& scene, const Nodes&
   }
 }
 
-// assimp forgets how a glTF's curves go between their keys.
-void warn_of_lost_curves(const fs::path& file, Character& character) {
-  const std::string bytes = read_whole(file, kAssimpFileLimit);
-  std::string_view text = bytes;
-  if (text.substr(0, 4) == "glTF" && text.size() > 20) {  // header of 12 bytes, chunk header of 8
-    std::uint32_t length = 0;
-    std::memcpy(&length, text.data() + 12, sizeof length);
-    text = text.substr(20, length);
-  }
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object() || !json.contains("animations")) return;
-  std::map<std::string, int> lost;
-  for (const auto& animation : json["animations"]) {
-    if (!animation.is_object() || !animation.contains("samplers")) continue;
-    for (const auto& sampler : animation["samplers"]) {
-      if (!sampler.is_object() || !sampler.contains("interpolation")) continue;
-      const auto& way = sampler["interpolation"];
-      if (way == "STEP" || way == "CUBICSPLINE") ++lost[way.get<std::string>()];
-    }
-  }
-  for (const auto& [way, count] : lost) {
-    character.warnings.push_back(file.string() + ": " + std::to_string(count) + " curves are " +
-                                 way +
-                                 " and are read as straight lines between their keys; export "
-                                 "with the animation sampled at every frame");
-  }
-}
-
 void warn_of_size(const fs::path& file, Character& character) {
   Eigen::AlignedBox3d box;
   for (const Vec3& p : character.mesh.vertices) box.extend(p);
@@ -307,7 +278,13 @@ Character read_character(const fs::path& file, double scale) {
   set_bind_pose(nodes, character);
   collect_animations(file, scene, nodes, scale, character);
   const std::string ending = lower_ending(file);
-  if (ending == "gltf" || ending == "glb") warn_of_lost_curves(file, character);
+  if (ending == "gltf" || ending == "glb") {
+    const auto body_of = [&](const std::string& name) {
+      const auto found = nodes.by_name.find(name);
+      return found == nodes.by_name.end() ? -1 : found->second;
+    };
+    mend_gltf_curves(file, scale, body_of, character);
+  }
   if (!motion) warn_of_size(file, character);
   return character;
 }

@@ -15,22 +15,30 @@ namespace {
 namespace fs = std::filesystem;
 
 template <typename Archive, typename Value>
-void walk(Archive& archive, Curve<Value>& curve) {
-  archive.list(curve.times);
+void walk_values(Archive& archive, std::vector<Value>& values) {
   std::vector<double> flat;
   constexpr size_t kWidth = sizeof(Value) / sizeof(double);
   if constexpr (std::is_same_v<Archive, Packer>) {
-    flat.resize(curve.values.size() * kWidth);
-    if (!flat.empty()) std::memcpy(flat.data(), curve.values.data(), flat.size() * sizeof(double));
+    flat.resize(values.size() * kWidth);
+    if (!flat.empty()) std::memcpy(flat.data(), values.data(), flat.size() * sizeof(double));
     archive.list(flat);
   } else {
     archive.list(flat);
-    curve.values.resize(flat.size() / kWidth);
-    if (!curve.values.empty()) {
-      std::memcpy(static_cast<void*>(curve.values.data()), flat.data(),
-                  curve.values.size() * kWidth * sizeof(double));
+    values.resize(flat.size() / kWidth);
+    if (!values.empty()) {
+      std::memcpy(static_cast<void*>(values.data()), flat.data(),
+                  values.size() * kWidth * sizeof(double));
     }
   }
+}
+
+template <typename Archive, typename Value>
+void walk(Archive& archive, Curve<Value>& curve) {
+  archive.list(curve.times);
+  walk_values(archive, curve.values);
+  archive.number(curve.way);
+  walk_values(archive, curve.slopes_in);
+  walk_values(archive, curve.slopes_out);
 }
 
 template <typename Archive>
@@ -77,6 +85,12 @@ bool is_sound(const Character& c) {
     return std::all_of(list.begin(), list.end(),
                        [&](int i) { return i >= 0 && static_cast<size_t>(i) < size; });
   };
+  const auto curve_sound = [](const auto& curve) {
+    const size_t slopes = curve.way == CurveWay::kCubic ? curve.times.size() : 0;
+    const auto way = static_cast<int>(curve.way);
+    return way >= 0 && way <= 2 && curve.values.size() == curve.times.size() &&
+           curve.slopes_in.size() == slopes && curve.slopes_out.size() == slopes;
+  };
   const auto body_known = [&](const auto& one) {
     return one.body >= 0 && static_cast<size_t>(one.body) < bodies;
   };
@@ -95,10 +109,8 @@ bool is_sound(const Character& c) {
   }
   for (const BodyClip& clip : c.animations) {
     for (const BodyTrack& track : clip.tracks) {
-      sound = sound && body_known(track) &&
-              track.translation.times.size() == track.translation.values.size() &&
-              track.rotation.times.size() == track.rotation.values.size() &&
-              track.scale.times.size() == track.scale.values.size();
+      sound = sound && body_known(track) && curve_sound(track.translation) &&
+              curve_sound(track.rotation) && curve_sound(track.scale);
     }
   }
   return sound;

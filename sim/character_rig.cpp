@@ -122,14 +122,26 @@ void hash_character(const Model& model, Hash& hash) {
   };
   affines(rig.rest);
   affines(rig.character.rest);
+  const auto turns = [&](const std::vector<Eigen::Quaterniond>& list) {
+    for (const auto& q : list) hash.add(q.coeffs().data(), 4 * sizeof(double));
+  };
+  const auto bent = [&](const auto& curve, const auto& add) {
+    if (curve.way == CurveWay::kLinear) return;
+    hash.add(&curve.way, sizeof curve.way);
+    add(curve.slopes_in);
+    add(curve.slopes_out);
+  };
   for (const BodyTrack& track : rig.clip.tracks) {
     hash.add(&track.body, sizeof track.body);
     numbers(track.translation.times);
     numbers(track.translation.values);
     numbers(track.rotation.times);
-    for (const auto& q : track.rotation.values) hash.add(q.coeffs().data(), 4 * sizeof(double));
+    turns(track.rotation.values);
     numbers(track.scale.times);
     numbers(track.scale.values);
+    bent(track.translation, numbers);
+    bent(track.rotation, turns);
+    bent(track.scale, numbers);
   }
   if (!model.skinned) return;
   numbers(model.skinned->weights.link);

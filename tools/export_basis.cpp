@@ -10,6 +10,7 @@ namespace {
 
 // A mode below this share of the largest eigenvalue is rounding error.
 constexpr double kSmallest = 1e-15;
+constexpr double kStill = 1e-12;  // m RMS; so is what moves less
 
 // G_fg = sum over vertices of (x_f - mean) . (x_g - mean)
 Eigen::MatrixXd scalar_products(const std::vector<const std::vector<Vec3>*>& frames) {
@@ -47,13 +48,15 @@ std::vector<Vec3> combine(const std::vector<double>& factors,
 MotionBasis fit_motion_basis(const std::vector<const std::vector<Vec3>*>& frames, int count) {
   const std::size_t n = frames.size();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scalar_products(frames));
-  const double largest = solver.eigenvalues().tail(1)[0];
+  const double values = static_cast<double>(n * frames.front()->size());
+  const double least =
+      std::max(kSmallest * solver.eigenvalues().tail(1)[0], kStill * kStill * values);
   MotionBasis basis;
   basis.base_factors.assign(n, 1.0 / static_cast<double>(n));
   basis.weights.resize(n);
   for (Eigen::Index k = static_cast<Eigen::Index>(n) - 1; k >= 0; --k) {
     const double value = solver.eigenvalues()[k];
-    if (static_cast<int>(basis.factors.size()) == count || value <= kSmallest * largest) break;
+    if (static_cast<int>(basis.factors.size()) == count || value <= least) break;
     Eigen::VectorXd mode = solver.eigenvectors().col(k);
     mode.array() -= mode.mean();
     const double low = mode.minCoeff(), range = mode.maxCoeff() - low;

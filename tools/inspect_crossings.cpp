@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "tools/exact_predicates.h"
 
@@ -11,6 +12,10 @@ namespace thew {
 namespace {
 
 using Kind = BakeMesh::Kind;
+
+constexpr int kRays = 5;
+// Of its edges a skin may lack a neighbour at so many and still tell inside from outside.
+constexpr double kMostOpen = 0.1;
 
 /// A triangle with its box.
 struct Item {
@@ -36,16 +41,42 @@ bool share_vertex(const Triangle& s, const Triangle& t) {
                      [&](int i) { return std::find(t.begin(), t.end(), i) != t.end(); });
 }
 
-bool closed(const std::vector<Triangle>& triangles) {
+/// A mesh's triangles with vertices at one place at rest made one, as a character's skin has them
+/// along its seams.
+std::vector<Triangle> welded_triangles(const TriMesh& rest) {
+  const std::vector<int> map_back = weld(rest).map_back;
+  std::vector<int> first(rest.vertices.size(), -1);
+  for (std::size_t i = map_back.size(); i-- > 0;) first[map_back[i]] = static_cast<int>(i);
+  std::vector<Triangle> triangles = rest.triangles;
+  for (Triangle& t : triangles) {
+    for (int& i : t) i = first[map_back[i]];
+  }
+  return triangles;
+}
+
+bool is_edge(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+/// The share of edges that lack a neighbour.
+double open_share(const std::vector<Triangle>& triangles) {
   std::map<std::pair<int, int>, int> balance;  // +1 for an edge one way, -1 for the other
   for (const Triangle& t : triangles) {
+    if (is_edge(t)) continue;
     for (int i = 0; i < 3; ++i) {
       const int a = t[i], b = t[(i + 1) % 3];
       balance[std::minmax(a, b)] += a < b ? 1 : -1;
     }
   }
-  return std::all_of(balance.begin(), balance.end(), [](const auto& e) { return e.second == 0; });
+  const auto open =
+      std::count_if(balance.begin(), balance.end(), [](const auto& e) { return e.second != 0; });
+  return balance.empty() ? 1.0 : static_cast<double>(open) / static_cast<double>(balance.size());
 }
+
+/// A frame's meshes.
+struct Layers {
+  const std::vector<BakeMesh>& meshes;
+  const std::vector<std::vector<Vec3>>& x;
+  std::vector<std::vector<Triangle>> triangles;
+};
 
 bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
   return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
@@ -58,13 +89,12 @@ bool is_attached(const Vec3& p, int a, int b, const std::vector<BakeMesh>& meshe
   return near_pole(x[meshes[a].kind == Kind::kMuscle ? a : b], p);
 }
 
-std::vector<Item> items_along_y(const std::vector<BakeMesh>& meshes,
-                                const std::vector<std::vector<Vec3>>& x) {
+std::vector<Item> items_along_y(const Layers& layers) {
   std::vector<Item> items;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const auto& triangles = meshes[m].rest.triangles;
+  for (std::size_t m = 0; m < layers.triangles.size(); ++m) {
+    const auto& triangles = layers.triangles[m];
     for (std::size_t t = 0; t < triangles.size(); ++t) {
-      const auto [a, b, c] = corners(x[m], triangles[t]);
+      const auto [a, b, c] = corners(layers.x[m], triangles[t]);
       items.push_back({static_cast<int>(m), static_cast<int>(t), a.cwiseMin(b).cwiseMin(c),
                        a.cwiseMax(b).cwiseMax(c)});
     }
@@ -74,15 +104,16 @@ std::vector<Item> items_along_y(const std::vector<BakeMesh>& meshes,
   return items;
 }
 
-void count_pair(const Item& a, const Item& b, const std::vector<BakeMesh>& meshes,
-                const std::vector<std::vector<Vec3>>& x, Crossings& found) {
-  const Triangle &s = meshes[a.mesh].rest.triangles[a.triangle],
-                 &t = meshes[b.mesh].rest.triangles[b.triangle];
+void count_pair(const Item& a, const Item& b, const Layers& layers, Crossings& found) {
+  const auto& [meshes, x, triangles] = layers;
+  const Triangle &s = triangles[a.mesh][a.triangle], &t = triangles[b.mesh][b.triangle];
   if (a.mesh == b.mesh && share_vertex(s, t)) return;
   const Corners first = corners(x[a.mesh], s), second = corners(x[b.mesh], t);
   if (!triangles_meet(first, second)) return;
   // Both triangles have to be there whole: a crossing that leaves the patch is no attachment.
-  const auto attached = [&](const Vec3& p) { return is_attached(p, a.mesh, b.mesh, meshes, x); };
+  const auto attached = [&, &meshes = layers.meshes](const Vec3& p) {
+    return is_attached(p, a.mesh, b.mesh, meshes, layers.x);
+  };
   const Corners& muscle = meshes[a.mesh].kind == Kind::kMuscle ? first : second;
   if (std::all_of(muscle.begin(), muscle.end(), attached)) {
     ++found.attached;
@@ -95,9 +126,8 @@ void count_pair(const Item& a, const Item& b, const std::vector<BakeMesh>& meshe
 }
 
 // Sweep along y, the arm's long axis.
-void count_pairs(const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& x,
-                 std::array<Crossings, kLayerPairs.size()>& found) {
-  const std::vector<Item> items = items_along_y(meshes, x);
+void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>& found) {
+  const std::vector<Item> items = items_along_y(layers);
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Item& a = items[i];
     for (std::size_t k = i + 1; k < items.size() && items[k].low.y() <= a.high.y(); ++k) {
@@ -106,8 +136,8 @@ void count_pairs(const std::vector<BakeMesh>& meshes, const std::vector<std::vec
           a.low.z() > b.high.z()) {
         continue;
       }
-      const int pair = layer_pair(meshes[a.mesh].kind, meshes[b.mesh].kind);
-      if (pair >= 0) count_pair(a, b, meshes, x, found[pair]);
+      const int pair = layer_pair(layers.meshes[a.mesh].kind, layers.meshes[b.mesh].kind);
+      if (pair >= 0) count_pair(a, b, layers, found[pair]);
     }
   }
 }
@@ -155,19 +185,22 @@ struct Slabs {
 Slabs make_slabs(const std::vector<Vec3>& x, const std::vector<Triangle>& triangles) {
   Slabs slabs;
   for (const Triangle& t : triangles) {
+    if (is_edge(t)) continue;
     for (const int i : t)
       slabs.low = slabs.low.cwiseMin(x[i]), slabs.high = slabs.high.cwiseMax(x[i]);
   }
   for (const Triangle& t : triangles) {
+    if (is_edge(t)) continue;
     const auto [least, most] = std::minmax({x[t[0]].y(), x[t[1]].y(), x[t[2]].y()});
     for (int i = slabs.at(least); i <= slabs.at(most); ++i) slabs.triangles[i].push_back(t);
   }
   return slabs;
 }
 
-/// Crossings of the segment pq, or -1 where it touches an edge or a corner, or p lies on it.
-int count_ray(const Vec3& p, const Vec3& q, const std::vector<Vec3>& x,
-              const std::vector<Triangle>& triangles) {
+/// How often the segment pq leaves the surfaces less how often it enters them, or nothing where it
+/// touches an edge or a corner, or p lies on one.
+std::optional<int> count_ray(const Vec3& p, const Vec3& q, const std::vector<Vec3>& x,
+                             const std::vector<Triangle>& triangles) {
   const double low = std::min(p.z(), q.z()), high = std::max(p.z(), q.z());
   int count = 0;
   for (const Triangle& t : triangles) {
@@ -177,37 +210,49 @@ int count_ray(const Vec3& p, const Vec3& q, const std::vector<Vec3>& x,
     if (sp * sq > 0) continue;
     const int u = orientation(p, q, a, b), v = orientation(p, q, b, c), w = orientation(p, q, c, a);
     if (std::min({u, v, w}) < 0 && std::max({u, v, w}) > 0) continue;
-    if (sp * sq * u * v * w == 0) return -1;
-    ++count;
+    if (sp * sq * u * v * w == 0) return {};
+    count += sp;
   }
   return count;
 }
 
-bool is_inside_slabs(const Vec3& p, const Slabs& slabs, const std::vector<Vec3>& x) {
+/// By the winding of `rays` rays, the majority of which decides: one is enough where the mesh is
+/// closed, and shapes may overlap.
+bool is_inside_slabs(const Vec3& p, const Slabs& slabs, const std::vector<Vec3>& x, int rays) {
   if ((p.array() < slabs.low.array()).any() || (p.array() > slabs.high.array()).any()) return false;
   // Rays across y; one that grazes a corner is turned a little, and stays in the plane of its y.
   const double reach = 2.0 * (slabs.high - slabs.low).norm() + 1e-3;
-  for (int turn = 0; turn < 16; ++turn) {
-    const Vec3 q = p + Vec3(reach, 0, 0.0377 * turn * reach);
-    const int count = count_ray(p, q, x, slabs.triangles[slabs.at(p.y())]);
-    if (count >= 0) return count % 2 == 1;
+  const std::array<Vec3, kRays> ways = {Vec3(1, 0, 0), Vec3(-1, 0, 0.31), Vec3(0.23, 0, 1),
+                                        Vec3(-0.17, 0, -1), Vec3(0.71, 0, -0.67)};
+  int inside = 0, counted = 0;
+  for (int ray = 0; ray < rays; ++ray) {
+    std::optional<int> count;
+    for (int turn = 0; turn < 16 && !count; ++turn) {
+      const Vec3 q =
+          p + reach * (ways[ray] + 0.0377 * turn * Vec3(-ways[ray].z(), 0, ways[ray].x()));
+      count = count_ray(p, q, x, slabs.triangles[slabs.at(p.y())]);
+    }
+    if (!count) continue;
+    ++counted;
+    inside += *count != 0;
   }
-  return false;  // on the surface itself
+  return 2 * inside > counted;  // on the surface itself: no
 }
 
 /// The vertices of mesh `a` inside mesh `b`, or outside it where b is the skin.
-void measure_depth(int a, int b, const Slabs& slabs, const std::vector<BakeMesh>& meshes,
-                   const std::vector<std::vector<Vec3>>& x, Crossings& found) {
+void measure_depth(int a, int b, const Slabs& slabs, int rays, const Layers& layers,
+                   Crossings& found) {
+  const auto& [meshes, x, triangles] = layers;
   const bool outside = meshes[b].kind == Kind::kSkin;
   std::vector<char> used(x[a].size(), 0);
-  for (const Triangle& t : meshes[a].rest.triangles) {
+  for (const Triangle& t : triangles[a]) {
     for (const int i : t) used[i] = 1;
   }
   for (std::size_t i = 0; i < x[a].size(); ++i) {
     const Vec3& p = x[a][i];
-    if (!used[i] || is_inside_slabs(p, slabs, x[b]) == outside) continue;
+    if (!used[i] || is_inside_slabs(p, slabs, x[b], rays) == outside) continue;
     if (is_attached(p, a, b, meshes, x)) continue;
-    const double depth = surface_distance(p, x[b], meshes[b].rest.triangles);
+    const double depth = surface_distance(p, x[b], triangles[b]);
     if (depth <= found.depth) continue;
     found.depth = depth, found.deep_at = p;
     found.deep_mesh = a, found.deep_vertex = static_cast<int>(i), found.deep_in = b;
@@ -218,20 +263,23 @@ void measure_depth(int a, int b, const Slabs& slabs, const std::vector<BakeMesh>
 
 bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
                const std::vector<Triangle>& triangles) {
-  return is_inside_slabs(p, make_slabs(vertices, triangles), vertices);
+  return is_inside_slabs(p, make_slabs(vertices, triangles), vertices, 1);
 }
 
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
   std::array<Crossings, kLayerPairs.size()> found;
-  count_pairs(meshes, positions, found);
+  Layers layers{meshes, positions, {}};
+  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(welded_triangles(mesh.rest));
+  count_pairs(layers, found);
   for (std::size_t b = 0; b < meshes.size(); ++b) {
-    if (!closed(meshes[b].rest.triangles)) continue;
-    const Slabs slabs = make_slabs(positions[b], meshes[b].rest.triangles);
+    const double open = open_share(layers.triangles[b]);
+    if (open > (meshes[b].kind == Kind::kSkin ? kMostOpen : 0.0)) continue;
+    const Slabs slabs = make_slabs(positions[b], layers.triangles[b]);
     for (std::size_t a = 0; a < meshes.size(); ++a) {
       const int pair = layer_pair(meshes[a].kind, meshes[b].kind);
       if (a == b || pair < 0) continue;
-      measure_depth(static_cast<int>(a), static_cast<int>(b), slabs, meshes, positions,
+      measure_depth(static_cast<int>(a), static_cast<int>(b), slabs, open > 0.0 ? kRays : 1, layers,
                     found[pair]);
     }
   }

@@ -24,11 +24,12 @@ inline constexpr std::array<const char*, 5> kLayerPairs = {
     "bone and muscle", "muscle and muscle", "skin and muscle", "skin and bone", "skin and skin"};
 
 /// By exact tests of its own, which share nothing with the solver's contact. Triangles of one mesh
-/// that share a vertex are left out. Depth is measured against closed meshes only.
+/// that share a vertex, or two at one place at rest, are left out. Depth is measured against closed
+/// meshes, and against a skin with few holes.
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions);
 
-/// Whether p is inside a closed mesh, by the parity of a ray's exact crossings.
+/// Whether p is inside a closed mesh, by a ray's exact crossings.
 bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
                const std::vector<Triangle>& triangles);
 

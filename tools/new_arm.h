@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -30,33 +31,67 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
 /// from the ankles; zero where the character has no feet.
 Vec3 facing_of(const Character& character, const Vec3& shoulders);
 
-/// The template's humerus frame (x forward, y up the shaft, z outward) onto the character's arm in
-/// the rest pose: stretched along each segment by its length, across by the girth of the skin, and
-/// smoothly from one to the other in the elbow.
-struct ArmFit {
-  Vec3 elbow_template, elbow;  ///< m
-  Mat3 upper, fore;            ///< linear parts about the elbow
-  double blend = 0.0;          ///< m in the template, half of the elbow's
-  bool mirrored = false;
+/// How thick the character's arm is over the template's: by section (the template's y) and by
+/// direction around the bone, between nodes bilinear, held beyond the first and last section.
+struct GirthField {
+  struct Share {
+    int node;
+    double share;
+  };
+  double even = 1.0;  ///< everywhere, where no ratios are known
+  double top = 0.0;   ///< m, y of the first section
+  int rows = 0;
+  std::vector<double> ratio;  ///< by section, then by direction
+  std::vector<Vec3> shift;    ///< m, of the axis in the character, by section
 
-  Vec3 hinge_axis;       ///< unit, world, rest pose
-  double at_bind = 0.0;  ///< rad
-  Mat3 frame;            ///< turn (or turn and mirror) of the upper arm
-  double along_upper, along_fore, girth_upper, girth_fore;  ///< over the template's
+  double& at(int row, int direction);
+  std::array<Share, 4> shares(double y, double angle) const;
+  double value(double y, double angle) const;
+  Vec3 shift_at(double y) const;
+  double mean(double from, double to) const;  ///< over the sections from y down to y
 };
-/// Landmarks of the template in its humerus frame.
-struct ArmLandmarks {
+
+/// The template in its humerus frame (x forward, y up the shaft, z outward) at rest.
+struct ArmTemplate {
   Vec3 elbow, wrist, elbow_axis;
-  double girth_upper, girth_fore;  ///< m, mean distance of the skin from the axis
+  TriMesh skin;             ///< closed
+  std::vector<Vec3> flesh;  ///< what has to stay under the skin
 };
 
-ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmLandmarks& landmarks);
+/// The template's humerus frame onto the character's arm in the rest pose: along each segment
+/// stretched by its length, across by the girth of the skin, and smoothly from one segment to the
+/// other in the elbow.
+struct ArmFit {
+  Vec3 elbow_template, wrist_template, elbow;  ///< m
+  Mat3 upper, fore;                            ///< about the elbow; across as in the template
+  double blend = 0.0;                          ///< m in the template, half of the elbow's
+  bool mirrored = false;
+  GirthField girth;
+
+  Vec3 hinge_axis;                 ///< unit, world, rest pose
+  double at_bind = 0.0;            ///< rad
+  Mat3 frame;                      ///< turn (or turn and mirror) of the upper arm
+  double along_upper, along_fore;  ///< over the template's
+};
+
+/// All but the girth, which the rest pose tells.
+ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTemplate& from);
+/// `skin` is the character's, welded, at rest. Afterwards `from.flesh` lies under it, with a little
+/// fat left, wherever the arm's axis does.
+void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit);
 Vec3 map_point(const ArmFit& fit, const Vec3& p);
+/// The template's arm's axis at its section y, and what maps offsets from there but for the girth.
+Vec3 axis_point(const ArmFit& fit, double y);
+Mat3 linear_at(const ArmFit& fit, double y);
+/// m, from where the template's points go to the skin, away from the axis, the least; negative
+/// outside, or where the axis is.
+double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
+
 /// The rest pose: the bind pose with the elbow straight as the template's.
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,
                   const std::vector<ArmFit>& fits);
 
-/// m, mean distance from the axis of the points along the middle of a segment; 0: too few.
-double girth_of(const std::vector<Vec3>& points, const Vec3& from, const Vec3& to);
+/// The character's skin in that pose, vertices at one place made one.
+TriMesh skin_at_rest(const Character& character, const Pose& rest);
 
 }  // namespace thew

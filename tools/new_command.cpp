@@ -27,13 +27,24 @@ namespace fs = std::filesystem;
 // A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
 constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
 
+constexpr double kWrapReach = 0.02;  // m of the template, over which a cylinder's girth is taken
+
 struct Template {
   Scene scene;
   Skeleton skeleton;
   Pose rest;
   Vec3 humerus;  // its origin at rest
-  ArmLandmarks landmarks;
+  ArmTemplate arm;
 };
+
+// A bone of the template as it lies at rest, in the world.
+TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual) {
+  TriMesh mesh = import_closed_mesh(visual.mesh_file);
+  for (Vec3& p : mesh.vertices) {
+    p = from.rest[body] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
+  }
+  return mesh;
+}
 
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
@@ -45,13 +56,21 @@ Template read_template() {
     return Vec3(of.rest[find_body(of.skeleton, body)].translation());
   };
   of.humerus = place("humerus");
-  of.landmarks.elbow = place("ulna") - of.humerus;
-  of.landmarks.wrist = place("hand") - of.humerus;
-  of.landmarks.elbow_axis = of.skeleton.joint_axes[find_body(of.skeleton, "ulna")];
-  std::vector<Vec3> skin = import_closed_mesh(of.scene.skin.mesh).vertices;
-  for (Vec3& p : skin) p -= of.humerus;
-  of.landmarks.girth_upper = girth_of(skin, Vec3::Zero(), of.landmarks.elbow);
-  of.landmarks.girth_fore = girth_of(skin, of.landmarks.elbow, of.landmarks.wrist);
+  of.arm.elbow = place("ulna") - of.humerus;
+  of.arm.wrist = place("hand") - of.humerus;
+  of.arm.elbow_axis = of.skeleton.joint_axes[find_body(of.skeleton, "ulna")];
+  of.arm.skin = import_closed_mesh(of.scene.skin.mesh);
+  std::vector<Vec3>& flesh = of.arm.flesh;
+  const auto append = [&](const TriMesh& mesh) {
+    flesh.insert(flesh.end(), mesh.vertices.begin(), mesh.vertices.end());
+  };
+  for (const SceneMuscle& muscle : of.scene.muscles) append(import_closed_mesh(muscle.mesh));
+  for (const char* name : {"humerus", "ulna", "radius"}) {
+    const int body = find_body(of.skeleton, name);
+    for (const auto& visual : of.skeleton.visuals[body]) append(bone_mesh(of, body, visual));
+  }
+  for (Vec3& p : of.arm.skin.vertices) p -= of.humerus;
+  for (Vec3& p : flesh) p -= of.humerus;
   return of;
 }
 
@@ -60,6 +79,7 @@ struct Target {
   const Template& from;
   const Character& character;
   const Pose& rest;
+  const TriMesh& skin;  // at rest
   ArmBodies arm;
   ArmFit fit;
   std::string side;  // "right" or "left"
@@ -111,12 +131,13 @@ MusclePath mapped_path(const Target& to, MusclePath path) {
   }
   for (WrapCylinder& wrap : path.wraps) {
     const Transform& place = to.from.rest[wrap.body];
+    const double y = (place * wrap.centre - to.from.humerus).y();
     const Vec3 world = to.mapped(place * wrap.centre);
     const Vec3 axis = to.fit.frame * (place.linear() * wrap.axis);
     wrap.body = to.body_of(wrap.body);
     wrap.centre = to.rest[wrap.body].inverse() * world;
     wrap.axis = (to.rest[wrap.body].linear().transpose() * axis).normalized();
-    wrap.radius *= 0.5 * (to.fit.girth_upper + to.fit.girth_fore);
+    wrap.radius *= to.fit.girth.mean(y + kWrapReach, y - kWrapReach);
     if (to.fit.mirrored) wrap.turn = -wrap.turn;
   }
   return path;
@@ -157,12 +178,21 @@ std::string weights_text(const WeightProfile& weights) {
   return "{ profile = [" + text + "] }";
 }
 
+struct MappedSize {
+  double volume, volume_ratio;  // m^3
+  double fat;                   // m, least over the muscle; negative: it stands out of the skin
+};
+
 std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
-                        const fs::path& mesh) {
+                        const fs::path& mesh, const MappedSize& size) {
   const MusclePath before = template_path(to.from, muscle), after = mapped_path(to, before);
   const std::array<double, 2> belly = mapped_belly(to, before, after, muscle.belly);
-  std::string text =
-      "[[muscle]]\nname = " + quoted(name) + "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
+  char note[160];
+  std::snprintf(note, sizeof note,
+                "# %.2f cm3 at rest, %.2f of the template's; %.1f mm or more under the skin\n",
+                1e6 * size.volume, size.volume_ratio, 1e3 * size.fat);
+  std::string text = note + std::string("[[muscle]]\nname = ") + quoted(name) +
+                     "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
   for (const PathPoint& point : after.points) {
     text += "  [" + quoted(to.name_of(point.body)) + ", " + metres(point.position, ", ") + "],\n";
   }
@@ -174,16 +204,19 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
             "], radius = " + metres(wrap.radius) + ", turn = " + metres(wrap.turn) + " }]\n";
   }
   // Force goes with the section, fibres with the length.
-  const double girth = to.fit.girth_upper;
+  const double along = (belly[1] - belly[0]) / (muscle.belly[1] - muscle.belly[0]);
+  const double section = size.volume_ratio / along;
   return text + "belly = [" + metres(belly[0]) + ", " + metres(belly[1]) +
          "]\nweights = " + weights_text(muscle.weights) +
-         "\nf_max = " + number_text(muscle.f_max * girth * girth) +
-         "\nfibre_length = " + metres(muscle.fibre_length * to.fit.along_upper) + "\n\n";
+         "\nf_max = " + number_text(muscle.f_max * section) +
+         "\nfibre_length = " + metres(muscle.fibre_length * along) + "\n\n";
 }
 
 // Files of one arm, and its part of the scene.
 struct Written {
   std::string rig, muscles, ignore, keys;
+  std::vector<std::string> outside;  // muscles that stand out of the skin
+  double fat = 1.0, volume = 0.0;    // m, the least over the muscles; m^3
 };
 
 void write_arm(const Target& to, const fs::path& folder, Written& out) {
@@ -191,17 +224,14 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
   const Transform world = Transform::Identity();
   for (int b = 0; b < from.skeleton.size(); ++b) {
     for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
-      TriMesh mesh = import_closed_mesh(visual.mesh_file);
-      for (Vec3& p : mesh.vertices) {
-        p = from.rest[b] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
-      }
       const int body = to.body_of(b);
       const std::string name = from.skeleton.body_names[b] + "_" + to.side;
       const fs::path file = fs::path("bones") / (name + ".obj");
       write_durably(
           folder / file,
           obj_text(name + " in the frame of " + to.name_of(body) + ", metres; made by thew new",
-                   mapped_mesh(to, mesh, to.rest[body].inverse()), Vec3::Zero()));
+                   mapped_mesh(to, bone_mesh(from, b, visual), to.rest[body].inverse()),
+                   Vec3::Zero()));
       out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
                  "\nmesh = " + quoted(file.string()) + "\n\n";
     }
@@ -209,10 +239,19 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
   for (const SceneMuscle& muscle : from.scene.muscles) {
     const std::string name = muscle.name + "_" + to.side;
     const fs::path file = fs::path("muscles") / (name + ".obj");
-    const TriMesh mesh = mapped_mesh(to, import_closed_mesh(muscle.mesh), world);
+    const TriMesh before = import_closed_mesh(muscle.mesh);
+    const TriMesh mesh = mapped_mesh(to, before, world);
+    std::vector<Vec3> points = before.vertices;
+    for (Vec3& p : points) p -= from.humerus;
+    const double volume = enclosed_volume(mesh);
+    const MappedSize size{volume, volume / enclosed_volume(before),
+                          least_fat(to.fit, to.skin, points)};
+    if (size.fat < 0.0) out.outside.push_back(name);
+    out.fat = std::min(out.fat, size.fat);
+    out.volume += size.volume;
     write_durably(folder / file, obj_text(name + " at rest, in the world, metres; made by thew new",
                                           mesh, Vec3::Zero()));
-    out.muscles += muscle_text(to, muscle, name, file);
+    out.muscles += muscle_text(to, muscle, name, file, size);
   }
   for (const auto& [a, b] : from.scene.contact.ignore) {
     out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(a + "_" + to.side) + ", " +
@@ -226,8 +265,7 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
   out.rig += "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
              quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
              metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
-             "]\nat_bind = " + number_text(degrees) + "\nrange = [" +
-             number_text(std::min(0.0, std::floor(degrees))) + ", 140]\n\n";
+             "]\nat_bind = " + number_text(degrees) + "\nrange = [0, 140]\n\n";
   out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
               "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
 }
@@ -289,7 +327,8 @@ fs::path bring_character(const fs::path& file, const fs::path& folder) {
 
 void say_fit(const Target& to, double scale) {
   const Skeleton& skeleton = to.character.skeleton;
-  const double length = to.fit.along_upper * to.from.landmarks.elbow.norm();
+  const double length = to.fit.along_upper * to.from.arm.elbow.norm();
+  const double elbow = to.from.arm.elbow.y();
   std::printf(
       "%s arm: clavicle %s, humerus %s, forearm %s, hand %s\n", to.side.c_str(),
       skeleton.body_names[to.arm.clavicle].c_str(), skeleton.body_names[to.arm.humerus].c_str(),
@@ -298,13 +337,25 @@ void say_fit(const Target& to, double scale) {
       "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
       "%.2f; "
       "bent by %.1f deg in the bind pose\n",
-      length, to.fit.along_upper, to.fit.girth_upper, to.fit.along_fore, to.fit.girth_fore,
-      to.fit.at_bind / kDegree);
+      length, to.fit.along_upper, to.fit.girth.mean(-0.1, elbow + 0.05), to.fit.along_fore,
+      to.fit.girth.mean(elbow - 0.05, to.fit.wrist_template.y()), to.fit.at_bind / kDegree);
   if (length >= kShortestHumerus && length <= kLongestHumerus) return;
   std::fprintf(stderr,
                "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "
                "is not the metre, give --scale %.3g\n",
                length, scale * 0.32 / length);
+}
+
+void say_flesh(const Written& written) {
+  std::printf("muscles: %.1f cm3, %.1f mm or more under the skin at rest\n", 1e6 * written.volume,
+              1e3 * written.fat);
+  if (written.outside.empty()) return;
+  std::string names;
+  for (const std::string& name : written.outside) names += (names.empty() ? "" : ", ") + name;
+  std::fprintf(stderr,
+               "warning: outside the skin at rest: %s; the bones may not run within the skin: look "
+               "at them, and at --map\n",
+               names.c_str());
 }
 
 }  // namespace
@@ -333,8 +384,10 @@ ExitCode new_command(const NewOptions& options) {
       find_arms(character, options.side, options.map, options.character.string(), notes);
   for (const std::string& note : notes) std::printf("%s\n", note.c_str());
   std::vector<ArmFit> fits;
-  for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.landmarks));
+  for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
   const Pose rest = rest_pose_of(character, arms, fits);
+  const TriMesh skin = skin_at_rest(character, rest);
+  for (ArmFit& fit : fits) fit_girth(from.arm, skin, fit);
 
   const fs::path folder = fs::absolute(options.out).parent_path();
   for (const char* below : {"bones", "muscles"}) create_folders(folder / below);
@@ -342,12 +395,13 @@ ExitCode new_command(const NewOptions& options) {
   Written written;
   std::optional<std::string> views;
   for (size_t i = 0; i < arms.size(); ++i) {
-    const Target to{from, character, rest, arms[i], fits[i], arms[i].left ? "left" : "right"};
+    const Target to{from, character, rest, skin, arms[i], fits[i], arms[i].left ? "left" : "right"};
     stop_if_interrupted();
     say_fit(to, options.scale);
     write_arm(to, folder, written);
     if (!views) views = views_text(to);
   }
+  say_flesh(written);
   write_durably(options.out, scene_text(options.out.stem().string(), file, options.scale, written,
                                         clip_text(written, character), *views));
   std::printf("%s: %zu muscles; next: thew bake %s --out FOLDER\n", options.out.c_str(),

@@ -45,41 +45,9 @@ Vec3 bend_direction(const Character& character, const ArmBodies& arm, const Vec3
   return angle > kSureBend || (angle > kLeastBend && agrees) ? bend.normalized() : forward;
 }
 
-// Points on the edges that go with a body more than with any other: a low cylinder has vertices at
-// its ends alone.
-std::vector<Vec3> points_of(const Character& character, int body) {
-  constexpr int kSteps = 10;
-  const SkinWeights& skin = character.skin;
-  std::vector<char> mine(character.mesh.vertices.size(), 0);
-  for (size_t i = 0; i < mine.size(); ++i) {
-    double weight = 0.0;
-    for (int k = skin.first[i]; k < skin.first[i + 1]; ++k) {
-      if (skin.links[skin.link[k]].body == body) weight += skin.weight[k];
-    }
-    mine[i] = weight > 0.5;
-  }
-  std::vector<Vec3> points;
-  for (const Triangle& t : character.mesh.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = t[k], b = t[(k + 1) % 3];
-      if (!mine[a] || !mine[b]) continue;
-      for (int step = 0; step < kSteps; ++step) {
-        const double u = (step + 0.5) / kSteps;
-        points.push_back((1.0 - u) * character.mesh.vertices[a] + u * character.mesh.vertices[b]);
-      }
-    }
-  }
-  return points;
-}
-
-double girth_ratio(double girth, double of_template, double along) {
-  if (girth <= 0.0) return along;  // the skin tells nothing
-  return std::clamp(girth / of_template, along / 3.0, along * 3.0);
-}
-
-// Columns: where the template's x, y, z go, stretched along `axis` (template) and across it.
-Mat3 stretched(const Mat3& turn, const Vec3& axis, double along, double girth) {
-  return turn * (girth * Mat3::Identity() + (along - girth) * axis * axis.transpose());
+// Columns: where the template's x, y, z go, stretched along `axis` (template).
+Mat3 stretched(const Mat3& turn, const Vec3& axis, double along) {
+  return turn * (Mat3::Identity() + (along - 1.0) * axis * axis.transpose());
 }
 
 // The least turn that takes one unit vector to another.
@@ -113,21 +81,7 @@ Vec3 facing_of(const Character& character, const Vec3& shoulders) {
   return ahead > 0.0 ? forward : Vec3(-forward);
 }
 
-double girth_of(const std::vector<Vec3>& points, const Vec3& from, const Vec3& to) {
-  const double length = (to - from).norm();
-  const Vec3 axis = (to - from) / length;
-  double sum = 0.0;
-  int count = 0;
-  for (const Vec3& p : points) {
-    const double along = (p - from).dot(axis) / length;
-    if (along < 0.3 || along > 0.7) continue;
-    sum += across(p - from, axis).norm();
-    ++count;
-  }
-  return count < 4 ? 0.0 : sum / count;
-}
-
-ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmLandmarks& landmarks) {
+ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTemplate& from) {
   const Vec3 shoulder = character.bind[arm.humerus].translation();
   const Vec3 elbow = character.bind[arm.forearm].translation();
   const Vec3 wrist = character.bind[arm.hand].translation();
@@ -142,40 +96,59 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmLandma
   ArmFit fit;
   fit.mirrored = arm.left;
   fit.elbow = elbow;
-  fit.elbow_template = landmarks.elbow;
+  fit.elbow_template = from.elbow;
+  fit.wrist_template = from.wrist;
   // From the template's own shaft, which leans a little, to its y axis and so to the character's.
-  const Vec3 shaft = -landmarks.elbow.normalized();
+  const Vec3 shaft = -from.elbow.normalized();
   const Vec3 bend = bend_direction(character, arm, shoulder, down, forearm);
   const Vec3 out = down.cross(bend);
   Mat3 axes;
   axes << bend, -down, (arm.left ? -out : out);
   fit.frame = axes * least_turn(shaft, Vec3::UnitY());
-  const Vec3 hinge = (fit.frame * landmarks.elbow_axis).normalized();
+  const Vec3 hinge = (fit.frame * from.elbow_axis).normalized();
   fit.hinge_axis = arm.left ? -hinge : hinge;  // an axis of turning is mirrored the other way round
 
-  const Vec3 fore_template = (landmarks.wrist - landmarks.elbow).normalized();
+  const Vec3 fore_template = (from.wrist - from.elbow).normalized();
   const Vec3 straight = fit.frame * fore_template;
   const Vec3 a = across(straight, fit.hinge_axis), b = across(forearm, fit.hinge_axis);
-  fit.at_bind = arc_tan2(fit.hinge_axis.dot(a.cross(b)), a.dot(b));
+  // A bind pose stretched beyond straight is taken for straight: tendons would be drawn into bone.
+  fit.at_bind = std::max(0.0, arc_tan2(fit.hinge_axis.dot(a.cross(b)), a.dot(b)));
   const Vec3 at_rest = rotation_about(fit.hinge_axis, -fit.at_bind) * forearm;
 
-  fit.along_upper = upper / landmarks.elbow.norm();
-  fit.along_fore = fore / (landmarks.wrist - landmarks.elbow).norm();
-  fit.girth_upper = girth_ratio(girth_of(points_of(character, arm.humerus), shoulder, elbow),
-                                landmarks.girth_upper, fit.along_upper);
-  fit.girth_fore = girth_ratio(girth_of(points_of(character, arm.forearm), elbow, wrist),
-                               landmarks.girth_fore, fit.along_fore);
-  fit.upper = stretched(fit.frame, shaft, fit.along_upper, fit.girth_upper);
-  fit.fore = stretched(least_turn(straight, at_rest) * fit.frame, fore_template, fit.along_fore,
-                       fit.girth_fore);
-  fit.blend = 0.3 * landmarks.elbow.norm();
+  fit.along_upper = upper / from.elbow.norm();
+  fit.along_fore = fore / (from.wrist - from.elbow).norm();
+  fit.upper = stretched(fit.frame, shaft, fit.along_upper);
+  fit.fore = stretched(least_turn(straight, at_rest) * fit.frame, fore_template, fit.along_fore);
+  fit.blend = 0.3 * from.elbow.norm();
   return fit;
 }
 
+namespace {
+
+// Of the forearm, at the template's section y.
+double share_of_fore(const ArmFit& fit, double y) {
+  return smoothstep(-fit.blend, fit.blend, fit.elbow_template.y() - y);
+}
+
+}  // namespace
+
+Vec3 axis_point(const ArmFit& fit, double y) {
+  const Vec3 &elbow = fit.elbow_template, fore = fit.wrist_template - elbow;
+  const double share = share_of_fore(fit, y);
+  return (1.0 - share) * (y / elbow.y()) * elbow +
+         share * (elbow + (y - elbow.y()) / fore.y() * fore);
+}
+
+Mat3 linear_at(const ArmFit& fit, double y) {
+  const double share = share_of_fore(fit, y);
+  return (1.0 - share) * fit.upper + share * fit.fore;
+}
+
 Vec3 map_point(const ArmFit& fit, const Vec3& p) {
-  const Vec3 from_elbow = p - fit.elbow_template;
-  const double share = smoothstep(-fit.blend, fit.blend, -from_elbow.y());
-  return fit.elbow + (1.0 - share) * (fit.upper * from_elbow) + share * (fit.fore * from_elbow);
+  const Vec3 axis = axis_point(fit, p.y()), out = p - axis;
+  const double girth = fit.girth.value(p.y(), arc_tan2(out.z(), out.x()));
+  return fit.elbow + fit.girth.shift_at(p.y()) +
+         linear_at(fit, p.y()) * (axis - fit.elbow_template + girth * out);
 }
 
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,

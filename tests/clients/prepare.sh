@@ -27,3 +27,13 @@ bake() {  # FOLDER SCENE MESH [arguments]
 }
 bake muscle "$source/tests/scenes/one_muscle/scene.toml" flexor  # double precision
 bake arm "$source/assets/arm/arm.toml" skin --set 'scene.frames="1-6"'
+# A whole character, its own skin in its own vertex order: its elbows flexed, all formats ...
+character=$source/tests/scenes/figure/figure.gltf
+"$thew" new "$character" --template arm --out "$out/scene/figure.toml"
+bake figure "$out/scene/figure.toml" skin --set 'scene.frames="20-36"'
+cp "$character" "$out/figure/input.gltf"
+# ... and its own animation, for clients that play that themselves.
+"$thew" bake "$out/scene/figure.toml" --out "$out/wave" --no-render --progress none \
+  --set 'rig.clip={ animation = "wave" }' --set 'scene.frames="1-49"'
+/usr/bin/python3 "$here/truth.py" "$out/wave" skin
+cp "$character" "$out/wave/input.gltf"

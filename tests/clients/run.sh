@@ -5,7 +5,7 @@
 set -euo pipefail
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 client=$1 build=$2
-folders=("$build/clients/muscle" "$build/clients/arm")
+folders=("$build"/clients/{muscle,arm,figure})
 
 skip() { echo "skipped: $1"; exit 77; }
 case "$client" in
@@ -24,7 +24,7 @@ case "$client" in
     cp "$here/package.json" "$modules"
     npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
       skip "npm could not install gltf-validator and three"
-    node "$here/web_read.mjs" "$modules" "${folders[@]}" ;;
+    node "$here/web_read.mjs" "$modules" "${folders[@]}" "$build/clients/wave" ;;
   chromium)
     command -v chromium >/dev/null || skip "chromium is not installed"
     command -v node >/dev/null || skip "node is not installed"

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/unit/tools_export.h"
+#include "tools/export_basis.h"
 
 namespace thew {
 namespace {
@@ -129,6 +130,18 @@ TEST_F(ExportTest, ABasisOfOneHoldsAMotionOfOne) {
     for (int i = 0; i < 4; ++i) {
       EXPECT_LE(largest_error(glb, m, i, positions(names[m], i)), 4e-7);
     }
+  }
+}
+
+// The mean of n equal frames differs from them by rounding, which is no motion.
+TEST_F(ExportTest, ABasisOfWhatStandsStillHasNoTargets) {
+  const std::vector<Vec3> still = {Vec3(0.1, 0.7, -0.3), Vec3(1.1, 0.9, 0.013), Vec3(3, 1e-9, 7)};
+  for (int count = 1; count < 30; ++count) {
+    const std::vector<const std::vector<Vec3>*> frames(count, &still);
+    const MotionBasis basis = fit_motion_basis(frames, 4);
+    EXPECT_TRUE(basis.factors.empty()) << count;
+    const std::vector<Vec3> base = combine(basis.base_factors, frames);
+    for (size_t v = 0; v < still.size(); ++v) EXPECT_LT((base[v] - still[v]).norm(), 1e-14);
   }
 }
 

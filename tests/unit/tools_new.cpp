@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "rig/character_import.h"
+#include "rig/math.h"
+#include "rig/text.h"
 #include "rig_temp.h"
 #include "sim/model.h"
 #include "tools/commands.h"
@@ -55,8 +57,11 @@ TEST_F(NewScene, LandmarksLandOnTheCharactersJoints) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
   const Character man = import_character(data("cesium_man.gltf"));
   std::vector<std::string> notes;
-  const ArmLandmarks landmarks{Vec3(0.006, -0.29, -0.012), Vec3(0.028, -0.56, 0.035),
-                               Vec3(0.05, 0.04, 0.998).normalized(), 0.045, 0.04};
+  const ArmTemplate landmarks{Vec3(0.006, -0.29, -0.012),
+                              Vec3(0.028, -0.56, 0.035),
+                              Vec3(0.05, 0.04, 0.998).normalized(),
+                              {},
+                              {}};
   const auto arms = find_arms(man, "both", {}, "man", notes);
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(man, arm, landmarks));
@@ -76,6 +81,65 @@ TEST_F(NewScene, LandmarksLandOnTheCharactersJoints) {
     b.z() = -b.z() - 0.01;  // his middle lies at -5 mm
     EXPECT_LT((a - b).norm(), 2e-3);
   }
+}
+
+// Solid angle of the surface seen from p, over that of a sphere: 0 outside of all its shapes.
+double winding(const TriMesh& mesh, const Vec3& p) {
+  double sum = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p,
+               c = mesh.vertices[t[2]] - p;
+    const double x = a.norm(), y = b.norm(), z = c.norm();
+    sum +=
+        2.0 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+  }
+  return sum / (4.0 * kPi);
+}
+
+double distance(const TriMesh& mesh, const Vec3& p) {
+  double least = 1.0;
+  for (const Triangle& t : mesh.triangles) {
+    // Close enough by the triangle's points on a grid of eighths.
+    const Vec3 &a = mesh.vertices[t[0]], u = mesh.vertices[t[1]] - a, v = mesh.vertices[t[2]] - a;
+    if ((a - p).norm() > least + std::max(u.norm(), v.norm())) continue;
+    for (int i = 0; i <= 8; ++i) {
+      for (int k = 0; k + i <= 8; ++k) {
+        least = std::min(least, (a + i / 8.0 * u + k / 8.0 * v - p).norm());
+      }
+    }
+  }
+  return least;
+}
+
+// A figure whose arms are thinner than the template's, its bones beside the middle of the flesh.
+TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
+  NewOptions options;
+  options.character = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
+  options.out = folder / "figure.toml";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(options.out));
+  ASSERT_EQ(model.muscles.size(), 24u);
+  TriMesh skin = model.character->character.mesh;
+  for (size_t i = 0; i < skin.vertices.size(); ++i) {
+    skin.vertices[i] = to_vec(model.skinned->rest[i]);
+  }
+  int outside = 0, checked = 0;
+  double least = 1.0, volume = 0.0;
+  for (const Muscle& muscle : model.muscles) {
+    volume += muscle.rest_volume;
+    const std::vector<Vec3>& x = muscle.rest.vertices;
+    for (size_t i = 0; i < x.size(); ++i, ++checked) {
+      if (winding(skin, x[i]) < 0.5) ++outside;
+      if (i % 7 == 0) least = std::min(least, distance(skin, x[i]));
+    }
+  }
+  std::printf("%d of %d vertices outside, %.2f mm or more under the skin, %.0f cm3\n", outside,
+              checked, 1e3 * least, 1e6 * volume);
+  EXPECT_EQ(outside, 0);
+  EXPECT_GT(least, 0.7e-3);   // 2 mm, or a tenth of the way out, along rays from the axis
+  EXPECT_GT(volume, 600e-6);  // of the template's 1710, in arms 0.8 of its length
+  const std::string text = read_whole(options.out, 1 << 20);
+  EXPECT_HAS(text, "mm or more under the skin");
 }
 
 TEST_F(NewScene, DoubtIsToldWithItsCandidates) {

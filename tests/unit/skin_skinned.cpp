@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A skin that its user has skinned already, over muscles.
+#include <gtest/gtest.h>
+
+#include "skin/skinned_skin.h"
+#include "tests/unit/skin_shapes.h"
+
+namespace thew {
+namespace {
+
+constexpr int kSide = 13;
+
+// A sheet at y = 12 mm over a flat muscle that ends at 10 mm, both wide.
+struct Sheet {
+  TriMesh mesh;
+  SkinWeights weights;
+  std::vector<int> map_back;
+  TriMesh muscle = ball(1.0, Vec3(0, 0, 0), 48, 47);
+  Surface surface;
+  SkinnedSkin skin;
+
+  template <typename Act>
+  auto with_muscle(const Vec3& by, Act act) const {
+    Rows x;
+    for (const Vec3& p : muscle.vertices) x.push_back(to_row(p + by));
+    const Bvh bvh = build_bvh(surface, x);
+    return act(std::vector<Collider>{{&surface, &bvh, &x, nullptr}});
+  }
+
+  Sheet() {
+    for (Vec3& p : muscle.vertices) p = p.cwiseProduct(Vec3(0.12, 0.01, 0.12));
+    for (int i = 0; i < kSide * kSide; ++i) {
+      mesh.vertices.emplace_back(0.008 * (i % kSide - kSide / 2), 0.012,
+                                 0.008 * (i / kSide - kSide / 2));
+      map_back.push_back(i);
+      weights.first.push_back(i);
+      weights.link.push_back(0);
+      weights.weight.push_back(1.0);
+    }
+    weights.first.push_back(kSide * kSide);
+    weights.links.push_back({0, Affine::Identity()});
+    for (int row = 0; row + 1 < kSide; ++row) {
+      for (int k = 0; k + 1 < kSide; ++k) {
+        const int a = row * kSide + k, b = a + kSide;
+        mesh.triangles.push_back({a, b, b + 1});
+        mesh.triangles.push_back({a, b + 1, a + 1});
+      }
+    }
+    surface = make_surface(muscle.triangles, static_cast<int>(muscle.vertices.size()));
+    skin = with_muscle(Vec3::Zero(), [&](const std::vector<Collider>& below) {
+      return bind_skinned(mesh, map_back, weights, {Affine::Identity()}, below, {});
+    });
+  }
+
+  // The sheet's middle, with the body and then the muscle moved.
+  Vec3 middle(const Vec3& body, const Vec3& by) const {
+    SkinState state = initial_skinned(skin);
+    Affine place = Affine::Identity();
+    place.translation() = body;
+    with_muscle(body + by, [&](const std::vector<Collider>& below) {
+      step_skinned(skin, {place}, below, state);
+      return 0;
+    });
+    return to_vec(state.x[kSide * kSide / 2]);
+  }
+};
+
+TEST(SkinnedSkin, StaysWhereMusclesGoAsTheWeightsDo) {
+  const Sheet sheet;
+  EXPECT_LT((sheet.middle(Vec3::Zero(), Vec3::Zero()) - Vec3(0, 0.012, 0)).norm(), 1e-9);
+  EXPECT_LT((sheet.middle(Vec3(1, 2, 3), Vec3::Zero()) - Vec3(1, 2.012, 3)).norm(), 1e-9);
+}
+
+// Further in one frame than the muscle is thick: nearest to the old place is the muscle's far side.
+TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
+  const Sheet sheet;
+  for (const double way : {0.004, 0.015, 0.028}) {
+    EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0, way, 0)).y(), 0.012 + way, 1e-3) << way;
+  }
+}
+
+// A muscle that slides by below changes nothing.
+TEST(SkinnedSkin, LetsAMuscleSlide) {
+  const Sheet sheet;
+  EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
+}
+
+}  // namespace
+}  // namespace thew

@@ -31,16 +31,16 @@ constexpr int kLookEvery = 12;  // substeps, for touches that may close before t
 }
 
 // A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
+// One line of the cache; what a substep adds is in Held.
 struct Touch {
   Row normal;
-  int node;
   double from, way;     // m, the gap included
   double pushed = 0.0;  // N s so far, all along the normal
-  double across = 0.0;  // m, part of the multiplier's direction that the plane bears
-  double kick = 0.0;    // m/s, in this substep
+  int node;
   bool held = false;    // in this substep
   bool shared = false;  // its node has another one
 };
+static_assert(sizeof(Touch) == 64);
 using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
 
 // Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
@@ -69,7 +69,10 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
   }
   const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
-  return {to_row(normal), contact.node, from, normal.dot(to_vec(after - before))};
+  return {.normal = to_row(normal),
+          .from = from,
+          .way = normal.dot(to_vec(after - before)),
+          .node = contact.node};
 }
 
 Touches touches_of(const Model& model, int m, double begin, const State& state) {
@@ -90,9 +93,14 @@ Touches touches_of(const Model& model, int m, double begin, const State& state) 
   return touches;
 }
 
+struct Held {
+  Touch* touch;
+  double across;  // m, part of the multiplier's direction that the plane bears
+  double kick;    // m/s, in this substep
+};
 struct Near {
   std::vector<Touch*> all, shared;  // these have nodes of others as well
-  std::vector<Touch*> held;         // in this substep
+  std::vector<Held> held;           // in this substep
 };
 
 // Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
@@ -206,9 +214,9 @@ void advance(double h, double lambda, bool whole, MuscleState& now) {
 // Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
 // on the multiplier no longer moves them across. True where there was one.
 THEW_VECTORISED
-bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole,
-                    Near& near, MuscleState& now, VolumeSums& sums) {
-  const size_t held = near.held.size();
+bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole, Near& near,
+                    MuscleState& now, VolumeSums& sums) {
+  const size_t before = near.held.size();
   double rate = sums.rate, weighted = sums.weighted;  // in registers: each waits for the one before
   for (Touch* touch : near.all) {
     if (touch->held) continue;
@@ -219,20 +227,19 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
     if (open >= 0.0) continue;
     touch->held = true;
-    near.held.push_back(touch);
-    touch->kick = -open / h;
-    now.v[i] += touch->kick * n;
+    Held& held = near.held.emplace_back(touch, 0.0, -open / h);
+    now.v[i] += held.kick * n;
     if (!has_volume) continue;
     const bool stored = whole || touch->shared;
     const double slope = dot3(n, now.gradient[i]);
-    touch->across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
-    rate += slope * touch->kick;
-    weighted -= slope * touch->across;
-    if (stored) now.direction[i] -= touch->across * n;
+    held.across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
+    rate += slope * held.kick;
+    weighted -= slope * held.across;
+    if (stored) now.direction[i] -= held.across * n;
   }
   sums.rate = rate;
   sums.weighted = weighted;
-  return near.held.size() > held;
+  return near.held.size() > before;
 }
 
 // Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
@@ -241,15 +248,14 @@ THEW_VECTORISED
 void release_contacts(double lambda, bool whole, const Muscle& muscle, Near& near,
                       MuscleState& now) {
   Row impulse = {}, angular = {};
-  for (Touch* touch : near.held) {
-    const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
+  for (const auto& [touch, across, kick] : near.held) {
+    const double given = muscle.mass[touch->node] * (kick + lambda * across);
     touch->pushed += given;
-    if (!whole) now.v[touch->node] += lambda * touch->across * touch->normal;
+    if (!whole) now.v[touch->node] += lambda * across * touch->normal;
     const Row push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
     touch->held = false;
-    touch->kick = touch->across = 0.0;
   }
   near.held.clear();
   now.impulse += to_vec(impulse);

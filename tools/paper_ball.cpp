@@ -128,7 +128,7 @@ TimedBall time_ball(int triangles, PaperReport& report) {
   }
   TimedBall timed;
   for (const PaperAsk& ask : asks) timed.scenes.push_back(ready_scene(ask));
-  const int repetitions = quick ? (large ? 1 : 3) : large ? 5 : 7;
+  const int repetitions = quick ? (large ? 3 : 5) : large ? 5 : 9;
   timed.seconds = time_scenes(timed.scenes, repetitions, [&] { report.done(); });
   return timed;
 }

@@ -385,7 +385,7 @@ void paper_bodies(PaperReport& report) {
 
 int paper_steps(bool quick) {
   const int truth = quick ? 2 : 4, penalties = quick ? 2 : 6;
-  const int balls = quick ? 2 * (3 * 8 + 1) + 8 + 1 : 2 * (7 * 8 + 1) + 3 * 8 + 1;
+  const int balls = quick ? 2 * (5 * 8 + 1) + 3 * 8 + 1 : 2 * (9 * 8 + 1) + 5 * 8 + 1;
   return truth + balls + 1 + penalties + 3 + 2 + 2 + 3 + 3 + 1;  // cubes, cow, holes, finger, arm
 }
 

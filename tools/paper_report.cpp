@@ -146,7 +146,8 @@ void PaperReport::write(double seconds) {
           "</style></head><body><main>\n<h1>The paper, reproduced</h1>\n<p class=\"soft\">Hong, "
           "Jung, Choi, Welch, Fast Volume Preservation for a Mass-Spring System, IEEE CG&amp;A "
           "2006. Printed values are of a 2.0 GHz Pentium 4; the ratios carry over." +
-          (quick ? std::string(" This is the quick run: fewer frames, repetitions and elements.")
+          (quick ? std::string(" This is the quick run: fewer frames, repetitions and elements, "
+                               "these on a thread of their own.")
                  : std::string()) +
           "</p>\n" + top + body + "<p class=\"soft\">Made in " + number(seconds) +
           " s. CPU time of one thread; medians of interleaved repetitions.</p>\n" +

@@ -95,8 +95,7 @@ PaperRun run_scene(const PaperScene& ready) {
     stop_if_interrupted();
     const double begin = cpu_seconds();
     step_frame(*run.model, (frame - first) / scene.fps, one, run.state, stages);
-    run.frame_seconds.push_back(cpu_seconds() - begin);
-    run.seconds += run.frame_seconds.back() / (last - first);
+    run.seconds += (cpu_seconds() - begin) / (last - first);
     note_frame(frame, ask, run);
     for (const double push : run.state.muscles[0].push) {
       run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
@@ -109,12 +108,27 @@ std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repet
                                 const std::function<void()>& on_run) {
   // By scene, frame, repetition.
   std::vector<std::vector<std::vector<double>>> frames(scenes.size());
+  Parallel one(1);
+  StageSeconds stages;
   for (int r = 0; r < repetitions; ++r) {
-    for (size_t k = 0; k < scenes.size(); ++k) {
-      const std::vector<double> seconds = run_scene(scenes[k]).frame_seconds;
-      frames[k].resize(seconds.size());
-      for (size_t f = 0; f < seconds.size(); ++f) frames[k][f].push_back(seconds[f]);
-      on_run();
+    std::vector<State> states;
+    for (const PaperScene& scene : scenes) states.push_back(scene.start);
+    size_t left = scenes.size();
+    for (size_t f = 0; left > 0; ++f) {
+      stop_if_interrupted();
+      for (size_t k = 0; k < scenes.size(); ++k) {
+        const Scene& scene = scenes[k].model->scene;
+        const int last = scenes[k].ask.last > 0 ? scenes[k].ask.last : scene.last_frame;
+        const size_t count = last - scene.first_frame;
+        if (f >= count) continue;
+        if (r == 0) frames[k].emplace_back();
+        const double begin = cpu_seconds();
+        step_frame(*scenes[k].model, (f + 1) / scene.fps, one, states[k], stages);
+        frames[k][f].push_back(cpu_seconds() - begin);
+        if (f + 1 < count) continue;
+        --left;
+        on_run();
+      }
     }
   }
   std::vector<double> means;

@@ -22,7 +22,6 @@ struct PaperRun {
   std::shared_ptr<const Model> model;
   State state;                        ///< at the last frame
   double seconds = 0.0;               ///< CPU, a frame, the mean of all
-  std::vector<double> frame_seconds;  ///< CPU, by frame after the first
   double volume_error = 0.0;          ///< |V/V0 - 1|, largest of all frames and bodies
   std::vector<double> volume_errors;  ///< the same by body
   double penetration = 0.0;           ///< m, largest of all frames: free nodes inside bones
@@ -48,8 +47,9 @@ struct PaperScene {
 PaperScene ready_scene(const PaperAsk& ask);
 PaperRun run_scene(const PaperScene& scene);
 PaperRun run_scene(const PaperAsk& ask);
-/// Only timed, several scenes in turn: CPU seconds a frame by scene, the mean over frames of each
-/// one's median over the repetitions (what else runs disturbs frames, not runs).
+/// Only timed, several scenes in turn, frame by frame, so that what else the machine does meets all
+/// of them alike: CPU seconds a frame by scene, the mean over frames of each one's median over the
+/// repetitions.
 std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repetitions,
                                 const std::function<void()>& on_run);
 

@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -35,6 +37,17 @@ using Rows = std::vector<Row, AlignedAllocator<Row>>;
 
 [[gnu::always_inline]] inline Row to_row(const Vec3& p) { return Row{p.x(), p.y(), p.z(), 0.0}; }
 inline Vec3 to_vec(const Row& r) { return {r[0], r[1], r[2]}; }
+inline double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline double norm(const Row& r) { return std::sqrt(dot(r, r)); }
+/// Of nodes of the same number: the greatest distance.
+inline double largest_distance(const Rows& a, const Rows& b) {
+  double squared = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Row d = a[i] - b[i];
+    squared = std::max(squared, dot(d, d));
+  }
+  return std::sqrt(squared);
+}
 
 /// Exit codes of the command, and what each kind of Error ends it with.
 enum class ExitCode {

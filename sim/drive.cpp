@@ -25,11 +25,38 @@ void joints_at(const Model& model, double time, std::vector<double>& joints) {
   for (double& value : joints) value *= part;
 }
 
-void drive_bones(const Model& model, double time, State& state) {
+namespace {
+
+void pose_bodies(const Model& model, double time, State& state) {
   joints_at(model, time, state.joints);
-  const Pose before = state.pose;
   forward_kinematics(model.skeleton, state.joints, state.pose);
   if (model.character) drive_character(model, time, state);
+}
+
+}  // namespace
+
+double turn_until(const Model& model, double time, const State& state) {
+  State then;
+  pose_bodies(model, time, then);
+  double most = 0.0;
+  for (int b = 0; b < model.skeleton.size(); ++b) {
+    const int parent = model.skeleton.parent[b];
+    if (parent < 0) continue;
+    const auto bend = [&](const Pose& pose) -> Mat3 {
+      return pose[parent].linear().transpose() * pose[b].linear();
+    };
+    const Mat3 turn = bend(state.pose).transpose() * bend(then.pose);
+    const Vec3 twice_sine(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0),
+                          turn(1, 0) - turn(0, 1));
+    most = std::max(most, arc_tan2(0.5 * twice_sine.norm(), 0.5 * (turn.trace() - 1.0)));
+  }
+  return most;
+}
+
+void drive_bones(const Model& model, double time, State& state) {
+  state.pose_before = state.pose;
+  const Pose& before = state.pose_before;
+  pose_bodies(model, time, state);
   const bool anew = before.size() != state.pose.size() || state.taken_back;
   state.taken_back = false;
   state.body_moved.assign(state.pose.size(), 1);
@@ -45,7 +72,7 @@ void drive_bones(const Model& model, double time, State& state) {
     double squared = 0.0;
     for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
       const Row x = to_row(place * bone.in_body.vertices[i]), d = x - now.x[i];
-      squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+      squared = std::max(squared, dot(d, d));
       now.x[i] = x;
     }
     now.moved = std::sqrt(squared);
@@ -86,12 +113,16 @@ void refit(const Model& model, int c, State& state) {
     refit_bvh(model.muscles[c].surface, state.muscles[c].x, state.muscles[c].bvh);
     return;
   }
-  BoneState& bone = state.bones[c - state.count()];
-  if (!bone.fitted) refit_bvh(model.bones[c - state.count()].surface, bone.x, bone.bvh);
-  bone.fitted = true;
+  fit_bone(model, c - state.count(), state);
 }
 
 }  // namespace
+
+void fit_bone(const Model& model, int b, State& state) {
+  BoneState& bone = state.bones[b];
+  if (!bone.fitted) refit_bvh(model.bones[b].surface, bone.x, bone.bvh);
+  bone.fitted = true;
+}
 
 void refit_all(const Model& model, Parallel& parallel, State& state) {
   parallel.each(model.colliders(), [&](int c) { refit(model, c, state); });
@@ -108,7 +139,7 @@ double note_motion(const Rows& x, Rows& searched) {
   double most = 0.0;
   for (size_t i = 0; i < x.size(); ++i) {
     const Row d = x[i] - searched[i];
-    most = std::max(most, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    most = std::max(most, dot(d, d));
     searched[i] = x[i];
   }
   return std::sqrt(most);

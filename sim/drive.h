@@ -12,6 +12,8 @@ void joints_at(const Model& model, double time, std::vector<double>& joints);
 /// When that motion ends, s (not above 0).
 double bind_to_first_ends(const Model& model);
 
+/// rad, the most that a joint turns from where it is now until `time`.
+double turn_until(const Model& model, double time, const State& state);
 /// Poses the skeleton and moves the bones' surfaces.
 void drive_bones(const Model& model, double time, State& state);
 
@@ -21,6 +23,8 @@ double activation_at(const Model& model, int m, double time);
 std::vector<Collider> colliders_of(const Model& model, const State& state);
 /// The muscles alone.
 std::vector<Collider> muscles_of(const Model& model, const State& state);
+/// The tree of a bone, where it is not of the surface now.
+void fit_bone(const Model& model, int b, State& state);
 /// The trees that both look into.
 void refit_all(const Model& model, Parallel& parallel, State& state);
 

@@ -19,7 +19,7 @@ bool is_driven(const Model& model, int m, const State& state) {
 
 double fastest(const Rows& v) {
   double squared = 0.0;
-  for (const Row& r : v) squared = std::max(squared, r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+  for (const Row& r : v) squared = std::max(squared, dot(r, r));
   return std::sqrt(squared);
 }
 
@@ -67,7 +67,7 @@ bool iterates(const Model& model, int m, int done) {
 
 bool is_quasi_static(const Model& model, int m) {
   return model.fidelity ? model.fidelity->muscles[m].level == Level::kQuasiStatic
-                        : model.scene.solver.integrator == "quasi_static";
+                        : model.integrator == Integrator::kQuasiStatic;
 }
 
 void choose_levels(const Model& model, double h, State& state) {

@@ -181,7 +181,7 @@ bool rehearse(Planner& planner) {
     for (const Window& window : planner.windows) {
       if (window.frame != frame) continue;
       for (int m = 0; m < state.count(); ++m) {
-        const double error = distance(state.muscles[m].x, window.x[m]);
+        const double error = largest_distance(state.muscles[m].x, window.x[m]);
         double& most = planner.is_check(window) ? said[m].checked_error : said[m].probed_error;
         most = std::max(most, error);
       }

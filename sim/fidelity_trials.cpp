@@ -82,7 +82,7 @@ double profile_error(const Muscle& muscle, int m, const CarriedProfile& profile,
                      const Window& probe) {
   MuscleState placed;
   const bool reached = place_carried(muscle, probe.pose[m], profile, placed);
-  return reached ? distance(placed.x, probe.x[m]) : 1e300;
+  return reached ? largest_distance(placed.x, probe.x[m]) : 1e300;
 }
 
 }  // namespace
@@ -92,15 +92,6 @@ Fidelity uniform(const Model& model, int substeps, Level level, int iterations) 
   all.substeps = substeps;
   all.muscles.assign(model.muscles.size(), {level, iterations, {}});
   return all;
-}
-
-double distance(const Rows& a, const Rows& b) {
-  double squared = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const Row d = a[i] - b[i];
-    squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  }
-  return std::sqrt(squared);
 }
 
 std::vector<double> work_of(const State& state) {
@@ -137,7 +128,7 @@ void run_trial(Planner& planner, Trial trial) {
     if (planner.is_check(window)) return;
     const State state = run_window(planner, window, frames[w]);
     for (int m = 0; m < state.count(); ++m) {
-      errors[w].push_back(distance(state.muscles[m].x, window.x[m]));
+      errors[w].push_back(largest_distance(state.muscles[m].x, window.x[m]));
     }
     work[w] = work_of(state);
   });

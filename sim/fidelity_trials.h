@@ -55,8 +55,6 @@ struct Planner {
 
 /// All muscles alike; none sleeps.
 Fidelity uniform(const Model& model, int substeps, Level level, int iterations);
-/// m, the largest of any node.
-double distance(const Rows& a, const Rows& b);
 double sum(const std::vector<double>& values);
 /// By muscle, in nodes and searches, since the run began.
 std::vector<double> work_of(const State& state);

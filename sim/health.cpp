@@ -16,9 +16,7 @@ constexpr double kReversed = 0.05;   // share of edges against the carried shape
 constexpr double kTurnedOver = 0.5;  // of the surface
 constexpr double kEnergy = 2.0;      // times what went in
 
-double squared(const Row& r) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
-double norm(const Row& r) { return std::sqrt(squared(r)); }
-double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double squared(const Row& r) { return dot(r, r); }
 
 double extent_of(const State& state) {
   double extent = 0.1;
@@ -31,13 +29,22 @@ Trouble trouble_at(const Model& model, int m, int node, const char* quantity, do
   return {"muscle \"" + model.muscles[m].name + "\"", node, quantity, value, limit, unit};
 }
 
-std::string text_of(const Trouble& trouble, const std::string& when, int substep, int substeps) {
+int frame_at(const Model& model, double time) {
+  const double frames = std::max(time, 0.0) * model.scene.fps;
+  return model.scene.first_frame + static_cast<int>(std::lround(frames));
+}
+
+std::string text_of(const Model& model, double time, const Trouble& trouble, int substeps) {
+  std::string when = "frame " + std::to_string(frame_at(model, time));
+  if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
   if (trouble.node < 0) return when + ": " + trouble.part;
   char numbers[200], steps[60] = "";
   std::snprintf(numbers, sizeof numbers, "node %d: %s is %.6g %s, the limit is %.6g %s",
                 trouble.node, trouble.quantity, trouble.value, trouble.unit, trouble.limit,
                 trouble.unit);
-  if (substeps > 0) std::snprintf(steps, sizeof steps, " (substep %d of %d)", substep, substeps);
+  if (trouble.substep > 0) {
+    std::snprintf(steps, sizeof steps, " (substep %d of %d)", trouble.substep, substeps);
+  }
   return when + steps + ": " + trouble.part + ", " + numbers +
          "; use more substeps or softer material";
 }
@@ -191,13 +198,11 @@ std::optional<Trouble> find_bad_shape(const Model& model, double h, const State&
 
 }  // namespace
 
-StepFailure::StepFailure(const Trouble& of, const std::string& when, int number, int step,
-                         int steps)
-    : Error(ExitCode::kSolver, text_of(of, when, step, steps)),
+StepFailure::StepFailure(const Model& model, double time, const Trouble& of, int steps)
+    : Error(ExitCode::kSolver, text_of(model, time, of, steps)),
       trouble(of),
-      frame(number),
-      substep(step),
-      substeps(steps) {}
+      frame(frame_at(model, time)),
+      substeps(of.substep > 0 ? steps : 0) {}
 
 namespace {
 
@@ -227,6 +232,7 @@ void begin_frame(State& state) {
     remember(muscle);
   }
   state.skin_before = state.skin;
+  state.frame_pose = state.pose;
 }
 
 void take_back(State& state) {
@@ -236,7 +242,17 @@ void take_back(State& state) {
     muscle.shaped = false;
   }
   static_cast<SkinMotion&>(state.skin) = state.skin_before;
+  state.pose = state.frame_pose;
   state.taken_back = true;
+}
+
+std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>()>& step) {
+  try {
+    return step();
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::kSolver) throw;
+    return Trouble{error.what()};
+  }
 }
 
 std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {

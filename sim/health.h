@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -15,22 +16,26 @@ struct Trouble {
   const char* quantity = "";
   double value = 0.0, limit = 0.0;
   const char* unit = "";
+  int substep = 0;  ///< of the frame, counted from 1; of the skin, which is stepped once, 0
+  int parts = 0;    ///< in how many the step has to be taken, where that is known
 };
 
 /// A frame that could not be done. Its message has all that failure.json has.
 class StepFailure : public Error {
  public:
-  StepFailure(const Trouble& trouble, const std::string& when, int frame, int substep,
-              int substeps);
+  /// At the end of the frame at `time` (s) of so many substeps.
+  StepFailure(const Model& model, double time, const Trouble& trouble, int substeps);
   Trouble trouble;
-  int frame = 0;                  ///< the clip's first one while settling
-  int substep = 0, substeps = 0;  ///< the last try's; of the skin, which is stepped once, 0
+  int frame = 0;     ///< the clip's first one while settling
+  int substeps = 0;  ///< the last try's; of the skin 0
 };
 
 /// Clears the measures of the frame before and keeps what a failed step takes back.
 void begin_frame(State& state);
 void take_back(State& state);
 
+/// What the step says, or the solver by an Error, of what it cannot do; other errors go on.
+std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>()>& step);
 /// After a step of h seconds: nothing, or what is wrong with which node of which muscle (not
 /// finite, beyond 10 times the rig's box, too fast, edges torn, turned inside out, more energy than
 /// rig, gravity and springs can have given).

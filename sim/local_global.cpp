@@ -20,7 +20,7 @@ void add_projections(const Muscle& muscle, const std::vector<double>& rest_lengt
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
     const Row d = x[a] - x[b];
-    const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    const double squared = dot(d, d);
     const Row force = springs.stiffness[k] * rest_length[k] / std::sqrt(squared) * d;
     f[a] += force;
     f[b] -= force;

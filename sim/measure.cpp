@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "muscles/volume.h"
@@ -96,6 +97,43 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
         mean_belly_area(model.muscles[m], initial.muscles[m].pose, initial.muscles[m].x));
   }
   return areas;
+}
+
+std::vector<std::string> rest_overlaps(const Model& model) {
+  constexpr double kTold = 1e-3, kLooked = 0.05;  // m
+  std::vector<std::string> lines;
+  if (!model.scene.contact.enabled) return lines;
+  State state = initial_state(model);
+  Parallel one(1);
+  refit_all(model, one, state);
+  const std::vector<Collider> colliders = colliders_of(model, state);
+  for (int m = 0; m < state.count(); ++m) {
+    const Muscle& muscle = model.muscles[m];
+    const Rows& x = state.muscles[m].x;
+    for (int other = 0; other < model.colliders(); ++other) {
+      if (other == m || model.ignore[m][other]) continue;
+      const Collider& them = colliders[other];
+      double deepest = kTold;
+      size_t node = x.size();
+      for (size_t i = 0; i < x.size(); ++i) {
+        if (muscle.driven[i]) continue;
+        const ClosestPoint at =
+            closest_point(*them.surface, *them.bvh, *them.x, to_vec(x[i]), kLooked);
+        if (at.triangle < 0 || -at.distance <= deepest) continue;
+        deepest = -at.distance;
+        node = i;
+      }
+      if (node == x.size()) continue;
+      char text[160];
+      std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest,
+                    x[node][0], x[node][1], x[node][2]);
+      const std::string name = other < state.count() ? model.muscles[other].name
+                                                     : model.bones[other - state.count()].name;
+      lines.push_back("muscle \"" + muscle.name + "\" lies in \"" + name + "\" at rest, " + text +
+                      "; settling parts them: move one of them, or name both in contact.ignore");
+    }
+  }
+  return lines;
 }
 
 FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,

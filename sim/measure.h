@@ -33,6 +33,9 @@ double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows
 
 FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
                       State& state);
+/// Muscles whose free nodes lie over 1 mm inside another muscle or a bone at rest, a line for each
+/// pair with the worst place: the scene is to know that settling will push them apart.
+std::vector<std::string> rest_overlaps(const Model& model);
 /// Of all muscles at rest in the bind pose.
 std::vector<double> rest_belly_areas(const Model& model, const State& initial);
 

@@ -316,11 +316,19 @@ VolumeMethod volume_method(const std::string& word, bool is_explicit) {
 
 }  // namespace
 
+Integrator integrator_of(const std::string& word) {
+  if (word == "explicit") return Integrator::kExplicit;
+  if (word == "xpbd") return Integrator::kXpbd;
+  if (word == "quasi_static") return Integrator::kQuasiStatic;
+  return Integrator::kLocalGlobal;
+}
+
 Model build_model(const Scene& scene) {
   Model model;
   model.scene = scene;
   model.warnings = scene.warnings;
-  model.volume = volume_method(scene.solver.volume, scene.solver.integrator == "explicit");
+  model.integrator = integrator_of(scene.solver.integrator);
+  model.volume = volume_method(scene.solver.volume, model.integrator == Integrator::kExplicit);
   if (scene.character.given) {
     build_character(scene, model);
   } else {
@@ -333,9 +341,10 @@ Model build_model(const Scene& scene) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
     check_memory(model, muscle);
     if (!(model.muscles.back().weight_floor > 0.0)) continue;
-    model.warnings.push_back(muscle.place + ": muscle \"" + muscle.name +
-                             "\": its weights lie on too few nodes; a floor under all of them keeps "
-                             "these from being torn out");
+    model.warnings.push_back(
+        muscle.place + ": muscle \"" + muscle.name +
+        "\": its weights lie on too few nodes; a floor under all of them keeps "
+        "these from being torn out");
   }
   model.bones = load_bones(model.skeleton);
   load_character_bones(scene, model);

@@ -29,7 +29,7 @@ struct Muscle {
   RingSprings rings;         ///< the same by node, for explicit steps
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
-  std::vector<int> bodies;  ///< that move it, each once
+  std::vector<int> bodies;      ///< that move it, each once
   std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
   double weight_floor = 0.0;    ///< added to all, where the authored lie on too few nodes
   bool swells = true;           ///< the target shape; else the weights alone
@@ -44,6 +44,10 @@ struct Bone {
   TriMesh in_body;
   Surface surface;
 };
+
+enum class Integrator { kExplicit, kXpbd, kLocalGlobal, kQuasiStatic };
+/// Of a scene's word.
+Integrator integrator_of(const std::string& word);
 
 /// How the multiplier of the volume is found.
 enum class VolumeMethod {
@@ -73,6 +77,7 @@ struct Model {
   bool has_skin = false;
   std::optional<CharacterRig> character;  ///< where the rig is a character's file
   std::optional<SkinnedSkin> skinned;     ///< stands for `skin` but for its triangles and rest
+  Integrator integrator = Integrator::kLocalGlobal;
   VolumeMethod volume = VolumeMethod::kExact;
   /// [muscle][collider], colliders being the muscles and then the bones: pairs left out of contact.
   std::vector<std::vector<char>> ignore;

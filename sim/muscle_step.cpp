@@ -20,8 +20,6 @@ constexpr double kTightness = 0.98;
 // surface model does not have.
 constexpr double kSurfaceShare = 0.01;
 
-double length(const Row& d) { return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]); }
-
 // "Target shape": every spring rests at its length in the carried shape. "Weights alone": along the
 // fibres rest lengths follow the path, across them they keep the rest shape's.
 void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
@@ -35,7 +33,7 @@ void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
     Rows& tight = state.seen;  // scratch here
     carried_positions(muscle.shape, state.pose, kTightness, true, tight);
     for (size_t k = 0; k < springs.nodes.size(); ++k) {
-      state.rest_length[k] = length(tight[springs.nodes[k][0]] - tight[springs.nodes[k][1]]);
+      state.rest_length[k] = norm(tight[springs.nodes[k][0]] - tight[springs.nodes[k][1]]);
     }
     return;
   }
@@ -150,7 +148,7 @@ void see(MuscleState& state) {
   double squared = 0.0;
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row d = state.x[i] - state.seen[i];
-    squared = std::max(squared, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    squared = std::max(squared, dot(d, d));
     state.seen[i] = state.x[i];
   }
   state.moved = std::sqrt(squared);
@@ -165,7 +163,7 @@ bool is_solved(const Model& model, int iterations, const State& state) {
                        [&](const auto& muscle) { return iterations >= muscle.iterations; });
   }
   if (iterations < model.scene.solver.iterations) return false;
-  if (model.scene.solver.integrator != "quasi_static") return true;
+  if (model.integrator != Integrator::kQuasiStatic) return true;
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
     if (moved <= kRest) continue;
@@ -213,7 +211,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
     const bool soft = contact.other < static_cast<int>(model.muscles.size());
     x -= (soft ? 0.5 : 1.0) * open * n;  // two soft surfaces share the way
     Row& z = freed[contact.node];
-    z -= (n[0] * z[0] + n[1] * z[1] + n[2] * z[2]) * n;
+    z -= dot(n, z) * n;
   }
   if (exact && !restore_volume(muscle, model.volume, freed, 0.0, now.x) &&
       !restore_volume(muscle, model.volume, now.direction, 0.0, now.x)) {

@@ -6,19 +6,26 @@
 namespace thew {
 
 Parallel::Parallel(int threads) {
-  for (int i = 1; i < threads; ++i) {
-    workers_.emplace_back([this] {
-      std::unique_lock lock(mutex_);
-      while (true) {
-        start_.wait(lock, [this] { return stop_ || next_ < count_; });
-        if (stop_) return;
-        take(lock);
-      }
-    });
+  try {
+    for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+  } catch (...) {  // where one cannot be started the others have to end
+    end();
+    throw;
   }
 }
 
-Parallel::~Parallel() {
+Parallel::~Parallel() { end(); }
+
+void Parallel::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    start_.wait(lock, [this] { return stop_ || next_ < count_; });
+    if (stop_) return;
+    take(lock);
+  }
+}
+
+void Parallel::end() {
   {
     std::scoped_lock lock(mutex_);
     stop_ = true;

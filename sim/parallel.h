@@ -23,7 +23,9 @@ class Parallel {
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
  private:
+  void work();
   void take(std::unique_lock<std::mutex>& lock);
+  void end();
 
   std::vector<std::thread> workers_;
   std::mutex mutex_;

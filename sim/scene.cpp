@@ -222,8 +222,18 @@ void read_contact(TomlValue& table, Scene& scene) {
   }
 }
 
+void read_cut(TomlValue& value, SceneView& view) {
+  for (TomlValue& item : items_of(value, "planes, [[nx, ny, nz, d], ...]", 1, kMostCuts)) {
+    const std::vector<TomlValue>& four = items_of(item, "a plane, [nx, ny, nz, d]", 4, 4);
+    const Vec3 normal(number_of(four[0]), number_of(four[1]), number_of(four[2]));
+    if (!(normal.norm() > 1e-9)) refuse(item, "give a normal that is not zero");
+    const Vec3 n = normal.normalized();
+    view.cut.push_back({n.x(), n.y(), n.z(), number_of(four[3])});
+  }
+}
+
 SceneView read_view(TomlValue& table) {
-  const std::vector<std::string> shows = {"skin", "muscles", "weights"};
+  const std::vector<std::string> shows = {"skin", "muscles", "weights", "cutaway"};
   SceneView view;
   view.name = name_of(require(table, "name"));
   for (const std::string& show : shows) {
@@ -234,6 +244,13 @@ SceneView read_view(TomlValue& table) {
   read(table, "target", view.target);
   read(table, "up", view.up);
   read(table, "field_of_view", view.field_of_view, {1.0, 170.0});
+  read(table, "light", view.light);
+  if (TomlValue* cut = find(table, "cut")) read_cut(*cut, view);
+  if (view.show == "cutaway" && view.cut.empty()) {
+    throw Error(ExitCode::kUsage, table.place + ": [" + table.name +
+                                      "] has no cut; say where the skin is open, by planes of the "
+                                      "rest pose: cut = [[0, 0, 1, 0.02]]");
+  }
   const Vec3 direction = view.target - view.eye;
   if (direction.cross(view.up).norm() <= 1e-6 * direction.norm() * view.up.norm()) {
     throw Error(ExitCode::kUsage, table.place + ": [" + table.name + "] looks from " +
@@ -251,17 +268,19 @@ void refuse_duplicate(const TomlValue& table, std::set<std::string>& names,
               table.place + ": a second [" + table.name + "]; give each a name of its own");
 }
 
-void read_render(TomlValue& table, Scene& scene) {
+SceneRender read_render(TomlValue& table) {
+  SceneRender render;
   if (TomlValue* size = find(table, "size")) {
     const std::vector<TomlValue>& two = items_of(*size, "pixels, [width, height]", 2, 2);
-    scene.render.width = integer_of(two[0], 16, 16384);  // OSMesa draws nonsense beyond that
-    scene.render.height = integer_of(two[1], 16, 16384);
+    render.width = integer_of(two[0], 16, 16384);  // OSMesa draws nonsense beyond that
+    render.height = integer_of(two[1], 16, 16384);
   }
   std::set<std::string> names;
   for (TomlValue* view : tables_of(table, "view")) {
-    scene.render.views.push_back(read_view(*view));
-    refuse_duplicate(*view, names, scene.render.views.back().name);
+    render.views.push_back(read_view(*view));
+    refuse_duplicate(*view, names, render.views.back().name);
   }
+  return render;
 }
 
 void read_bounds(TomlValue& table, Scene& scene) {
@@ -287,7 +306,7 @@ void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
   if (TomlValue* table = find(root, "skin")) read_skin(*table, folders, scene);
   if (TomlValue* table = find(root, "solver")) read_solver(*table, scene);
   if (TomlValue* table = find(root, "contact")) read_contact(*table, scene);
-  if (TomlValue* table = find(root, "render")) read_render(*table, scene);
+  if (TomlValue* table = find(root, "render")) scene.render = read_render(*table);
   if (TomlValue* table = find(root, "output")) {
     std::string precision = "single";
     read(*table, "precision", precision, {"single", "double"});
@@ -311,6 +330,15 @@ Scene read_scene(const fs::path& file, const std::vector<std::string>& overrides
   read_all(root, folders, scene);
   refuse_unknown_keys(root);
   return scene;
+}
+
+SceneRender read_render(const fs::path& file, const std::vector<std::string>& overrides) {
+  TomlValue root = read_toml(file);
+  for (const std::string& setting : overrides) override_toml(root, setting);
+  TomlValue& table = require(root, "render");
+  const SceneRender render = read_render(table);
+  refuse_unknown_keys(table);
+  return render;
 }
 
 }  // namespace thew

@@ -85,10 +85,20 @@ struct SceneMuscle {
 };
 
 struct SceneView {
-  std::string name;           ///< "skin", "muscles", "weights": also what is drawn
-  std::string show = "skin";  ///< skin | muscles | weights
+  std::string name;           ///< one of those below: also what is drawn
+  std::string show = "skin";  ///< skin | muscles | weights | cutaway
   Vec3 eye = Vec3(1, 0, 0), target = Vec3::Zero(), up = Vec3::UnitY();
   double field_of_view = 30.0;  ///< degrees, vertical
+  Vec3 light = Vec3::Zero();    ///< towards the key light; zero: over the eye's left shoulder
+  /// cutaway: unit normal n and d (m); the skin is open where n . p > d for all, p in the rest
+  /// pose.
+  std::vector<std::array<double, 4>> cut;
+};
+inline constexpr std::size_t kMostCuts = 6;
+
+struct SceneRender {
+  int width = 960, height = 540;
+  std::vector<SceneView> views;
 };
 
 /// A joint that turns a body of a character about one axis, so that keys can drive it.
@@ -165,10 +175,7 @@ struct Scene {
     std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
     Place place;                                              ///< of `ignore`
   } contact;
-  struct {
-    int width = 960, height = 540;
-    std::vector<SceneView> views;
-  } render;
+  SceneRender render;
   struct {
     bool double_precision = false;
   } output;
@@ -184,5 +191,8 @@ struct Scene {
 /// weight file.
 Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                  const std::filesystem::path& allowed_root = {});
+/// Its [render] alone: all else may be missing.
+SceneRender read_render(const std::filesystem::path& file,
+                        const std::vector<std::string>& overrides = {});
 
 }  // namespace thew

@@ -68,8 +68,8 @@ struct BoneState {
 
 /// All that goes from one frame to the next.
 struct State {
-  double time = 0.0;  ///< s, 0 at the first frame
-  Pose pose;
+  double time = 0.0;       ///< s, 0 at the first frame
+  Pose pose, pose_before;  ///< of the step's end and beginning
   std::vector<double> joints;
   std::vector<char> body_moved;  ///< by body, in this step
   std::vector<Affine> bodies;    ///< of a character, stretch included
@@ -77,7 +77,8 @@ struct State {
   std::vector<BoneState> bones;
   SkinState skin;
   SkinMotion skin_before;   ///< to go back to
-  bool taken_back = false;  ///< the bodies stand where a failed step has moved them
+  Pose frame_pose;          ///< the same
+  bool taken_back = false;  ///< the bones' surfaces stand where a failed step has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }
 };

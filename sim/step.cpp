@@ -8,9 +8,11 @@
 #include <chrono>
 #include <cmath>
 
+#include "rig/math.h"
 #include "sim/drive.h"
 #include "sim/health.h"
 #include "sim/muscle_step.h"
+#include "sim/sweep.h"
 
 namespace thew {
 namespace {
@@ -48,13 +50,13 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
   each([&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { see(state.muscles[m]); };
   each(look);
-  const std::string& integrator = model.scene.solver.integrator;
-  if (integrator == "explicit") {
+  if (model.integrator == Integrator::kExplicit) {
     each([&](int m) { step_explicit(model, m, time, h, state); });
     return;
   }
-  const auto begin = integrator == "xpbd" ? begin_xpbd : begin_local_global;
-  const auto iterate = integrator == "xpbd" ? iterate_xpbd : iterate_local_global;
+  const bool xpbd = model.integrator == Integrator::kXpbd;
+  const auto begin = xpbd ? begin_xpbd : begin_local_global;
+  const auto iterate = xpbd ? iterate_xpbd : iterate_local_global;
   each([&](int m) { begin(model, m, h, state); });
   for (int i = 0; !is_solved(model, i, state); ++i) {
     each([&](int m) {
@@ -65,18 +67,21 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
   each([&](int m) { finish_muscle(model, m, h, state); });
 }
 
-void step(const Model& model, double time, double h, Parallel& parallel, State& state,
-          StageSeconds& seconds) {
+// What is wrong with the step before it is solved, or nothing.
+std::optional<Trouble> step(const Model& model, double time, double h, Parallel& parallel,
+                            State& state, StageSeconds& seconds) {
   {
     StopWatch watch(seconds.rig);
     move_rig(model, time, h, parallel, state);
   }
   {
     StopWatch watch(seconds.contact);
+    if (auto leap = find_leap(model, state)) return leap;
     find_all_contacts(model, parallel, state);
   }
   StopWatch watch(seconds.muscles);
   solve_muscles(model, time, h, parallel, state);
+  return find_trouble(model, h, state);
 }
 
 void step_skin_of(const Model& model, Parallel& parallel, State& state) {
@@ -88,53 +93,53 @@ void step_skin_of(const Model& model, Parallel& parallel, State& state) {
   step_skin(model.skin, state.pose, colliders_of(model, state), state.skin);
 }
 
-// What went wrong, in which of the substeps; 0: with the skin.
-struct Failed {
-  Trouble trouble;
-  int substep = 0;
-};
+// The walls of a fold part only so fast: where joints turn farther in a frame, the skin is stepped
+// as often as this.
+int skin_steps(const Model& model, double time, const State& state) {
+  constexpr double kMostTurn = 4.0 * kDegree;
+  if (!model.has_skin || model.skinned) return 1;
+  return std::max(1, static_cast<int>(std::ceil(turn_until(model, time, state) / kMostTurn)));
+}
 
-std::optional<Failed> try_frame(const Model& model, double time, int substeps, Parallel& parallel,
-                                State& state, StageSeconds& seconds) {
+std::optional<Trouble> try_frame(const Model& model, double time, int substeps, int skin_steps,
+                                 Parallel& parallel, State& state, StageSeconds& seconds) {
   const double frame = time - state.time;
   for (int i = 1; i <= substeps; ++i) {
     const double left = frame * (substeps - i) / substeps;
-    try {
-      step(model, time - left, frame / substeps, parallel, state, seconds);
-    } catch (const Error& error) {
-      if (error.code() != ExitCode::kSolver) throw;
-      return Failed{{error.what()}, i};
+    auto trouble = solver_trouble(
+        [&] { return step(model, time - left, frame / substeps, parallel, state, seconds); });
+    if (trouble) {
+      trouble->substep = i;
+      return trouble;
     }
-    if (auto trouble = find_trouble(model, frame / substeps, state)) return Failed{*trouble, i};
+    if (!model.has_skin || i * skin_steps / substeps == (i - 1) * skin_steps / substeps) continue;
+    StopWatch watch(seconds.skin);
+    step_skin_of(model, parallel, state);
+    if ((trouble = find_skin_trouble(state))) return trouble;
   }
-  if (!model.has_skin) return {};
-  StopWatch watch(seconds.skin);
-  step_skin_of(model, parallel, state);
-  if (auto trouble = find_skin_trouble(state)) return Failed{*trouble, 0};
   return {};
-}
-
-StepFailure failure_of(const Model& model, double time, const Failed& failed, int substeps) {
-  const double frames = std::max(time, 0.0) * model.scene.fps;
-  const int frame = model.scene.first_frame + static_cast<int>(std::lround(frames));
-  std::string when = "frame " + std::to_string(frame);
-  if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
-  return {failed.trouble, when, frame, failed.substep, failed.substep > 0 ? substeps : 0};
 }
 
 }  // namespace
 
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
-  constexpr int kHalvings = 6;
-  int substeps = substeps_of(model);
+  constexpr int kHalvings = 6, kMostParts = 1024;
+  const int skin = std::min(skin_steps(model, time, state), kMostParts);
+  int substeps = std::max(substeps_of(model), skin);
   begin_frame(state);
-  // Once more as it was, since a fault of the machine does not come back; then in halves.
+  // What is too fast is taken in parts. All else once more as it was, since a fault of the machine
+  // does not come back; then in halves.
   for (int tries = 1;; ++tries) {
-    const auto failed = try_frame(model, time, substeps, parallel, state, seconds);
-    if (!failed) break;
+    const auto trouble = try_frame(model, time, substeps, skin, parallel, state, seconds);
+    if (!trouble) break;
     take_back(state);
-    if (tries == 2 + kHalvings) throw failure_of(model, time, *failed, substeps);
+    if (trouble->parts > 1 && substeps * trouble->parts <= kMostParts) {
+      substeps *= trouble->parts;
+      --tries;
+      continue;
+    }
+    if (tries == 2 + kHalvings) throw StepFailure(model, time, *trouble, substeps);
     if (tries > 1) substeps *= 2;
   }
   state.time = time;

@@ -41,7 +41,7 @@ void project_springs(const Muscle& muscle, MuscleState& now) {
     if (wa + wb == 0.0) continue;
     const double compliance = per_step / springs.stiffness[k];
     Row d = now.x[a] - now.x[b];
-    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double length = norm(d);
     if (length > 0.0) {
       double& multiplier = now.length_multiplier[k];
       const double change =
@@ -69,7 +69,7 @@ void project_volume(const Model& model, const Muscle& muscle, MuscleState& now) 
   double weighted = 0.0, even = 0.0;
   for (size_t i = 0; i < now.x.size(); ++i) {
     const Row g = now.gradient[i];
-    const double w = now.inverse_mass[i], squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
+    const double w = now.inverse_mass[i], squared = dot(g, g);
     now.direction[i] = w * now.weights[i] * g;
     weighted += w * now.weights[i] * squared;
     even += w * squared;

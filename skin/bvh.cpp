@@ -3,6 +3,7 @@
 // Binned surface-area-heuristic build (Wald 2007), bottom-up refit, nearest point with a shrinking
 // bound, sign by angle-weighted pseudonormals (Baerentzen and Aanaes 2005).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -17,58 +18,42 @@ constexpr int kBins = 16;
 constexpr int kLeaf = 4;     // triangles
 constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
 
-struct Bounds {
-  double lo[3], hi[3];
-  Bounds() {
-    std::fill(lo, lo + 3, std::numeric_limits<double>::infinity());
-    std::fill(hi, hi + 3, -std::numeric_limits<double>::infinity());
-  }
-  void add(const double* low, const double* high) {
-    for (int k = 0; k < 3; ++k) {
-      lo[k] = std::min(lo[k], low[k]);
-      hi[k] = std::max(hi[k], high[k]);
-    }
-  }
-  void add(const Row& p) {
-    const double point[3] = {p[0], p[1], p[2]};
-    add(point, point);
-  }
-  void add(const Bounds& box) { add(box.lo, box.hi); }
-  double half_area() const {
-    const double a = hi[0] - lo[0], b = hi[1] - lo[1], c = hi[2] - lo[2];
-    return a >= 0.0 ? a * b + b * c + c * a : 0.0;
-  }
-};
-
-Bounds triangle_box(const Surface& surface, const Rows& x, int triangle) {
-  Bounds box;
-  for (int corner : surface.triangles[triangle]) box.add(x[corner]);
+// Holds nothing yet.
+NodeBox empty_box() {
+  NodeBox box;
+  std::swap(box.low, box.high);
   return box;
 }
 
-// Two float steps cover the rounding of the conversion.
-float below(double v) {
-  const float f = static_cast<float>(v);
-  return f - std::fabs(f) * 1.2e-7f - std::numeric_limits<float>::min();
+[[gnu::always_inline]] inline void add(const Row& low, const Row& high, NodeBox& box) {
+  box.low = low < box.low ? low : box.low;
+  box.high = high > box.high ? high : box.high;
 }
-float above(double v) { return -below(-v); }
+
+double half_area(const NodeBox& box) {
+  const Row d = box.high - box.low;
+  return d[0] >= 0.0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0.0;
+}
+
+[[gnu::always_inline]] inline void add_triangle(const Triangle& triangle, const Rows& x,
+                                                NodeBox& box) {
+  for (const int corner : triangle) add(x[corner], x[corner], box);
+}
 
 // Splits order[first, first + count) in two by the cheapest plane through the centroids' bins.
-int split(const std::vector<Bounds>& boxes, std::vector<int>& order, int first, int count) {
-  Bounds centroids;
+int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first, int count) {
+  NodeBox centroids = empty_box();
   for (int i = first; i < first + count; ++i) {
-    const Bounds& box = boxes[order[i]];
-    const double centre[3] = {0.5 * (box.lo[0] + box.hi[0]), 0.5 * (box.lo[1] + box.hi[1]),
-                              0.5 * (box.lo[2] + box.hi[2])};
-    centroids.add(centre, centre);
+    const NodeBox& box = boxes[order[i]];
+    const Row centre = 0.5 * (box.low + box.high);
+    add(centre, centre, centroids);
   }
-  const double extent[3] = {centroids.hi[0] - centroids.lo[0], centroids.hi[1] - centroids.lo[1],
-                            centroids.hi[2] - centroids.lo[2]};
+  const Row extent = centroids.high - centroids.low;
   const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
                    : extent[1] >= extent[2]                         ? 1
                                                                     : 2;
   const int middle = first + count / 2;
-  const auto centre = [&](int t) { return 0.5 * (boxes[t].lo[axis] + boxes[t].hi[axis]); };
+  const auto centre = [&](int t) { return 0.5 * (boxes[t].low[axis] + boxes[t].high[axis]); };
   const auto halve = [&] {
     std::nth_element(
         order.begin() + first, order.begin() + middle, order.begin() + first + count,
@@ -78,28 +63,30 @@ int split(const std::vector<Bounds>& boxes, std::vector<int>& order, int first, 
   if (!(extent[axis] > 0.0)) return halve();
   const auto bin_of = [&](int t) {
     return std::min(kBins - 1,
-                    static_cast<int>(kBins * (centre(t) - centroids.lo[axis]) / extent[axis]));
+                    static_cast<int>(kBins * (centre(t) - centroids.low[axis]) / extent[axis]));
   };
-  Bounds bins[kBins];
+  std::array<NodeBox, kBins> bins;
+  bins.fill(empty_box());
   int counts[kBins] = {};
   for (int i = first; i < first + count; ++i) {
-    bins[bin_of(order[i])].add(boxes[order[i]]);
+    const NodeBox& box = boxes[order[i]];
+    add(box.low, box.high, bins[bin_of(order[i])]);
     ++counts[bin_of(order[i])];
   }
   double right_cost[kBins] = {};
-  Bounds right;
+  NodeBox right = empty_box();
   for (int b = kBins - 1, n = 0; b > 0; --b) {
-    right.add(bins[b]);
+    add(bins[b].low, bins[b].high, right);
     n += counts[b];
-    right_cost[b] = right.half_area() * n;
+    right_cost[b] = half_area(right) * n;
   }
-  Bounds left;
+  NodeBox left = empty_box();
   int best = 0, left_count = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int b = 0, n = 0; b + 1 < kBins; ++b) {
-    left.add(bins[b]);
+    add(bins[b].low, bins[b].high, left);
     n += counts[b];
-    const double cost = left.half_area() * n + right_cost[b + 1];
+    const double cost = half_area(left) * n + right_cost[b + 1];
     if (n > 0 && n < count && cost < best_cost) best = b, best_cost = cost, left_count = n;
   }
   // A lopsided split would deepen the tree without end on stretched data.
@@ -111,17 +98,22 @@ int split(const std::vector<Bounds>& boxes, std::vector<int>& order, int first, 
 
 using Float4 = float __attribute__((vector_size(16)));
 
+// Two float steps cover the rounding of the conversion.
+[[gnu::always_inline]] inline void round_both(const Row& v, Float4& below, Float4& above) {
+  const Float4 f = __builtin_convertvector(v, Float4), by = (f < 0.0f ? -f : f) * 1.2e-7f;
+  below = f - by - std::numeric_limits<float>::min();
+  above = f + by + std::numeric_limits<float>::min();
+}
+
 // A point rounded up and down, laid out as a box's lo and hi are read: lo, hi[0] and lo[2], hi.
 struct BoxQuery {
   Float4 up, down;
   explicit BoxQuery(const Vec3& p) {
     constexpr float kFar = std::numeric_limits<float>::infinity();
+    Float4 below;
+    round_both(to_row(p), below, up);
     up[3] = kFar;
-    down[0] = -kFar;
-    for (int k = 0; k < 3; ++k) {
-      up[k] = above(p[k]);
-      down[k + 1] = below(p[k]);
-    }
+    down = Float4{-kFar, below[0], below[1], below[2]};
   }
 };
 
@@ -193,12 +185,8 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
 
 THEW_VECTORISED
 NodeBox box_of(const Rows& x) {
-  NodeBox box;
-  std::swap(box.low, box.high);
-  for (const Row& p : x) {
-    box.low = p < box.low ? p : box.low;
-    box.high = p > box.high ? p : box.high;
-  }
+  NodeBox box = empty_box();
+  for (const Row& p : x) add(p, p, box);
   return box;
 }
 
@@ -212,11 +200,10 @@ bool are_near(const NodeBox& a, const NodeBox& b, double reach) {
 Bvh build_bvh(const Surface& surface, const Rows& x) {
   Bvh bvh;
   const int count = static_cast<int>(surface.triangles.size());
-  std::vector<Bounds> boxes;
-  boxes.reserve(count);
+  std::vector<NodeBox> boxes(count, empty_box());
   for (int t = 0; t < count; ++t) {
     bvh.order.push_back(t);
-    boxes.push_back(triangle_box(surface, x, t));
+    add_triangle(surface.triangles[t], x, boxes[t]);
   }
   bvh.nodes.push_back({{}, {}, 0, count});
   for (size_t n = 0; n < bvh.nodes.size(); ++n) {  // breadth first: children lie behind parents
@@ -234,21 +221,16 @@ Bvh build_bvh(const Surface& surface, const Rows& x) {
 
 THEW_VECTORISED
 void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (size_t n = bvh.nodes.size(); n-- > 0;) {
     Bvh::Node& node = bvh.nodes[n];
     if (node.count > 0 || bvh.order.empty()) {
-      Row low = {kInfinity, kInfinity, kInfinity, 0.0}, high = -low;
+      NodeBox box = empty_box();
       for (int i = node.first; i < node.first + node.count; ++i) {
-        for (const int corner : surface.triangles[bvh.order[i]]) {
-          low = x[corner] < low ? x[corner] : low;
-          high = x[corner] > high ? x[corner] : high;
-        }
+        add_triangle(surface.triangles[bvh.order[i]], x, box);
       }
-      // As below() and above() do it.
-      Float4 lo = __builtin_convertvector(low, Float4), hi = __builtin_convertvector(high, Float4);
-      lo = (lo - (lo < 0.0f ? -lo : lo) * 1.2e-7f) - std::numeric_limits<float>::min();
-      hi = (hi + (hi < 0.0f ? -hi : hi) * 1.2e-7f) + std::numeric_limits<float>::min();
+      Float4 lo, hi, unused;
+      round_both(box.low, lo, unused);
+      round_both(box.high, unused, hi);
       for (int k = 0; k < 3; ++k) {
         node.lo[k] = lo[k];
         node.hi[k] = hi[k];

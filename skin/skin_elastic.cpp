@@ -17,8 +17,6 @@ constexpr double kSlack = 0.01;           // m above it at which the pull has fa
 constexpr double kLongestStep = 0.003;    // m, of one projection onto the level
 constexpr double kFirm = 0.006;           // m of fat that flesh does not press out of the way
 
-double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 Row turn(const Mat3& rotation, const Row& v) { return to_row(rotation * to_vec(v)); }
 Row turn_back(const Mat3& rotation, const Row& v) {
   return to_row(rotation.transpose() * to_vec(v));
@@ -82,7 +80,7 @@ void find_normals(const SkinModel& model, SkinState& state) {
   }
   const auto make_unit = [&] {
     for (Row& n : normals) {
-      const double length = std::sqrt(dot(n, n));
+      const double length = norm(n);
       if (length > 0.0) n = n * (1.0 / length);
     }
   };
@@ -126,7 +124,7 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
     // Where the flesh holds it far from its bound place, an anchor yields and pulls no more than at
     // the limit: skin squeezed out of a fold slides, instead of wanting through.
     const Row slip = turn(state.turns[i], state.slip[i]);
-    const double far = std::sqrt(dot(slip, slip));
+    const double far = norm(slip);
     Row anchored = state.bound[i];
     if (far > kYield) anchored += (1.0 - kYield / far) * slip;
     Row sum = model.anchor[i] * anchored;
@@ -160,7 +158,7 @@ void predict_skin(SkinState& state) {
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row offset = turn(state.turns[i], state.offset[i]);
     const Row back = state.force[i] - offset;
-    const double far = std::sqrt(dot(back, back));
+    const double far = norm(back);
     const double share = std::min(kReturn, kLongestReturn / std::max(far, kLongestReturn));
     state.x[i] = state.elastic[i] + offset + share * back;
   }
@@ -178,7 +176,7 @@ void ease(SkinState& state) {
   constexpr double kSpeedUp = 2.0, kAlways = 1.5e-4;  // m
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row way = state.x[i] - state.predicted[i];
-    const double far = std::sqrt(dot(way, way)), most = kSpeedUp * state.moved[i] + kAlways;
+    const double far = norm(way), most = kSpeedUp * state.moved[i] + kAlways;
     if (far > most) state.x[i] = state.predicted[i] + (most / far) * way;
   }
 }
@@ -199,12 +197,12 @@ void remember(const SkinModel& model, SkinState& state) {
     const Row way = flesh.found ? to_row(way_out(flesh, state.normals[i])) : Row{};
     Row force = dot(way, sum) * way;
     const Row apart = state.parted[i] - dot(way, state.parted[i]) * way;
-    const double by = std::sqrt(dot(apart, apart));
+    const double by = norm(apart);
     if (by > kLeastParted) force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
     state.force[i] = turn_back(state.turns[i], force);
     state.offset[i] = turn_back(state.turns[i], d);
     const Row led = state.x[i] - state.predicted[i];
-    state.moved[i] = std::sqrt(dot(led, led));
+    state.moved[i] = norm(led);
     state.slip[i] = turn_back(state.turns[i], state.x[i] - state.bound[i]);
   }
 }

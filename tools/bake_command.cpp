@@ -23,6 +23,7 @@
 #include "tools/repair.h"
 #include "tools/report.h"
 #include "tools/report_viewer.h"
+#include "tools/turntable.h"
 
 namespace thew {
 namespace {
@@ -78,11 +79,11 @@ Report make_report(const Model& model, const CommandOptions& options,
                    {},
                    0.0,
                    0.0};
-  if (const auto& tolerance = scene.solver.tolerance) {
+  if (result.plan) {
     report.solver.substeps = result.plan->fidelity.substeps;
     report.solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
     report.solver.plan = result.plan;
-    report.solver.tolerance_m = tolerance->position;
+    report.solver.tolerance_m = scene.solver.tolerance->position;
     report.solver.plan_seconds = result.plan_seconds;
     for (const std::string& what : result.plan->raised) {
       report.warnings.push_back("solver.tolerance: " + what);
@@ -170,7 +171,7 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
   const Trouble& trouble = failure.trouble;
   nlohmann::ordered_json json = {{"error", failure.what()}, {"frame", failure.frame}};
   if (failure.substeps > 0) {
-    json["substep"] = failure.substep;
+    json["substep"] = failure.trouble.substep;
     json["substeps"] = failure.substeps;
   }
   if (trouble.node >= 0) {
@@ -196,7 +197,7 @@ BakeResult read_result(const Model& model, const BakeReader& reader) {
   return result;
 }
 
-// Of a bake that is complete the report alone wants it.
+// Of a bake that is complete only a report that is still to be written wants it.
 void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
   const auto begin = std::chrono::steady_clock::now();
   result.plan =
@@ -282,8 +283,11 @@ void listen_for_signals() {
 
 ExitCode bake_command(const CommandOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
-  const Model model = build_model(read_scene(options.input, options.overrides));
+  Model model = build_model(read_scene(options.input, options.overrides));
   const std::vector<int> frames = frames_of(options, model.scene);
+  for (const std::string& line : rest_overlaps(model)) {
+    model.warnings.push_back(options.input.string() + ": " + line);
+  }
   for (const std::string& warning : model.warnings) {
     std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
   }
@@ -305,12 +309,12 @@ ExitCode bake_command(const CommandOptions& options) {
     const BakeReader reader(options.out / "bake.h5");
     const auto pictures = pictures_of(reader.info().meshes);
     BakeResult result = read_result(model, reader);
-    if (model.scene.solver.tolerance) plan_into(model, options, result);
     if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json") &&
         std::filesystem::exists(options.out / "report.html")) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
       return check_bounds(make_report(model, options, frames, result));
     }
+    if (model.scene.solver.tolerance) plan_into(model, options, result);
     draw_all(reader, frames, options, kResume, *pictures);
     return conclude(model, options, frames, result, *pictures, begin);
   }
@@ -334,16 +338,31 @@ ExitCode bake_command(const CommandOptions& options) {
   return conclude(model, options, frames, result, *pictures, begin);
 }
 
-ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file) {
+ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,
+                        int turntable) {
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
-  auto render = Scene{}.render;
-  if (!scene_file.empty()) render = read_scene(scene_file, options.overrides).render;
+  SceneRender render;
+  if (!scene_file.empty()) render = read_render(scene_file, options.overrides);
   if (render.views.empty()) render.views = views_of(reader);
   const std::vector<int> frames =
       options.frames.empty()
           ? info.frames
           : parse_frames(options.frames, info.frames.front(), info.frames.back());
+  if (turntable > 0) {
+    if (frames.size() != 1 ||
+        !std::binary_search(info.frames.begin(), info.frames.end(), frames[0])) {
+      throw Error(ExitCode::kUsage,
+                  "--turntable turns about one frame of the bake; give it by "
+                  "--frames " +
+                      std::to_string(info.frames.front()));
+    }
+    const std::string no_movie =
+        draw_turntable(reader, frames[0], render, turntable, options.out,
+                       parse_progress(options.progress, isatty(STDERR_FILENO) != 0));
+    if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
+    return ExitCode::kDone;
+  }
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
   draw_all(reader, frames, options, "run the command again", pictures);
   pictures.finish();

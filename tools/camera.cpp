@@ -17,8 +17,9 @@ void check_view(const SceneView& view) {
   const auto fail = [&](const std::string& cause) {
     throw Error(ExitCode::kUsage, "view \"" + view.name + "\": " + cause);
   };
-  if (view.show != "skin" && view.show != "muscles" && view.show != "weights") {
-    fail("show is \"" + view.show + "\"; choose skin, muscles or weights");
+  if (view.show != "skin" && view.show != "muscles" && view.show != "weights" &&
+      view.show != "cutaway") {
+    fail("show is \"" + view.show + "\"; choose skin, muscles, weights or cutaway");
   }
   const Vec3 line = view.target - view.eye;
   if (!(line.norm() > 1e-9 && line.allFinite())) fail("eye and target coincide; move one of them");
@@ -52,13 +53,15 @@ Camera make_camera(const SceneView& view, double aspect, const Bounds& seen) {
   return camera;
 }
 
-Light make_light(const Camera& camera, const Bounds& seen, double rest_radius) {
+Light make_light(const SceneView& view, const Camera& camera, const Bounds& seen,
+                 double rest_radius) {
   Light light;
   const Mat3 axes = camera.view_from_world.linear();
   const Vec3 right = axes.row(0), back = axes.row(2);
-  light.direction =
-      (kKeyDirection[0] * right + kKeyDirection[1] * Vec3::UnitY() + kKeyDirection[2] * back)
-          .normalized();
+  Vec3 towards =
+      kKeyDirection[0] * right + kKeyDirection[1] * Vec3::UnitY() + kKeyDirection[2] * back;
+  if (view.light.norm() > 1e-9) towards = view.light;
+  light.direction = towards.normalized();
   double radius = std::max(rest_radius, 1e-3);
   while (radius < seen.radius()) radius *= 1.25;
   light.texel = 2.0 * radius / kShadowSize;

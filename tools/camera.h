@@ -38,6 +38,7 @@ void check_view(const SceneView& view);
 Camera make_camera(const SceneView& view, double aspect, const Bounds& seen);
 /// The shadow map covers a ball about what is seen. Its size grows in steps and its centre moves by
 /// whole texels, so that shadows do not crawl from frame to frame.
-Light make_light(const Camera& camera, const Bounds& seen, double rest_radius);
+Light make_light(const SceneView& view, const Camera& camera, const Bounds& seen,
+                 double rest_radius);
 
 }  // namespace thew

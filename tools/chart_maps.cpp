@@ -203,7 +203,7 @@ double energy_of(const Muscle& muscle, const MuscleState& now) {
 MapCell run_cell(Model model, const Method& method, double h, double size, Rows& last) {
   MapCell cell;
   model.scene.fps = 1.0 / h;
-  model.scene.solver.integrator = method.integrator;
+  model.integrator = integrator_of(method.integrator);
   model.scene.solver.iterations = method.iterations;
   const Muscle& muscle = model.muscles[0];
   const int phase = static_cast<int>(std::lround(kPhase / h));

@@ -23,8 +23,10 @@ struct CommandOptions {
 
 /// Scene -> cache, pictures, report.
 ExitCode bake_command(const CommandOptions& options);
-/// Cache -> pictures, by the views of a scene, or by views of its own where none is named.
-ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene);
+/// Cache -> pictures, by the views of a scene, or by views of its own where none is named;
+/// `turntable` > 0: so many of one frame, all round it.
+ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene,
+                        int turntable = 0);
 /// Cache -> a file of another program, options.out, whose ending says which. `meshes` empty: all;
 /// `basis` > 0: glTF with so many morph targets at most.
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,

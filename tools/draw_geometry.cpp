@@ -123,12 +123,12 @@ DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
 }
 
 void place_vertices(const std::vector<BakeMesh>& meshes,
-                    const std::vector<std::vector<Vec3>>& positions, bool skin,
+                    const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
                     DrawGeometry& geometry) {
   assert(positions.size() == meshes.size());
   TriMesh placed;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (is_skin(meshes[m]) != skin) continue;
+    if (!shown[static_cast<int>(meshes[m].kind)]) continue;
     assert(positions[m].size() == meshes[m].rest.vertices.size());
     placed.vertices = positions[m];
     placed.triangles = meshes[m].rest.triangles;

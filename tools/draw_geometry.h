@@ -28,6 +28,8 @@ struct DrawMesh {
   std::size_t first_vertex = 0;
 };
 
+using ShownKinds = std::array<bool, 3>;  ///< by BakeMesh::Kind
+
 /// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin.
 struct DrawGeometry {
   std::vector<DrawMesh> meshes;
@@ -41,10 +43,10 @@ struct DrawGeometry {
 
 DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes);
 
-/// Vertices of the skin, or of all that is not skin, at `positions`: area-weighted smooth normals,
-/// and edge points on the cubic of PN triangles (Vlachos 2001).
+/// Vertices of the meshes that are `shown` at `positions`: area-weighted smooth normals, and edge
+/// points on the cubic of PN triangles (Vlachos 2001).
 void place_vertices(const std::vector<BakeMesh>& meshes,
-                    const std::vector<std::vector<Vec3>>& positions, bool skin,
+                    const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
                     DrawGeometry& geometry);
 
 /// Slim quads facing `eye`, from each muscle vertex along its normal, `unit` metres long per weight

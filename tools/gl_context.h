@@ -64,6 +64,7 @@ namespace thew {
   X(UNIFORM1F, Uniform1f)                             \
   X(UNIFORM2F, Uniform2f)                             \
   X(UNIFORM2FV, Uniform2fv)                           \
+  X(UNIFORM4FV, Uniform4fv)                           \
   X(UNIFORM3F, Uniform3f)                             \
   X(UNIFORMMATRIX4FV, UniformMatrix4fv)
 

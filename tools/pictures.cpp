@@ -27,6 +27,8 @@ std::string drawn_line(const std::string& bake, int width, int height,
       hash.add(v->data(), 3 * sizeof(double));
     }
     number(view.field_of_view);
+    hash.add(view.light.data(), 3 * sizeof(double));
+    for (const auto& plane : view.cut) hash.add(plane.data(), sizeof plane);
   }
   return hash.hex();
 }

@@ -19,7 +19,8 @@ constexpr double kGroundGap = 0.04;  // m below the lowest vertex at rest
 constexpr int kOcclusionTaps = 12;
 
 /// What a surface is drawn as; the first three are those of BakeMesh::Kind, kFlat is unlit ink.
-enum Look { kMuscle, kBone, kSkin, kFlat, kWeight, kLooks };
+/// Light tells them apart by the last two bits.
+enum Look { kMuscle, kBone, kSkin, kFlat, kWeight, kCut = 6, kLooks };
 
 void check_size(int width, int height) {
   if (std::min(width, height) >= 16 && std::max(width, height) <= 8192) return;
@@ -47,11 +48,12 @@ struct Renderer::Data {
   void bind(const char* name, int unit, GLuint texture);
   void begin_screen(GLuint program, GLuint target, const Camera& camera);
   void draw_covered(int scale);
-  Bounds load(const std::vector<std::vector<Vec3>>& positions, bool skin);
-  void draw_kind(int kind);
+  Bounds load(const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown);
+  void draw_kind(int kind, bool inside = false);
+  void set_cut(const SceneView& view);
   void begin_surface(Look look, const Camera& camera);
-  void draw_shadow(const Light& light, bool skin);
-  void draw_surfaces(const Camera& camera, bool skin, bool weights);
+  void draw_shadow(const SceneView& view, const Light& light, const ShownKinds& shown);
+  void draw_surfaces(const SceneView& view, const Camera& camera, const ShownKinds& shown);
   void draw_occlusion(const Camera& camera);
   void draw_weights(const Camera& camera, const Vec3& eye);
   void bind_shadow(const Camera& camera, const Light& light);
@@ -66,8 +68,8 @@ struct Renderer::Data {
   DrawGeometry geometry;
   Bounds rest;
   GLuint program = 0;
-  GLuint shadow_program, surface_programs[kLooks], occlusion_program, light_program,
-      picture_program;
+  GLuint shadow_program, cut_shadow_program, surface_programs[kLooks] = {}, occlusion_program,
+                                             light_program, picture_program;
   GLuint shadow_map, colour_map, surface_map, depth_map, occlusion_map, lit_map;
   GLuint shadow_target, surface_target, occlusion_target, lit_target;
   GLuint surface_array, quad_array, vertex_buffer, quad_buffer;
@@ -79,7 +81,8 @@ Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
     : width(w), height(h), meshes(&all), context(w, h), gl(context.gl()) {
   using namespace shaders;
   shadow_program = context.build_program(kShadowVertex, kShadowFragment);
-  for (int look = 0; look < kLooks; ++look) {
+  cut_shadow_program = context.build_program(kCutShadowVertex, kCutShadowFragment);
+  for (const int look : {kMuscle, kBone, kSkin, kFlat, kWeight, kCut}) {
     const std::string define = "#define LOOK " + std::to_string(look) + "\n";
     surface_programs[look] =
         context.build_program(kSurfaceVertex, (kVersion + define + kSurfaceFragment).c_str());
@@ -252,29 +255,42 @@ void Renderer::Data::draw_covered(int scale) {
   gl.DepthFunc(GL_LESS);
 }
 
-Bounds Renderer::Data::load(const std::vector<std::vector<Vec3>>& positions, bool skin) {
-  place_vertices(*meshes, positions, skin, geometry);
+Bounds Renderer::Data::load(const std::vector<std::vector<Vec3>>& positions,
+                            const ShownKinds& shown) {
+  place_vertices(*meshes, positions, shown, geometry);
   gl.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer);
   gl.BufferData(GL_ARRAY_BUFFER, geometry.vertices.size() * sizeof(DrawVertex),
                 geometry.vertices.data(), GL_STREAM_DRAW);
   Bounds seen;
   for (std::size_t m = 0; m < meshes->size(); ++m) {
-    if (((*meshes)[m].kind == BakeMesh::Kind::kSkin) != skin) continue;
+    if (!shown[static_cast<int>((*meshes)[m].kind)]) continue;
     for (const Vec3& p : positions[m]) seen.add(p);
   }
   return seen;
 }
 
-void Renderer::Data::draw_kind(int kind) {
+// `inside`: its back may be seen.
+void Renderer::Data::draw_kind(int kind, bool inside) {
   const std::size_t first = geometry.first_index[kind], end = geometry.first_index[kind + 1];
   gl.BindVertexArray(surface_array);
-  if (geometry.closed[kind]) gl.Enable(GL_CULL_FACE);
+  if (geometry.closed[kind] && !inside) gl.Enable(GL_CULL_FACE);
   gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
                   reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
   gl.Disable(GL_CULL_FACE);
 }
 
-void Renderer::Data::draw_shadow(const Light& light, bool skin) {
+void Renderer::Data::set_cut(const SceneView& view) {
+  std::vector<float> planes;
+  for (const auto& plane : view.cut) {
+    for (const double k : plane) planes.push_back(static_cast<float>(k));
+  }
+  set("cuts", static_cast<int>(view.cut.size()));
+  gl.Uniform4fv(gl.GetUniformLocation(program, "cut"), static_cast<GLsizei>(view.cut.size()),
+                planes.data());
+}
+
+void Renderer::Data::draw_shadow(const SceneView& view, const Light& light,
+                                 const ShownKinds& shown) {
   begin(shadow_program, shadow_target, kShadowSize, kShadowSize);
   gl.Enable(GL_DEPTH_TEST);
   gl.Clear(GL_DEPTH_BUFFER_BIT);
@@ -282,7 +298,13 @@ void Renderer::Data::draw_shadow(const Light& light, bool skin) {
   gl.PolygonOffset(2.0f, 2.0f);
   set("light_from_world", light.light_from_world);
   for (const int kind : {kMuscle, kBone, kSkin}) {
-    if ((kind == kSkin) == skin) draw_kind(kind);
+    if (!shown[kind]) continue;
+    if (kind == kSkin && view.show == "cutaway") {
+      begin(cut_shadow_program, shadow_target, kShadowSize, kShadowSize);
+      set("light_from_world", light.light_from_world);
+      set_cut(view);
+    }
+    draw_kind(kind);
   }
   gl.Disable(GL_POLYGON_OFFSET_FILL);
 }
@@ -294,15 +316,26 @@ void Renderer::Data::begin_surface(Look look, const Camera& camera) {
   set("clip_from_view", camera.clip_from_view);
 }
 
-void Renderer::Data::draw_surfaces(const Camera& camera, bool skin, bool weights) {
-  begin_surface(skin ? kSkin : weights ? kWeight : kMuscle, camera);
-  gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  set("weight_top", double{geometry.largest_weight});
-  draw_kind(skin ? kSkin : kMuscle);
-  if (skin) return;
-  begin_surface(kBone, camera);
-  set("weight_top", weights ? double{geometry.largest_weight} : 0.0);
-  draw_kind(kBone);
+void Renderer::Data::draw_surfaces(const SceneView& view, const Camera& camera,
+                                   const ShownKinds& shown) {
+  const bool weights = view.show == "weights", cut = view.show == "cutaway";
+  const auto look_of = [&](int kind) {
+    if (kind == kMuscle && weights) return kWeight;
+    return kind == kSkin && cut ? kCut : static_cast<Look>(kind);
+  };
+  bool first = true;
+  for (const int kind : {kMuscle, kBone, kSkin}) {
+    if (!shown[kind]) continue;
+    begin_surface(look_of(kind), camera);
+    if (first) gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    first = false;
+    set("weight_top", weights || kind == kMuscle ? double{geometry.largest_weight} : 0.0);
+    if (kind == kSkin && cut) {
+      set_cut(view);
+      set("rim", 0.006 * rest.radius());
+    }
+    draw_kind(kind, cut);
+  }
 }
 
 void Renderer::Data::draw_occlusion(const Camera& camera) {
@@ -395,14 +428,15 @@ Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>
   check_view(view);
   Data& data = *data_;
   data.context.make_current();
-  const bool skin = view.show == "skin", weights = view.show == "weights";
-  const Bounds seen = data.load(positions, skin);
+  const bool skin = view.show == "skin", cut = view.show == "cutaway";
+  const ShownKinds shown = {!skin, !skin, skin || cut};
+  const Bounds seen = data.load(positions, shown);
   const Camera camera = make_camera(view, double(data.width) / data.height, seen);
-  const Light light = make_light(camera, seen, data.rest.radius());
-  data.draw_shadow(light, skin);
-  data.draw_surfaces(camera, skin, weights);
+  const Light light = make_light(view, camera, seen, data.rest.radius());
+  data.draw_shadow(view, light, shown);
+  data.draw_surfaces(view, camera, shown);
   data.draw_occlusion(camera);
-  if (weights) data.draw_weights(camera, view.eye);
+  if (view.show == "weights") data.draw_weights(camera, view.eye);
   data.draw_light(camera, light);
   data.draw_picture(camera, light);
   return data.read_image();

@@ -20,6 +20,32 @@ void main() { gl_Position = light_from_world * vec4(position, 1); }
 inline constexpr char kShadowFragment[] = R"(#version 330 core
 void main() {})";
 
+// Of a skin with a window cut into it. THEW_CUT goes after kVersion: metres into the window.
+#define THEW_CUT                                              \
+  "uniform vec4 cut[6];  // planes of the rest pose\n"        \
+  "uniform int cuts;\n"                                       \
+  "float in_window(vec3 rest) {\n"                            \
+  "  float open = 1e9;\n"                                     \
+  "  for (int i = 0; i < cuts; ++i) {\n"                      \
+  "    open = min(open, dot(cut[i].xyz, rest) - cut[i].w);\n" \
+  "  }\n"                                                     \
+  "  return open;\n"                                          \
+  "}\n"
+inline constexpr char kCutShadowVertex[] = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 2) in vec4 coordinate;
+uniform mat4 light_from_world;
+out vec3 rest;
+void main() {
+  rest = coordinate.xyz;
+  gl_Position = light_from_world * vec4(position, 1);
+})";
+inline constexpr char kCutShadowFragment[] = "#version 330 core\n" THEW_CUT R"(
+in vec3 rest;
+void main() {
+  if (in_window(rest) > 0.0) discard;
+})";
+
 inline constexpr char kSurfaceVertex[] = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -44,16 +70,18 @@ void main() {
 // Colour, gloss, normal and look of what is seen. Goes after kVersion and "#define LOOK n", n being
 // a Look: one program for each, because the driver runs all branches of an `if`.
 inline constexpr char kVersion[] = "#version 330 core\n";
-inline constexpr char kSurfaceFragment[] = R"(
+inline constexpr char kSurfaceFragment[] = THEW_CUT R"(
 #define MUSCLE 0
 #define BONE 1
 #define SKIN 2
 #define FLAT 3
 #define WEIGHT 4
+#define CUT 6
 in vec3 at, across;
 in vec4 where;
 in float share;
 flat in vec3 base;
+uniform float rim;         // m, of the window's edge
 uniform float weight_top;  // end of the colour scale, 0: no weights are shown
 layout(location = 0) out vec4 colour;   // and gloss
 layout(location = 1) out vec4 surface;  // normal, and the look of four that light tells apart
@@ -138,9 +166,16 @@ void main() {
   float mottle = cloud(90.0 * where.xyz) + 0.5 * cloud(260.0 * where.xyz) - 0.75;
   vec3 ivory = weight_top > 0.0 ? vec3(0.76, 0.77, 0.78) : base;
   colour = vec4(ivory * (1.0 + 0.09 * mottle), 0.22);
-#elif LOOK == SKIN
+#elif LOOK == SKIN || LOOK == CUT
+#if LOOK == CUT
+  float open = in_window(where.xyz);
+  if (open > 0.0) discard;
+#endif
   float mottle = cloud(55.0 * where.xyz) + 0.6 * cloud(170.0 * where.xyz) - 0.8;
   colour = vec4(base * (vec3(1) + mottle * vec3(0.035, 0.06, 0.065)), 0.3);
+#if LOOK == CUT
+  if (!gl_FrontFacing || open > -rim) colour = vec4(0.93, 0.83, 0.62, 0.3);  // fat
+#endif
 #elif LOOK == WEIGHT
   colour = vec4(share < 0.0 ? vec3(0.6) : weight_colour(share / weight_top), 0.15);
 #else

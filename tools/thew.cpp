@@ -89,7 +89,10 @@ int run(int argc, char** argv) {
 
   CLI::App* render = app.add_subcommand("render", "frames again from a cache, no simulation");
   render->add_option("BAKE", options.input, "bake.h5")->required();
-  render->add_option("--scene", scene, "scene whose views are drawn");
+  render->add_option("--scene", scene, "scene whose views are drawn; its [render] is enough");
+  int turntable = 0;
+  render->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
+      ->check(CLI::Range(1, 10000));
   render->add_option("--out", options.out, "folder of the pictures")->required();
   add_common(*render, options);
 
@@ -177,7 +180,7 @@ int run(int argc, char** argv) {
   }
   listen_for_signals();
   if (*bake) return static_cast<int>(bake_command(options));
-  if (*render) return static_cast<int>(render_command(options, scene));
+  if (*render) return static_cast<int>(render_command(options, scene, turntable));
   limits.distance = 1e-3 * millimetres;
   if (*compare) return static_cast<int>(compare_command(options.input, actual, options, limits));
   if (golden.empty()) golden = options.input.parent_path() / "golden";

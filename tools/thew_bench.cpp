@@ -138,10 +138,7 @@ std::vector<double> errors_of(const Motion& motion, const Motion& reference) {
   std::vector<double> errors(reference.x[0].size(), 0.0);
   for (size_t f = 0; f < reference.x.size(); ++f) {
     for (size_t m = 0; m < errors.size(); ++m) {
-      const Rows &a = motion.x[f][m], &b = reference.x[f][m];
-      for (size_t i = 0; i < a.size(); ++i) {
-        errors[m] = std::max(errors[m], 1e3 * (to_vec(a[i]) - to_vec(b[i])).norm());
-      }
+      errors[m] = std::max(errors[m], 1e3 * largest_distance(motion.x[f][m], reference.x[f][m]));
     }
   }
   return errors;

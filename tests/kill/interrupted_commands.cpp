@@ -56,6 +56,8 @@ TEST_F(Interrupted, Bake) {
 
 TEST_F(Interrupted, Render) {
   expect_interrupted({"render", bake_, "--progress", "none", "--out", "OUT/pictures"});
+  expect_interrupted({"render", bake_, "--progress", "none", "--frames", "1", "--turntable", "4",
+                      "--out", "OUT/pictures"});
 }
 
 TEST_F(Interrupted, Export) {

@@ -54,14 +54,6 @@ Motion simulate(const Model& model) {
   return motion;
 }
 
-double distance(const Rows& a, const Rows& b) {
-  double worst = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    worst = std::max(worst, (to_vec(a[i]) - to_vec(b[i])).norm());
-  }
-  return worst;
-}
-
 // The plan, and the largest errors of all muscles: in all frames, and in those that were neither
 // probed nor checked.
 struct Outcome {
@@ -85,7 +77,7 @@ Outcome outcome_of(const std::string& scene, const Settings& overrides, double t
     const bool unseen = std::find(seen.begin(), seen.end(), number) == seen.end();
     out.unseen += unseen;
     for (size_t m = 0; m < reference.x[f].size(); ++m) {
-      const double error = distance(chosen.x[f][m], reference.x[f][m]);
+      const double error = largest_distance(chosen.x[f][m], reference.x[f][m]);
       out.error = std::max(out.error, error);
       if (unseen) out.unseen_error = std::max(out.unseen_error, error);
     }

@@ -6,9 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
 
 #include "sim/measure.h"
 #include "sim/step.h"
+#include "tests/unit/muscles_shapes.h"
+#include "tests/unit/rig_temp.h"
+#include "tests/unit/sim_distance.h"
 
 namespace thew {
 namespace {
@@ -36,16 +42,7 @@ struct Motion {
   }
 };
 
-double worst_distance(const Motion& a, const Motion& b) {
-  double worst = 0.0;
-  for (int m = 0; m < a.state.count(); ++m) {
-    for (size_t i = 0; i < a.state.muscles[m].x.size(); ++i) {
-      worst = std::max(worst,
-                       (to_vec(a.state.muscles[m].x[i]) - to_vec(b.state.muscles[m].x[i])).norm());
-    }
-  }
-  return worst;
-}
+double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
 
 const std::string kOneMuscle = "/tests/scenes/one_muscle/scene.toml";
 
@@ -159,6 +156,60 @@ TEST(Xpbd, StiffnessDoesNotDependOnTheCounts) {
       run.settle_first();
       run.go_to(24);
       EXPECT_NEAR(bulge(run), truth, 0.01 * truth) << substeps << " x " << iterations;
+    }
+  }
+}
+
+// A muscle whose triangles are cut in 4 and in 16: the same surface, four and sixteen times the
+// springs. By the weights alone and with a soft material, where springs have most to say.
+class Subdivided : public TempFolder {
+ protected:
+  double bulge_of(const TriMesh& mesh, const std::string& integrator, const std::string& shape) {
+    std::string obj;
+    for (const Vec3& p : mesh.vertices) {
+      char line[100];
+      std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
+      obj += line;
+    }
+    for (const auto& [a, b, c] : mesh.triangles) {
+      obj += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " +
+             std::to_string(c + 1) + "\n";
+    }
+    write("muscle.obj", obj);
+    const std::string from = THEW_SOURCE_DIR + kOneMuscle;
+    std::filesystem::copy_file(std::filesystem::path(from).parent_path() / "rig.urdf",
+                               folder / "rig.urdf",
+                               std::filesystem::copy_options::overwrite_existing);
+    std::ifstream in(from);
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    const size_t profile = text.find("[muscle.profile]"), output = text.find("[output]");
+    text.replace(profile, output - profile,
+                 "mesh = \"muscle.obj\"\nshape = \"" + shape + "\"\nmaterial = { shape = 0.3 }\n");
+    const auto scene = write("scene.toml", text);
+    Model model =
+        build_model(read_scene(scene, {"solver.integrator=" + integrator, "solver.iterations=40"}));
+    State state = initial_state(model);
+    Parallel one(1);
+    StageSeconds seconds;
+    const double rest =
+        mean_belly_area(model.muscles[0], state.muscles[0].pose, state.muscles[0].x);
+    settle(model, one, state);
+    for (int f = 1; f < 24; ++f) step_frame(model, f / model.scene.fps, one, state, seconds);
+    EXPECT_LE(state.muscles[0].volume_error, 1e-12);
+    return section_area_at(model.muscles[0], state.muscles[0].pose, state.muscles[0].x, 0.4) / rest;
+  }
+};
+
+TEST_F(Subdivided, MovesTheBulgeByLessThanTwoPercent) {
+  const TriMesh coarse = build_model(read_scene(THEW_SOURCE_DIR + kOneMuscle)).muscles[0].rest;
+  const TriMesh four = subdivided(coarse);
+  for (const char* integrator : {"local_global", "quasi_static"}) {
+    for (const char* shape : {"target", "weights"}) {
+      const double truth = bulge_of(coarse, integrator, shape);
+      EXPECT_GT(truth, 1.2);
+      EXPECT_NEAR(bulge_of(four, integrator, shape), truth, 0.02 * truth) << integrator << shape;
+      EXPECT_NEAR(bulge_of(subdivided(four), integrator, shape), truth, 0.02 * truth)
+          << integrator << shape;
     }
   }
 }

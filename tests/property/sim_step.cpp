@@ -9,6 +9,7 @@
 #include "rig/math.h"
 #include "sim/muscle_step.h"
 #include "sim/step.h"
+#include "tests/unit/sim_distance.h"
 
 namespace thew {
 namespace {
@@ -35,14 +36,7 @@ Motion simulate(const std::vector<std::string>& overrides, int frames = 24, int 
   return out;
 }
 
-double worst_distance(const Motion& a, const Motion& b) {
-  double worst = 0.0;
-  for (size_t i = 0; i < a.state.muscles[0].x.size(); ++i) {
-    worst =
-        std::max(worst, (to_vec(a.state.muscles[0].x[i]) - to_vec(b.state.muscles[0].x[i])).norm());
-  }
-  return worst;
-}
+double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
 
 TEST(Step, ExactMultiplierHoldsTheVolumeInEveryStep) {
   const Motion exact = simulate({});

@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
+#include "tests/unit/sim_distance.h"
 
 namespace thew {
 namespace {
@@ -55,14 +56,7 @@ struct Motion {
   }
 };
 
-double worst_distance(const Motion& a, const Motion& b) {
-  double worst = 0.0;
-  for (size_t i = 0; i < a.state.muscles[0].x.size(); ++i) {
-    worst =
-        std::max(worst, (to_vec(a.state.muscles[0].x[i]) - to_vec(b.state.muscles[0].x[i])).norm());
-  }
-  return worst;
-}
+double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
 
 // Moves every free node of a settled muscle and lets it go for a second: back within 1 % of the
 // belly, by each implicit integrator.
@@ -241,6 +235,19 @@ TEST_F(ExtremeScene, AMuscleOfEightTriangles) {
     EXPECT_EQ(run.refusal, "") << integrator;
     EXPECT_LE(run.worst_volume, 1e-12) << integrator;
   }
+}
+
+TEST(Extremes, AMuscleOfTwoHundredThousandTriangles) {
+#ifdef THEW_SANITIZED
+  const char *around = "80", *rings = "124";  // a tenth
+#else
+  const char *around = "250", *rings = "398";
+#endif
+  Motion run(kOneMuscle, {std::string("muscle.flexor.profile.around=") + around,
+                          std::string("muscle.flexor.profile.rings=") + rings});
+  run.go(2);
+  EXPECT_EQ(run.refusal, "");
+  EXPECT_LE(run.worst_volume, 1e-12);
 }
 
 // The edge 1-3 has a node on it, and a triangle without area closes the gap.

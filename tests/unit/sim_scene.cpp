@@ -117,7 +117,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.contact.place, file.string() + ":66");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
-  ASSERT_EQ(scene.render.views.size(), 2u);
+  ASSERT_EQ(scene.render.views.size(), 3u);
   const SceneView& front = scene.render.views[0];
   EXPECT_EQ(front.name, "front");
   EXPECT_EQ(front.show, "muscles");
@@ -126,11 +126,20 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(front.up, Vec3(1, 0, 0));
   EXPECT_EQ(front.field_of_view, 40);
   EXPECT_EQ(scene.render.views[1].show, "weights");  // by its name
+  const SceneView& open = scene.render.views[2];
+  EXPECT_EQ(open.show, "cutaway");
+  ASSERT_EQ(open.cut.size(), 1u);
+  EXPECT_EQ(open.cut[0], (std::array<double, 4>{0, 0, 1, 0.01}));  // the normal is made a unit
+  EXPECT_EQ(open.light, Vec3(0, 1, 1));
+  // Of [render] alone nothing else is asked.
+  const SceneRender alone = read_render(file, {"rig.file=nowhere.urdf"});
+  EXPECT_EQ(alone.width, 640);
+  EXPECT_EQ(alone.views.size(), 3u);
   EXPECT_TRUE(scene.output.double_precision);
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":84");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":89");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

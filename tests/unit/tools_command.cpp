@@ -11,6 +11,7 @@
 #include "sim/cache.h"
 #include "tests/unit/rig_temp.h"
 #include "tools/commands.h"
+#include "tools/image.h"
 
 namespace thew {
 namespace {
@@ -116,6 +117,45 @@ TEST_F(Command, AReportThatAKillTookIsMadeFromTheCache) {
   nlohmann::json after = report();
   for (const char* key : {"hash", "muscles", "bounds", "frames"})
     EXPECT_EQ(after[key], before[key]);
+}
+
+TEST_F(Command, ATurntableGoesRoundOneFrame) {
+  options.frames = "1-2";
+  bake_command(options);
+  CommandOptions turn = options;
+  turn.input = options.out / "bake.h5";
+  turn.out = folder / "turn";
+  turn.frames = "2";
+  const fs::path views =
+      write("views.toml",
+            "[render]\nsize = [64, 64]\n[[render.view]]\nname = \"front\"\nshow = "
+            "\"muscles\"\neye = [0.1, -0.1, 1]\ntarget = [0, -0.1, 0]\n");
+  EXPECT_EQ(render_command(turn, views, 4), ExitCode::kDone);
+  std::vector<Image> images;
+  for (const char* number : {"1", "2", "3", "4"}) {
+    images.push_back(read_png(turn.out / ("front_turn.000" + std::string(number) + ".png")));
+  }
+  EXPECT_NE(images[0].rgb, images[2].rgb);
+  // The first is the view itself, as it is drawn without turning.
+  turn.out = folder / "straight";
+  render_command(turn, views);
+  EXPECT_EQ(read_png(turn.out / "front.0002.png").rgb, images[0].rgb);
+  turn.frames = "1-2";
+  try {
+    render_command(turn, views, 4);
+    ADD_FAILURE() << "turned about two frames";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kUsage);
+  }
+}
+
+TEST_F(Command, MusclesThatOverlapAtRestAreWarnedOf) {
+  options.input = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
+  options.frames = "1";
+  options.overrides = {"muscle.side.path.0.3=0.016", "muscle.side.path.1.3=0.016"};
+  bake_command(options);
+  const std::string warnings = report()["warnings"].dump();
+  EXPECT_NE(warnings.find("lies in"), std::string::npos) << warnings;
 }
 
 TEST_F(Command, ADryRunWritesNothing) {

@@ -99,7 +99,7 @@ TEST(DrawGeometry, EdgePointsOfACoarseBallLieOnTheBall) {
   const std::vector<BakeMesh> meshes = {
       ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 1.0, 1.0, 12, 5)};
   DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(meshes, rest_of(meshes), true, geometry);
+  place_vertices(meshes, rest_of(meshes), ShownKinds{false, false, true}, geometry);
   ASSERT_EQ(geometry.vertices.size(),
             meshes[0].rest.vertices.size() + geometry.meshes[0].edges.size());
   EXPECT_EQ(geometry.indices.size(), 12 * meshes[0].rest.triangles.size());
@@ -119,7 +119,7 @@ TEST(DrawGeometry, WeightSegmentsAreAsLongAsTheWeights) {
   std::vector<BakeMesh> meshes = {ball("m", BakeMesh::Kind::kMuscle, Vec3::Zero(), 1.0)};
   for (std::size_t i = 0; i < meshes[0].weights.size(); ++i) meshes[0].weights[i] = 0.01 * i;
   DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(meshes, rest_of(meshes), false, geometry);
+  place_vertices(meshes, rest_of(meshes), ShownKinds{true, true, false}, geometry);
   const std::vector<DrawVertex> quads = weight_quads(meshes, geometry, Vec3(9, 2, 3), 0.1, 1e-3);
   ASSERT_EQ(quads.size(), 6 * meshes[0].weights.size());
   const auto at = [&](std::size_t k) {
@@ -218,6 +218,60 @@ TEST(Renderer, EachViewShowsWhatItSays) {
   EXPECT_GT(
       count(muscles, [](Pixel p) { return p.r > 120 && p.g * 5 > p.r * 4 && p.warmth() > 14; }),
       20);
+}
+
+// Half of the skin open: there muscles are seen and its cut edge is fat; the other half is skin.
+TEST(Renderer, ACutawayShowsMusclesInItsWindowAlone) {
+  const std::vector<BakeMesh> meshes = small_scene();
+  Renderer renderer(kWidth, kHeight, meshes);
+  SceneView view = view_of("cutaway");
+  view.eye = Vec3(0, 0, 0.8);
+  const auto red_half = [](const Image& image, bool right) {
+    int n = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = right ? kWidth / 2 + 2 : 0; x < (right ? kWidth : kWidth / 2 - 2); ++x) {
+        const Pixel p = pixel(image, x, y);
+        n += p.r > 70 && p.g * 2 < p.r;
+      }
+    }
+    return n;
+  };
+  view.cut = {{1, 0, 0, 0}, {0, 0, 1, 0}};  // right of the middle, on our side
+  const Image right = renderer.draw(view, rest_of(meshes));
+  EXPECT_GT(red_half(right, true), 100);
+  EXPECT_EQ(red_half(right, false), 0);
+  view.cut = {{0, 0, 1, 10}};  // open nowhere
+  EXPECT_EQ(count(renderer.draw(view, rest_of(meshes)),
+                  [](Pixel p) { return p.r > 70 && p.g * 2 < p.r; }),
+            0);
+  // The window is of the rest pose: it goes along with the skin.
+  view.cut = {{0, 0, 1, 0}};
+  const Image here = renderer.draw(view, rest_of(meshes));
+  Positions moved = rest_of(meshes);
+  for (std::vector<Vec3>& positions : moved) {
+    for (Vec3& p : positions) p.z() -= 0.05;
+  }
+  const auto is_red = [](Pixel p) { return p.r > 70 && p.g * 2 < p.r; };
+  EXPECT_GT(count(renderer.draw(view, moved), is_red), count(here, is_red) / 2);
+}
+
+TEST(Renderer, LightComesFromWhereTheViewSays) {
+  const std::vector<BakeMesh> meshes = {ball("ball", BakeMesh::Kind::kBone, Vec3::Zero(), 0.05)};
+  Renderer renderer(kWidth, kHeight, meshes);
+  SceneView view = view_of("muscles");
+  view.eye = Vec3(0, 0, 0.4);
+  const auto brightness = [&](const Vec3& light, bool right) {
+    view.light = light;
+    const Image image = renderer.draw(view, rest_of(meshes));
+    double sum = 0.0;
+    for (int x = 0; x < kWidth / 2; ++x) {
+      const Pixel p = pixel(image, right ? kWidth - 1 - x : x, kHeight / 2);
+      sum += p.warmth() > 10 ? p.g : 0;
+    }
+    return sum;
+  };
+  EXPECT_GT(brightness(Vec3(1, 0, 0.1), true), 1.5 * brightness(Vec3(1, 0, 0.1), false));
+  EXPECT_GT(brightness(Vec3(-1, 0, 0.1), false), 1.5 * brightness(Vec3(-1, 0, 0.1), true));
 }
 
 TEST(Renderer, ABallThrowsItsShadowOnTheGround) {

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Contact beyond what a shot asks for: each ends in a valid state, or with an error that names the
+// place.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "muscles/volume.h"
+#include "sim/drive.h"
+#include "sim/measure.h"
+#include "sim/step.h"
+#include "tests/unit/rig_temp.h"
+#include "tests/unit/sim_distance.h"
+
+namespace thew {
+namespace {
+
+struct Motion {
+  Model model;
+  State state;
+  Parallel parallel{2};
+
+  explicit Motion(const std::filesystem::path& scene,
+                  const std::vector<std::string>& overrides = {})
+      : model(build_model(read_scene(scene, overrides))), state(initial_state(model)) {
+    settle(model, parallel, state);
+  }
+  // Each frame's volume and positions are checked; returns the last frame's measures.
+  FrameMeasures go_to(int frame) {
+    StageSeconds seconds;
+    const int first = model.scene.first_frame;
+    for (int f = first + 1 + static_cast<int>(std::lround(state.time * model.scene.fps));
+         f <= frame; ++f) {
+      step_frame(model, (f - first) / model.scene.fps, parallel, state, seconds);
+      for (int m = 0; m < state.count(); ++m) {
+        const Muscle& muscle = model.muscles[m];
+        const double volume = enclosed_volume(state.muscles[m].x, muscle.rest.triangles);
+        EXPECT_LE(std::abs(volume / muscle.rest_volume - 1.0), 1e-12) << "frame " << f;
+      }
+    }
+    return measure(model, rest_belly_areas(model, initial_state(model)), parallel, state);
+  }
+  Vec3 centre_of(int m) const {
+    Vec3 sum = Vec3::Zero();
+    for (const Row& x : state.muscles[m].x) sum += to_vec(x);
+    return sum / static_cast<double>(state.muscles[m].x.size());
+  }
+};
+
+std::string ball_obj(double radius) {
+  constexpr int kAround = 24, kRings = 15;
+  std::string text = "v 0 " + std::to_string(radius) + " 0\n";
+  for (int i = 1; i <= kRings; ++i) {
+    const double a = M_PI * i / (kRings + 1);
+    for (int k = 0; k < kAround; ++k) {
+      const double b = 2.0 * M_PI * k / kAround;
+      text += "v " + std::to_string(radius * std::sin(a) * std::cos(b)) + " " +
+              std::to_string(radius * std::cos(a)) + " " +
+              std::to_string(-radius * std::sin(a) * std::sin(b)) + "\n";
+    }
+  }
+  text += "v 0 " + std::to_string(-radius) + " 0\n";
+  const auto node = [&](int ring, int k) { return 2 + (ring - 1) * kAround + k % kAround; };
+  const int pole = 2 + kRings * kAround;
+  const auto face = [&](int a, int b, int c) {
+    text += "f " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
+  };
+  for (int k = 0; k < kAround; ++k) {
+    face(1, node(1, k), node(1, k + 1));
+    for (int i = 1; i < kRings; ++i) {
+      face(node(i, k), node(i + 1, k), node(i + 1, k + 1));
+      face(node(i, k), node(i + 1, k + 1), node(i, k + 1));
+    }
+    face(node(kRings, k), pole, node(kRings, k + 1));
+  }
+  return text;
+}
+
+class Contacts : public TempFolder {
+ protected:
+  // A muscle like a biceps from (0, 0.15, 0) to (0, -0.15, 0), 18 mm thick, and two balls that
+  // slide along x: `left` comes from -0.3 m, `right` from 0.3 m. Keys are metres of their way.
+  std::filesystem::path shot(double radius, const std::string& keys) const {
+    write("ball.obj", ball_obj(radius));
+    std::string rig = "<robot name=\"shot\"><link name=\"table\"/>";
+    for (const auto& [name, at, axis] :
+         {std::array{"left", "-0.3", "1"}, std::array{"right", "0.3", "-1"}}) {
+      rig += std::string("<link name=\"") + name +
+             "\"><visual><geometry><mesh filename=\"ball.obj\"/></geometry></visual></link>"
+             "<joint name=\"" +
+             name + "\" type=\"prismatic\"><parent link=\"table\"/><child link=\"" + name +
+             "\"/><origin xyz=\"" + at + " 0 0\"/><axis xyz=\"" + axis +
+             " 0 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>";
+    }
+    write("rig.urdf", rig + "</robot>");
+    return write("scene.toml",
+                 "[scene]\nfps = 24\nframes = \"1-48\"\nsettle = 0.2\ngravity = [0, 0, 0]\n[rig]\n"
+                 "file = \"rig.urdf\"\n[rig.clip]\ninterpolation = \"linear\"\nkeys = " +
+                     keys +
+                     "\n[[muscle]]\nname = \"biceps\"\npath = [[\"table\", 0, 0.15, 0], "
+                     "[\"table\", 0, -0.15, 0]]\nbelly = [0.03, 0.27]\nweights = \"left\"\n"
+                     "profile = { around = 20, rings = 21, radius = [[0, 0.004], [0.2, 0.008], "
+                     "[0.5, 0.018], [0.8, 0.008], [1, 0.004]] }\n");
+  }
+};
+
+// Of the muscle's nodes, how deep they are in the balls.
+double depth_in_balls(const Motion& run, double radius) {
+  double deepest = 0.0;
+  for (const Row& x : run.state.muscles[0].x) {
+    for (const char* name : {"left", "right"}) {
+      const Transform& pose = run.state.pose[find_body(run.model.skeleton, name)];
+      deepest = std::max(deepest, radius - (to_vec(x) - pose.translation()).norm());
+    }
+  }
+  return deepest;
+}
+
+// 10 m/s: from 0.2 m before the belly to 6 mm into it in half a frame, and back.
+TEST_F(Contacts, AFistOnTheBiceps) {
+  constexpr double kFist = 0.045;
+  Motion run(shot(kFist, "{ left = [[1, 0], [4, 0], [4.6, 0.243], [20, 0.243], [24, 0]] }"));
+  const Rows rest = run.state.muscles[0].x;
+  const FrameMeasures hit = run.go_to(16);
+  EXPECT_LT(depth_in_balls(run, kFist), 1e-3);
+  EXPECT_LT(hit.contact_penetration, 1e-3);
+  EXPECT_GT(largest_distance(rest, run.state.muscles[0].x), 0.004);
+  run.go_to(48);
+  EXPECT_LT(largest_distance(rest, run.state.muscles[0].x), 5e-4);  // as before
+}
+
+// A ball that would be through and behind the muscle in one frame meets it all the same.
+TEST_F(Contacts, ABallThatIsThroughInOneFrame) {
+  constexpr double kBall = 0.012;
+  Motion run(shot(kBall, "{ left = [[1, 0], [3, 0.2], [4, 0.4], [12, 0.4]] }"));
+  run.go_to(3);
+  const double before = run.centre_of(0).x();
+  const FrameMeasures through = run.go_to(4);
+  EXPECT_GT(run.centre_of(0).x(), before + 5e-4) << "nothing was met";
+  EXPECT_LT(through.contact_penetration, 0.006);
+}
+
+TEST_F(Contacts, PinchedBetweenTwoBones) {
+  constexpr double kBall = 0.02;
+  // Of 36 mm 10 are left, then 4.
+  Motion run(shot(kBall,
+                  "{ left = [[1, 0.262], [10, 0.275], [20, 0.275], [30, 0.278], [40, 0.278]],"
+                  " right = [[1, 0.262], [10, 0.275], [20, 0.275], [30, 0.278], [40, 0.278]] }"));
+  EXPECT_LT(run.go_to(20).contact_penetration, 5e-4);
+  EXPECT_LT(run.go_to(40).contact_penetration, 5e-4);
+  EXPECT_LT(depth_in_balls(run, kBall), 1e-3);
+}
+
+TEST(ContactsOfPair, HalfInsideEachOtherAreToldAndParted) {
+  const std::string scene = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
+  Motion run(scene, {"skin.enabled=false", "muscle.side.path.0.3=0.016",
+                     "muscle.side.path.1.3=0.016", "scene.settle=2"});
+  const std::vector<std::string> told = rest_overlaps(run.model);
+  ASSERT_FALSE(told.empty());
+  EXPECT_NE(told[0].find("\"front\" lies in \"side\" at rest, by "), std::string::npos) << told[0];
+  const FrameMeasures apart = run.go_to(16);
+  EXPECT_LT(apart.contact_penetration, 1e-3);
+}
+
+const std::string kArm = THEW_SOURCE_DIR "/assets/arm/arm.toml";
+
+// From 0 to 130 degrees in one frame: where it ends is where a slow flexion ends.
+TEST(ContactsOfArm, FlexedInOneFrame) {
+  const std::string linear = "rig.clip.interpolation=linear";
+  Motion slow(kArm, {linear, "skin.enabled=false",
+                     "rig.clip.keys={ elbow = [[1, 0], [60, 130], [100, 130]] }"});
+  Motion fast(kArm, {linear, "rig.clip.keys={ elbow = [[1, 0], [2, 0], [3, 130], [13, 130]] }"});
+  slow.go_to(100);
+  const FrameMeasures end = fast.go_to(13);
+  EXPECT_LT(end.contact_penetration, 2e-3);
+  EXPECT_LT(worst_distance(slow.state, fast.state), 2e-3);
+  EXPECT_LE(end.skin.max_penetration, 1e-6);
+  EXPECT_LE(end.skin.max_poke_through, 5e-4);
+  EXPECT_EQ(end.skin.intersecting_pairs, 0);
+}
+
+// A tenth too tight: it is stretched over the flesh that it cannot hold.
+TEST_F(Contacts, ASkinThatIsATenthTooTight) {
+  std::filesystem::copy(std::filesystem::path(kArm).parent_path(), folder / "arm",
+                        std::filesystem::copy_options::recursive);
+  std::ifstream in(folder / "arm/skin.obj");
+  std::string line, tight;
+  while (std::getline(in, line)) {
+    double x = 0.0, y = 0.0, z = 0.0;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
+      line =
+          "v " + std::to_string(0.9 * x) + " " + std::to_string(y) + " " + std::to_string(0.9 * z);
+    }
+    tight += line + "\n";
+  }
+  write("arm/skin.obj", tight);
+  Motion run(folder / "arm/arm.toml", {"rig.clip.keys={ elbow = [[1, 0], [12, 120]] }"});
+  for (const int frame : {2, 7, 12}) {
+    const FrameMeasures measures = run.go_to(frame);
+    EXPECT_LE(measures.skin.max_penetration, 1e-6) << frame;
+    EXPECT_LE(measures.skin.max_poke_through, 5e-4) << frame;
+    EXPECT_EQ(measures.skin.intersecting_pairs, 0) << frame;
+  }
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sim/cache.h"
+#include "sim/scene.h"
+#include "tools/progress.h"
+
+namespace thew {
+
+/// One frame from all sides: FOLDER/VIEW_turn.0001.png and so on, each view's eye turned about its
+/// target and up in `count` even steps, and VIEW_turn.mp4 where ffmpeg is installed. Says what went
+/// wrong with a movie, "" for nothing.
+std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender& render, int count,
+                           const std::filesystem::path& folder, ProgressStyle style);
+
+}  // namespace thew

@@ -31,16 +31,16 @@ constexpr int kLookEvery = 12;  // substeps, for touches that may close before t
 }
 
 // A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
+// One line of the cache; what a substep adds is in Held.
 struct Touch {
   Row normal;
-  int node;
   double from, way;     // m, the gap included
   double pushed = 0.0;  // N s so far, all along the normal
-  double across = 0.0;  // m, part of the multiplier's direction that the plane bears
-  double kick = 0.0;    // m/s, in this substep
+  int node;
   bool held = false;    // in this substep
   bool shared = false;  // its node has another one
 };
+static_assert(sizeof(Touch) == 64);
 using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
 
 // Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
@@ -69,7 +69,10 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
   }
   const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
-  return {to_row(normal), contact.node, from, normal.dot(to_vec(after - before))};
+  return {.normal = to_row(normal),
+          .from = from,
+          .way = normal.dot(to_vec(after - before)),
+          .node = contact.node};
 }
 
 Touches touches_of(const Model& model, int m, double begin, const State& state) {
@@ -90,19 +93,32 @@ Touches touches_of(const Model& model, int m, double begin, const State& state) 
   return touches;
 }
 
+struct Held {
+  Touch* touch;
+  double across;  // m, part of the multiplier's direction that the plane bears
+  double kick;    // m/s, in this substep
+};
+struct Near {
+  std::vector<Touch*> all, shared;  // these have nodes of others as well
+  std::vector<Held> held;           // in this substep
+};
+
 // Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
 // as now.
 THEW_VECTORISED
 void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
-                   std::vector<Touch*>& near) {
-  near.clear();
+                   Near& near) {
+  near.all.clear();
+  near.shared.clear();
   if (touches.empty()) return;
   Row most = {};
   for (const Row& v : now.v) most = v * v > most ? v * v : most;
   const double fastest = std::sqrt(sum3(most));
   for (Touch& touch : touches) {
     const double open = dot3(touch.normal, now.x[touch.node]) - touch.from - t * touch.way;
-    if (open < span * (2.0 * fastest + std::abs(touch.way) / frame)) near.push_back(&touch);
+    if (open >= span * (2.0 * fastest + std::abs(touch.way) / frame)) continue;
+    near.all.push_back(&touch);
+    if (touch.shared) near.shared.push_back(&touch);
   }
 }
 
@@ -135,11 +151,10 @@ template <bool kVolume>
   Row volume = {}, rate = {}, weighted = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     Row v = now.v[i];
-    const double per_mass = 1.0 / muscle.mass[i];
     if (muscle.driven[i]) {
       v = now.target_velocity[i];
     } else {
-      Row acceleration = gravity + per_mass * now.forces[i] - damping * v;
+      Row acceleration = gravity + now.inverse_mass[i] * now.forces[i] - damping * v;
       if (has_path)
         acceleration += guide * (target[i] - now.x[i]) + damping * now.target_velocity[i];
       v += h * acceleration;
@@ -169,10 +184,9 @@ void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows
 // The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
 // nodes, or only of those that two planes may bear a part of; a pass through memory is not free.
 THEW_VECTORISED
-void set_direction(bool whole, const std::vector<Touch*>& near, MuscleState& now) {
-  for (Touch* touch : near) {
-    if (touch->shared)
-      now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
+void set_direction(bool whole, const Near& near, MuscleState& now) {
+  for (const Touch* touch : near.shared) {
+    now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
   }
   for (size_t i = 0; whole && i < now.x.size(); ++i) {
     now.direction[i] = now.mobility[i] * now.gradient[i];
@@ -200,10 +214,11 @@ void advance(double h, double lambda, bool whole, MuscleState& now) {
 // Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
 // on the multiplier no longer moves them across. True where there was one.
 THEW_VECTORISED
-bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole,
-                    const std::vector<Touch*>& near, MuscleState& now, VolumeSums& sums) {
-  bool closed = false;
-  for (Touch* touch : near) {
+bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole, Near& near,
+                    MuscleState& now, VolumeSums& sums) {
+  const size_t before = near.held.size();
+  double rate = sums.rate, weighted = sums.weighted;  // in registers: each waits for the one before
+  for (Touch* touch : near.all) {
     if (touch->held) continue;
     const int i = touch->node;
     const Row n = touch->normal;
@@ -211,37 +226,38 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
     if (lambda != 0.0) v -= lambda * now.direction[i];
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
     if (open >= 0.0) continue;
-    closed = touch->held = true;
-    touch->kick = -open / h;
-    now.v[i] += touch->kick * n;
+    touch->held = true;
+    Held& held = near.held.emplace_back(touch, 0.0, -open / h);
+    now.v[i] += held.kick * n;
     if (!has_volume) continue;
     const bool stored = whole || touch->shared;
     const double slope = dot3(n, now.gradient[i]);
-    touch->across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
-    sums.rate += slope * touch->kick;
-    sums.weighted -= slope * touch->across;
-    if (stored) now.direction[i] -= touch->across * n;
+    held.across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
+    rate += slope * held.kick;
+    weighted -= slope * held.across;
+    if (stored) now.direction[i] -= held.across * n;
   }
-  return closed;
+  sums.rate = rate;
+  sums.weighted = weighted;
+  return near.held.size() > before;
 }
 
 // Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
 // back beforehand where advance() goes along all of d.
 THEW_VECTORISED
-void release_contacts(double lambda, bool whole, const Muscle& muscle,
-                      const std::vector<Touch*>& near, MuscleState& now) {
+void release_contacts(double lambda, bool whole, const Muscle& muscle, Near& near,
+                      MuscleState& now) {
   Row impulse = {}, angular = {};
-  for (Touch* touch : near) {
-    if (!touch->held) continue;
-    const double given = muscle.mass[touch->node] * (touch->kick + lambda * touch->across);
+  for (const auto& [touch, across, kick] : near.held) {
+    const double given = muscle.mass[touch->node] * (kick + lambda * across);
     touch->pushed += given;
-    if (!whole) now.v[touch->node] += lambda * touch->across * touch->normal;
+    if (!whole) now.v[touch->node] += lambda * across * touch->normal;
     const Row push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
     touch->held = false;
-    touch->kick = touch->across = 0.0;
   }
+  near.held.clear();
   now.impulse += to_vec(impulse);
   now.angular_impulse += to_vec(angular);
 }
@@ -344,11 +360,15 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   now.gradient.resize(now.x.size());
   now.direction.resize(now.x.size());
   now.mobility.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) now.mobility[i] = now.weights[i] / muscle.mass[i];
+  now.inverse_mass.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    now.inverse_mass[i] = 1.0 / muscle.mass[i];
+    now.mobility[i] = now.weights[i] / muscle.mass[i];
+  }
   RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length(now.rest_length.size());
   Rows target = now.target;
-  std::vector<Touch*> near;
+  Near near;
   if (has_path) rings = muscle.rings;
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;

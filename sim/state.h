@@ -53,7 +53,7 @@ struct MuscleState : MuscleMotion {
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m
   double step = 0.0;                                ///< s (xpbd)
-  std::vector<double> inverse_mass;                 ///< 1/kg, 0 where driven (xpbd)
+  std::vector<double> inverse_mass;                 ///< 1/kg (xpbd: 0 where driven)
   std::vector<double> length_multiplier;            ///< by spring, N s^2 (xpbd)
   Rows shape_multiplier;                            ///< by spring, N s^2 (xpbd)
   double volume_multiplier = 0.0;                   ///< Pa s^2 (xpbd)

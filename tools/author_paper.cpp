@@ -18,7 +18,9 @@ void write_all(const std::filesystem::path& folder) {
     write_obj(folder / ("ball_" + std::to_string(triangles) + ".obj"), "ball of radius 0.1",
               scaled(paper_ball(triangles), ball));
   }
-  write_obj(folder / "box.obj", "unit cube", paper_cube(12, false));
+  write_obj(folder / "box.obj", "unit cube", paper_cube(1, false));
+  // Finer, so that it is drawn with sharp edges.
+  write_obj(folder / "block.obj", "unit cube", paper_cube(12, false));
   write_obj(folder / "probe.obj", "unit sphere", paper_probe(31));
   write_obj(folder / "cube_1536.obj", "cube of 0.2", scaled(paper_cube(8, true), cube));
   write_obj(folder / "cube_19200.obj", "cube of 0.2", scaled(paper_cube(40, false), cube));

@@ -91,6 +91,13 @@ void GlContext::make_current() {
   }
 }
 
+void GlContext::resize(int width, int height) {
+  width_ = width;
+  height_ = height;
+  pixels_.resize(4ul * width * height);
+  make_current();
+}
+
 const std::vector<std::uint8_t>& GlContext::finish() {
   gl_.Finish();
   if (const GLenum error = gl_.GetError(); error != GL_NO_ERROR) {

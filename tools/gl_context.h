@@ -26,11 +26,13 @@ namespace thew {
   X(BLITFRAMEBUFFER, BlitFramebuffer)                 \
   X(POLYGONOFFSET, PolygonOffset)                     \
   X(GENTEXTURES, GenTextures)                         \
+  X(DELETETEXTURES, DeleteTextures)                   \
   X(BINDTEXTURE, BindTexture)                         \
   X(ACTIVETEXTURE, ActiveTexture)                     \
   X(TEXIMAGE2D, TexImage2D)                           \
   X(TEXPARAMETERI, TexParameteri)                     \
   X(GENFRAMEBUFFERS, GenFramebuffers)                 \
+  X(DELETEFRAMEBUFFERS, DeleteFramebuffers)           \
   X(BINDFRAMEBUFFER, BindFramebuffer)                 \
   X(FRAMEBUFFERTEXTURE2D, FramebufferTexture2D)       \
   X(CHECKFRAMEBUFFERSTATUS, CheckFramebufferStatus)   \
@@ -89,6 +91,8 @@ class GlContext {
 
   /// Before the first GL call of each drawing; the calling thread's context from then on.
   void make_current();
+  /// Its own picture in another size; makes it current.
+  void resize(int width, int height);
   /// Waits for all drawing: RGBA, rows from the bottom. Error(kOutput) if GL counted an error.
   const std::vector<std::uint8_t>& finish();
   /// A linked program; Error(kOutput) with the compiler's words.

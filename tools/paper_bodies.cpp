@@ -8,6 +8,7 @@
 #include "muscles/volume.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
+#include "sim/muscle_step.h"
 #include "tools/paper_report.h"
 #include "tools/paper_run.h"
 #include "tools/paper_shapes.h"
@@ -28,25 +29,19 @@ struct Table2 {
   void add(const std::string& scene, const PaperRun& run, double seconds, const std::string& error,
            const std::string& frames) {
     int triangles = 0;
-    for (const Muscle& muscle : run.model.muscles) {
+    for (const Muscle& muscle : run.model->muscles) {
       triangles += static_cast<int>(muscle.rest.triangles.size());
     }
     worst = std::max(worst, run.volume_error);
-    const Scene& settings = run.model.scene;
-    const std::string substeps = settings.solver.integrator == "explicit"
-                                     ? std::to_string(explicit_substeps_of(run.model))
-                                     : std::to_string(settings.solver.substeps) + " implicit";
+    const Scene& settings = run.model->scene;
+    const std::string substeps =
+        settings.solver.integrator == "explicit"
+            ? std::to_string(explicit_substeps(*run.model, 0, 1.0 / settings.fps))
+            : std::to_string(settings.solver.substeps) + " implicit";
     table.rows.push_back({scene, std::to_string(triangles), substeps, number(run.volume_error, 2),
                           error, number(1.0 / seconds), frames, number(run.penetration, 2)});
   }
-  static int explicit_substeps_of(const Model& model);
 };
-
-int Table2::explicit_substeps_of(const Model& model) {
-  const Muscle& muscle = model.muscles[0];
-  const double omega2 = highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven);
-  return static_cast<int>(std::ceil(std::sqrt(omega2) / (1.6 * model.scene.fps)));
-}
 
 const PaperView kBare{"", false, false}, kZone{"", true, true};
 
@@ -127,9 +122,9 @@ void cubes(PaperReport& report, Table2& table) {
     inverted += signed_volume(tetrahedra, tetrahedra.tetrahedra.back()) <= 0.0;
   }
   report.add(
-      {draw_state(none.model, none.kept.at(half), kBare),
-       draw_state(exact.model, exact.kept.at(half), kBare),
-       draw_surface(exact.model.scene, {fem.x, boundary(tetrahedra)})},
+      {picture_of(*none.model, none.kept.at(half), kBare),
+       picture_of(*exact.model, exact.kept.at(half), kBare),
+       picture_of(exact.model->scene, {fem.x, boundary(tetrahedra)})},
       {"conventional, V/V0 = " + number(none.volume.at(half - 1)), "volume-preserving",
        "linear FEM, V/V0 = " + number(1.0 + swelling) + ", " + std::to_string(inverted) +
            " inverted"},
@@ -139,8 +134,8 @@ void cubes(PaperReport& report, Table2& table) {
           number(fem_volume(held) / 0.008) + (converged ? "." : ", not converged."));
   if (!report.quick) {
     report.add(
-        {draw_state(none.model, none.kept.at(91), kBare),
-         draw_state(exact.model, exact.kept.at(91), kBare)},
+        {picture_of(*none.model, none.kept.at(91), kBare),
+         picture_of(*exact.model, exact.kept.at(91), kBare)},
         {"conventional, V/V0 = " + number(none.volume.at(90)), "volume-preserving"},
         "figure7_cube_270.png",
         "Turned on to 270°. A membrane does not meet itself: beyond 180° its walls go through "
@@ -151,7 +146,7 @@ void cubes(PaperReport& report, Table2& table) {
   const PaperRun load = run_measured(report, "cube_load", {}, report.quick ? 9 : 0);
   table.add("cube, local load", load, load.seconds, "1e-4", "21.3");
   const State& pressed = load.state;
-  report.add({draw_state(load.model, pressed, {}), draw_state(load.model, pressed, kZone)},
+  report.add({picture_of(*load.model, pressed, {}), picture_of(*load.model, pressed, kZone)},
              {"volume-preserving, local zone", "the zone's weights"}, "cube_load.png",
              "Cube of 19,200 triangles under a ball.");
   report.done();
@@ -217,7 +212,7 @@ void cow(PaperReport& report, Table2& table) {
     write_obj(*copy / "cow.obj", "given mesh", given);
     scenes = *copy;
   }
-  std::vector<Image> pictures;
+  std::vector<PaperPicture> pictures;
   std::vector<std::string> labels;
   double worst = 0.0;
   const int last = report.quick ? 16 : 0;
@@ -230,7 +225,7 @@ void cow(PaperReport& report, Table2& table) {
     if (!local) ask.overrides = {"muscle.cow.weights=even", "muscle.cow.damping=0"};
     const PaperRun run = run_scene(ask);
     const MuscleState& now = run.state.muscles[0];
-    const Momentum gained = momentum_of(run.model.muscles[0], now);
+    const Momentum gained = momentum_of(run.model->muscles[0], now);
     const double size = std::max(now.impulse.norm(), 1e-30);
     const double angular = std::max(now.angular_impulse.norm(), 0.3 * size);
     worst = std::max({worst, (gained.linear - now.impulse).norm() / size,
@@ -238,10 +233,10 @@ void cow(PaperReport& report, Table2& table) {
     table.add(local ? "cow, local zone" : "cow, global zone", run, run.seconds, "1e-4", "20.7");
     const State& pressed = run.kept.begin()->second;
     PaperView bulge = kBare;
-    bulge.values = outward(run.model.muscles[0], pressed.muscles[0]);
+    bulge.values = outward(run.model->muscles[0], pressed.muscles[0]);
     const double most = *std::max_element(bulge.values.begin(), bulge.values.end());
-    pictures.push_back(draw_state(run.model, pressed, {}));
-    pictures.push_back(draw_state(run.model, pressed, bulge));
+    pictures.push_back(picture_of(*run.model, pressed, {}));
+    pictures.push_back(picture_of(*run.model, pressed, bulge));
     labels.push_back(local ? "local zone" : "global zone");
     labels.push_back("what came out, " + number(1e3 * most, 2) + " mm at most");
     report.done();
@@ -257,11 +252,11 @@ void holes(PaperReport& report, Table2& table) {
   report.section("Bodies with holes",
                  "A torus and a surface of genus 2 between planes: the enclosed "
                  "volume knows nothing of topology.");
-  std::vector<Image> pictures;
+  std::vector<PaperPicture> pictures;
   for (const char* scene : {"torus", "two_rings"}) {
     const PaperRun run = run_measured(report, scene, {}, report.quick ? 16 : 0);
     table.add(scene, run, run.seconds, "", "");
-    pictures.push_back(draw_state(run.model, run.state, kBare));
+    pictures.push_back(picture_of(*run.model, run.state, kBare));
     report.done();
   }
   report.add(pictures, {"torus", "genus 2"}, "holes.png",
@@ -287,7 +282,7 @@ void finger(PaperReport& report, Table2& table) {
   table.add("finger, global", global, global.seconds, "", "");
   table.add("finger, local", local, local.seconds, "", "");
   const auto draw = [](const PaperRun& run, const PaperView& view) {
-    return draw_state(run.model, run.state, view);
+    return picture_of(*run.model, run.state, view);
   };
   report.add({draw(none, {}), draw(global, {}), draw(local, {})},
              {"compressible, V/V0 = " + number(none.volume.back()), "global", "local"},
@@ -295,10 +290,10 @@ void finger(PaperReport& report, Table2& table) {
   report.add({draw(global, kZone), draw(local, kZone)}, {"global: everywhere alike", "local"},
              "figure4_zone.png",
              "Figure 4: where the volume is moved, by weight: none, amber, crimson, most.");
-  std::vector<Image> pictures;
+  std::vector<PaperPicture> pictures;
   std::vector<std::string> labels;
   for (const auto& [frame, state] : local.kept) {
-    pictures.push_back(draw_state(local.model, state, kZone));
+    pictures.push_back(picture_of(*local.model, state, kZone));
     labels.push_back("frame " + std::to_string(frame) + ", radius " +
                      number(1e3 * state.muscles[0].zone_radius) + " mm");
   }
@@ -321,8 +316,8 @@ void add_muscle_rows(const PaperRun& bare, const PaperRun& skinned, PaperReport&
                    "",
                    {"muscle", "triangles", "printed", "error", "with skin", "printed"},
                    {}};
-  for (size_t m = 0; m < bare.model.muscles.size(); ++m) {
-    const Muscle& muscle = bare.model.muscles[m];
+  for (size_t m = 0; m < bare.model->muscles.size(); ++m) {
+    const Muscle& muscle = bare.model->muscles[m];
     table.rows.push_back({muscle.name, std::to_string(muscle.rest.triangles.size()),
                           std::to_string(kPrinted.at(m)), number(bare.volume_errors[m], 2),
                           number(skinned.volume_errors[m], 2), "1e-4"});
@@ -337,7 +332,7 @@ void muscles(PaperReport& report, Table2& table) {
   const PaperRun three = run_measured(report, "three_muscles", {});
   table.add("three muscles", three, three.seconds, "", "");
   report.add(
-      {draw_state(three.model, three.state, kBare), draw_state(three.model, three.state, kZone)},
+      {picture_of(*three.model, three.state, kBare), picture_of(*three.model, three.state, kZone)},
       {"from above: weights left, even, right", "the weights"}, "figure3_muscles.png",
       "Figure 3: the weights alone move the volume.");
   report.done();
@@ -358,12 +353,12 @@ void muscles(PaperReport& report, Table2& table) {
   table.add("the same with their skin", skinned, skinned.seconds, "", "");
   report.done();
   add_muscle_rows(bare, skinned, report);
-  std::vector<Image> muscles, skin;
+  std::vector<PaperPicture> muscles, skin;
   std::vector<std::string> labels;
   for (const auto& [frame, state] : skinned.kept) {
-    muscles.push_back(draw_state(skinned.model, state, {"muscles"}));
-    skin.push_back(draw_state(skinned.model, state, {"skin"}));
-    const int elbow = find_joint(skinned.model.skeleton, "elbow");
+    muscles.push_back(picture_of(*skinned.model, state, {"muscles"}));
+    skin.push_back(picture_of(*skinned.model, state, {"skin"}));
+    const int elbow = find_joint(skinned.model->skeleton, "elbow");
     labels.push_back("elbow at " + number(state.joints.at(elbow) / kDegree) + "°");
   }
   report.add(muscles, labels, "figure7_arm.png", "Figures 1 and 7d: the arm without its skin.");
@@ -390,7 +385,7 @@ void paper_bodies(PaperReport& report) {
 
 int paper_steps(bool quick) {
   const int truth = quick ? 2 : 4, penalties = quick ? 2 : 6;
-  const int balls = quick ? 2 * (3 * 8 + 1) + 8 + 1 : 2 * (7 * 8 + 1) + 3 * 8 + 1;
+  const int balls = quick ? 2 * (5 * 8 + 1) + 3 * 8 + 1 : 2 * (9 * 8 + 1) + 5 * 8 + 1;
   return truth + balls + 1 + penalties + 3 + 2 + 2 + 3 + 3 + 1;  // cubes, cow, holes, finger, arm
 }
 

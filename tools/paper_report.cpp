@@ -70,33 +70,48 @@ PaperReport::PaperReport(const std::filesystem::path& out, bool is_quick,
 }
 
 void PaperReport::section(const std::string& title, const std::string& text) {
-  body_ += "<h2>" + escape_html(title) + "</h2>\n<p>" + escape_html(text) + "</p>\n";
+  chapters_[chapter_].html +=
+      "<h2>" + escape_html(title) + "</h2>\n<p>" + escape_html(text) + "</p>\n";
 }
 
 void PaperReport::add(const PaperTable& table) {
   write_durably(folder / table.file, csv_text(table));
-  body_ += table_html(table, "");
+  chapters_[chapter_].html += table_html(table, "");
 }
 
 void PaperReport::add(const LineChart& chart, const std::string& file, const std::string& caption) {
   const std::string svg = draw_chart(chart);
   write_durably(folder / file, svg);
-  body_ += "<figure>" + svg + "<figcaption>" + escape_html(caption) + "</figcaption></figure>\n";
+  chapters_[chapter_].html +=
+      "<figure>" + svg + "<figcaption>" + escape_html(caption) + "</figcaption></figure>\n";
 }
 
-void PaperReport::add(const std::vector<Image>& images, const std::vector<std::string>& labels,
-                      const std::string& file, const std::string& caption) {
+void PaperReport::add(const std::vector<PaperPicture>& pictures,
+                      const std::vector<std::string>& labels, const std::string& file,
+                      const std::string& caption) {
+  std::vector<Image> images;
+  for (const PaperPicture& picture : pictures) {
+    if (!renderer_) {
+      renderer_ = std::make_unique<Renderer>(picture.width, picture.height, picture.meshes);
+    }
+    renderer_->show(picture.width, picture.height, picture.meshes);
+    images.push_back(renderer_->draw(picture.view, picture.positions));
+  }
   const int columns = static_cast<int>(images.size());
   write_png(folder / file, contact_sheet(images, columns, columns > 4 ? 320 : 420), 6);
-  body_ += "<figure><div class=\"labels\">";
-  for (const std::string& label : labels) body_ += "<span>" + escape_html(label) + "</span>";
-  body_ += "</div><img src=\"" + file + "\" alt=\"" + escape_html(caption) + "\"><figcaption>" +
-           escape_html(caption) + "</figcaption></figure>\n";
+  chapters_[chapter_].html += "<figure><div class=\"labels\">";
+  for (const std::string& label : labels)
+    chapters_[chapter_].html += "<span>" + escape_html(label) + "</span>";
+  chapters_[chapter_].html += "</div><img src=\"" + file + "\" alt=\"" + escape_html(caption) +
+                              "\"><figcaption>" + escape_html(caption) + "</figcaption></figure>\n";
 }
 
-void PaperReport::add(const PaperVerdict& verdict) { verdicts_.push_back(verdict); }
+void PaperReport::add(const PaperVerdict& verdict) {
+  chapters_[chapter_].verdicts.push_back(verdict);
+}
 
 void PaperReport::done(int steps) {
+  const std::scoped_lock lock(mutex_);
   steps_ += steps;
   progress_.step(steps_, steps_);
 }
@@ -106,7 +121,13 @@ void PaperReport::write(double seconds) {
       "<div class=\"wide\"><table class=\"left\"><tr><th>What is to be shown</th>"
       "<th>wanted</th><th>found</th><th></th></tr>\n";
   std::string csv = "what,wanted,found,met,reason\n";
-  for (const PaperVerdict& v : verdicts_) {
+  std::string body;
+  std::vector<PaperVerdict> verdicts;
+  for (const auto& [at, chapter] : chapters_) {
+    body += chapter.html;
+    verdicts.insert(verdicts.end(), chapter.verdicts.begin(), chapter.verdicts.end());
+  }
+  for (const PaperVerdict& v : verdicts) {
     top += "<tr><td>" + escape_html(v.what) + "</td><td>" + escape_html(v.wanted) + "</td><td>" +
            escape_html(v.found) + "</td><td>" +
            (v.met ? "<span class=\"met\">met</span>"
@@ -125,9 +146,10 @@ void PaperReport::write(double seconds) {
           "</style></head><body><main>\n<h1>The paper, reproduced</h1>\n<p class=\"soft\">Hong, "
           "Jung, Choi, Welch, Fast Volume Preservation for a Mass-Spring System, IEEE CG&amp;A "
           "2006. Printed values are of a 2.0 GHz Pentium 4; the ratios carry over." +
-          (quick ? std::string(" This is the quick run: fewer frames, repetitions and elements.")
+          (quick ? std::string(" This is the quick run: fewer frames, repetitions and elements, "
+                               "these on a thread of their own.")
                  : std::string()) +
-          "</p>\n" + top + body_ + "<p class=\"soft\">Made in " + number(seconds) +
+          "</p>\n" + top + body + "<p class=\"soft\">Made in " + number(seconds) +
           " s. CPU time of one thread; medians of interleaved repetitions.</p>\n" +
           "</main></body></html>\n");
 }

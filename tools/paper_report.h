@@ -2,11 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
-#include "tools/image.h"
+#include "tools/paper_run.h"
 #include "tools/progress.h"
+#include "tools/renderer.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -25,17 +29,20 @@ struct PaperVerdict {
   std::string reason;  ///< where it is missed
 };
 
-/// Gathers what the experiments find; writes tables and figures at once, the report at the end.
+/// Gathers what the experiments find; writes tables and figures at once, the report at the end. One
+/// thread's, but for done().
 class PaperReport {
  public:
   PaperReport(const std::filesystem::path& folder, bool quick, const std::filesystem::path& cow,
               Progress& progress);
 
+  /// What is added goes there from here on; the report has its chapters in order.
+  void chapter(int number) { chapter_ = number; }
   void section(const std::string& title, const std::string& text);
   void add(const PaperTable& table);
   void add(const LineChart& chart, const std::string& file, const std::string& caption);
-  /// Images side by side, all of the first one's proportions; `labels` one each.
-  void add(const std::vector<Image>& images, const std::vector<std::string>& labels,
+  /// Pictures side by side, all of the first one's proportions; `labels` one each.
+  void add(const std::vector<PaperPicture>& pictures, const std::vector<std::string>& labels,
            const std::string& file, const std::string& caption);
   void add(const PaperVerdict& verdict);
   void done(int steps = 1);  ///< for the progress bar
@@ -45,14 +52,20 @@ class PaperReport {
   const std::filesystem::path folder, cow, scenes;
 
  private:
+  struct Chapter {
+    std::string html;
+    std::vector<PaperVerdict> verdicts;
+  };
+
+  std::map<int, Chapter> chapters_;
+  int chapter_ = 0;
+  std::unique_ptr<Renderer> renderer_;
+  std::mutex mutex_;  // of what follows
   Progress& progress_;
-  std::string body_;
-  std::vector<PaperVerdict> verdicts_;
   int steps_ = 0;
 };
 
-// The experiments, in the paper's order.
-void paper_ball(PaperReport& report);
+// The experiments but the ball's (paper_ball.h).
 void paper_bodies(PaperReport& report);  ///< cubes, cow, torus, rings, finger, muscles, arm
 void paper_errors(PaperReport& report);  ///< method.md's: what is wrong in print, shown
 /// Steps that these take, for the progress bar.

@@ -10,7 +10,6 @@
 #include "sim/drive.h"
 #include "sim/step.h"
 #include "tools/commands.h"
-#include "tools/renderer.h"
 
 namespace thew {
 namespace {
@@ -34,7 +33,7 @@ double deepest_in_bones(const Model& model, const State& state) {
 void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
   run.frames.push_back(frame);
   for (int m = 0; m < run.state.count(); ++m) {
-    const Muscle& muscle = run.model.muscles[m];
+    const Muscle& muscle = run.model->muscles[m];
     const double ratio =
         enclosed_volume(run.state.muscles[m].x, muscle.rest.triangles) / muscle.rest_volume;
     if (m == 0) run.volume.push_back(ratio);
@@ -44,8 +43,8 @@ void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
   run.zone_radius.push_back(run.state.muscles[0].zone_radius);
   if (ask.measures) {
     Parallel one(1);
-    refit_all(run.model, one, run.state);
-    run.penetration = std::max(run.penetration, deepest_in_bones(run.model, run.state));
+    refit_all(*run.model, one, run.state);
+    run.penetration = std::max(run.penetration, deepest_in_bones(*run.model, run.state));
   }
   if (std::find(ask.keep.begin(), ask.keep.end(), frame) != ask.keep.end()) {
     run.kept.emplace(frame, run.state);
@@ -62,7 +61,7 @@ std::vector<Vec3> points_of(const Rows& rows) {
 
 double cpu_seconds() {
   timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
@@ -71,23 +70,32 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-PaperRun run_scene(const PaperAsk& ask) {
+PaperScene ready_scene(const PaperAsk& ask) {
+  const auto model = std::make_shared<Model>(build_model(read_scene(ask.scene, ask.overrides)));
+  Parallel one(1);
+  PaperScene scene{ask, model, initial_state(*model)};
+  settle(*model, one, scene.start, [] { stop_if_interrupted(); });
+  return scene;
+}
+
+PaperRun run_scene(const PaperAsk& ask) { return run_scene(ready_scene(ask)); }
+
+PaperRun run_scene(const PaperScene& ready) {
   PaperRun run;
-  run.model = build_model(read_scene(ask.scene, ask.overrides));
-  const Scene& scene = run.model.scene;
+  run.model = ready.model;
+  run.state = ready.start;
+  const PaperAsk& ask = ready.ask;
+  const Scene& scene = run.model->scene;
   Parallel one(1);
   StageSeconds stages;
-  run.state = initial_state(run.model);
-  settle(run.model, one, run.state, [] { stop_if_interrupted(); });
   run.volume_errors.assign(run.state.count(), 0.0);
   const int first = scene.first_frame, last = ask.last > 0 ? ask.last : scene.last_frame;
   note_frame(first, ask, run);
   for (int frame = first + 1; frame <= last; ++frame) {
     stop_if_interrupted();
     const double begin = cpu_seconds();
-    step_frame(run.model, (frame - first) / scene.fps, one, run.state, stages);
-    run.frame_seconds.push_back(cpu_seconds() - begin);
-    run.seconds += run.frame_seconds.back() / (last - first);
+    step_frame(*run.model, (frame - first) / scene.fps, one, run.state, stages);
+    run.seconds += (cpu_seconds() - begin) / (last - first);
     note_frame(frame, ask, run);
     for (const double push : run.state.muscles[0].push) {
       run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
@@ -96,15 +104,31 @@ PaperRun run_scene(const PaperAsk& ask) {
   return run;
 }
 
-std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repetitions,
                                 const std::function<void()>& on_run) {
-  std::vector<std::vector<std::vector<double>>> frames(asks.size());  // by ask, frame, repetition
+  // By scene, frame, repetition.
+  std::vector<std::vector<std::vector<double>>> frames(scenes.size());
+  Parallel one(1);
+  StageSeconds stages;
   for (int r = 0; r < repetitions; ++r) {
-    for (size_t k = 0; k < asks.size(); ++k) {
-      const std::vector<double> seconds = run_scene(asks[k]).frame_seconds;
-      frames[k].resize(seconds.size());
-      for (size_t f = 0; f < seconds.size(); ++f) frames[k][f].push_back(seconds[f]);
-      on_run();
+    std::vector<State> states;
+    for (const PaperScene& scene : scenes) states.push_back(scene.start);
+    size_t left = scenes.size();
+    for (size_t f = 0; left > 0; ++f) {
+      stop_if_interrupted();
+      for (size_t k = 0; k < scenes.size(); ++k) {
+        const Scene& scene = scenes[k].model->scene;
+        const int last = scenes[k].ask.last > 0 ? scenes[k].ask.last : scene.last_frame;
+        const size_t count = last - scene.first_frame;
+        if (f >= count) continue;
+        if (r == 0) frames[k].emplace_back();
+        const double begin = cpu_seconds();
+        step_frame(*scenes[k].model, (f + 1) / scene.fps, one, states[k], stages);
+        frames[k][f].push_back(cpu_seconds() - begin);
+        if (f + 1 < count) continue;
+        --left;
+        on_run();
+      }
     }
   }
   std::vector<double> means;
@@ -127,10 +151,11 @@ SceneView view_of(const Scene& scene, const std::string& name) {
 
 }  // namespace
 
-Image draw_state(const Model& model, const State& state, const PaperView& view) {
+PaperPicture picture_of(const Model& model, const State& state, const PaperView& view) {
+  const Scene& scene = model.scene;
   const BakeInfo info = bake_info(model, {});
-  std::vector<BakeMesh> meshes;
-  std::vector<std::vector<Vec3>> positions;
+  PaperPicture picture{scene.render.width, scene.render.height, view_of(scene, view.name), {}, {}};
+  if (view.weights || !view.values.empty()) picture.view.show = "weights";
   for (size_t i = 0; i < info.meshes.size(); ++i) {
     BakeMesh mesh = info.meshes[i];
     if (mesh.kind == BakeMesh::Kind::kBone && !view.bones) continue;
@@ -140,22 +165,20 @@ Image draw_state(const Model& model, const State& state, const PaperView& view) 
       const double most = *std::max_element(mesh.weights.begin(), mesh.weights.end());
       for (double& w : mesh.weights) w /= std::max(most, 1e-30);
     }
-    meshes.push_back(std::move(mesh));
-    positions.push_back(points_of(i < muscles              ? state.muscles[i].x
-                                  : b < model.bones.size() ? state.bones[b].x
-                                                           : state.skin.x));
+    picture.meshes.push_back(std::move(mesh));
+    picture.positions.push_back(points_of(i < muscles              ? state.muscles[i].x
+                                          : b < model.bones.size() ? state.bones[b].x
+                                                                   : state.skin.x));
   }
-  const Scene& scene = model.scene;
-  SceneView seen = view_of(scene, view.name);
-  if (view.weights || !view.values.empty()) seen.show = "weights";
-  Renderer renderer(scene.render.width, scene.render.height, meshes);
-  return renderer.draw(seen, positions);
+  return picture;
 }
 
-Image draw_surface(const Scene& scene, const TriMesh& mesh) {
-  const std::vector<BakeMesh> meshes = {{"body", BakeMesh::Kind::kMuscle, mesh, {}, {}}};
-  Renderer renderer(scene.render.width, scene.render.height, meshes);
-  return renderer.draw(view_of(scene, ""), {mesh.vertices});
+PaperPicture picture_of(const Scene& scene, const TriMesh& mesh) {
+  return {scene.render.width,
+          scene.render.height,
+          view_of(scene, ""),
+          {{"body", BakeMesh::Kind::kMuscle, mesh, {}, {}}},
+          {mesh.vertices}};
 }
 
 }  // namespace thew

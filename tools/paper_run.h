@@ -4,24 +4,24 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "sim/cache.h"
 #include "sim/model.h"
 #include "sim/state.h"
-#include "tools/image.h"
 
 namespace thew {
 
-double cpu_seconds();
+double cpu_seconds();  ///< of the calling thread
 double median(std::vector<double> values);
 
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {
-  Model model;
+  std::shared_ptr<const Model> model;
   State state;                        ///< at the last frame
   double seconds = 0.0;               ///< CPU, a frame, the mean of all
-  std::vector<double> frame_seconds;  ///< CPU, by frame after the first
   double volume_error = 0.0;          ///< |V/V0 - 1|, largest of all frames and bodies
   std::vector<double> volume_errors;  ///< the same by body
   double penetration = 0.0;           ///< m, largest of all frames: free nodes inside bones
@@ -38,10 +38,19 @@ struct PaperAsk {
   std::vector<int> keep;  ///< frames whose states are kept
   bool measures = false;  ///< penetration too; not to be timed
 };
+/// Read and settled, to be run more than once.
+struct PaperScene {
+  PaperAsk ask;
+  std::shared_ptr<const Model> model;
+  State start;
+};
+PaperScene ready_scene(const PaperAsk& ask);
+PaperRun run_scene(const PaperScene& scene);
 PaperRun run_scene(const PaperAsk& ask);
-/// Only timed, several scenes in turn: CPU seconds a frame by ask, the mean over frames of each
-/// one's median over the repetitions (what else runs disturbs frames, not runs).
-std::vector<double> time_scenes(const std::vector<PaperAsk>& asks, int repetitions,
+/// Only timed, several scenes in turn, frame by frame, so that what else the machine does meets all
+/// of them alike: CPU seconds a frame by scene, the mean over frames of each one's median over the
+/// repetitions.
+std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repetitions,
                                 const std::function<void()>& on_run);
 
 std::vector<Vec3> points_of(const Rows& rows);
@@ -54,8 +63,15 @@ struct PaperView {
   std::vector<double> values =
       {};  ///< or by these of the first one's nodes, scaled to their largest
 };
-Image draw_state(const Model& model, const State& state, const PaperView& view);
+/// As Renderer takes it.
+struct PaperPicture {
+  int width, height;
+  SceneView view;
+  std::vector<BakeMesh> meshes;
+  std::vector<std::vector<Vec3>> positions;
+};
+PaperPicture picture_of(const Model& model, const State& state, const PaperView& view);
 /// The same view, another surface.
-Image draw_surface(const Scene& scene, const TriMesh& mesh);
+PaperPicture picture_of(const Scene& scene, const TriMesh& mesh);
 
 }  // namespace thew

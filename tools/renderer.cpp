@@ -34,6 +34,8 @@ void check_size(int width, int height) {
 struct Renderer::Data {
   Data(int width, int height, const std::vector<BakeMesh>& meshes);
 
+  void show(int width, int height, const std::vector<BakeMesh>& meshes);
+  void make_targets(int w, int h);
   GLuint make_texture(GLint format, GLenum layout, GLenum type, int w, int h);
   GLuint make_target(std::initializer_list<GLuint> colours, GLuint depth);
   void make_arrays();
@@ -60,7 +62,7 @@ struct Renderer::Data {
   Image read_image();
 
   int width, height;
-  const std::vector<BakeMesh>& meshes;
+  const std::vector<BakeMesh>* meshes;
   GlContext context;
   const Gl& gl;
   DrawGeometry geometry;
@@ -71,14 +73,12 @@ struct Renderer::Data {
   GLuint shadow_map, colour_map, surface_map, depth_map, occlusion_map, lit_map;
   GLuint shadow_target, surface_target, occlusion_target, lit_target;
   GLuint surface_array, quad_array, vertex_buffer, quad_buffer;
+  std::vector<GLuint> textures, targets;  // all of this size
+  GLuint arrays[2], buffers[4];
 };
 
 Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
-    : width(w), height(h), meshes(all), context(w, h), gl(context.gl()) {
-  geometry = make_draw_geometry(meshes);
-  for (const BakeMesh& mesh : meshes) {
-    for (const Vec3& p : mesh.rest.vertices) rest.add(p);
-  }
+    : width(w), height(h), meshes(&all), context(w, h), gl(context.gl()) {
   using namespace shaders;
   shadow_program = context.build_program(kShadowVertex, kShadowFragment);
   cut_shadow_program = context.build_program(kCutShadowVertex, kCutShadowFragment);
@@ -90,7 +90,35 @@ Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
   occlusion_program = context.build_program(kScreenVertex, kOcclusionFragment);
   light_program = context.build_program(kScreenVertex, kLightFragment);
   picture_program = context.build_program(kScreenVertex, kPictureFragment);
+  gl.GenVertexArrays(2, arrays);
+  gl.GenBuffers(4, buffers);
+  surface_array = arrays[0], quad_array = arrays[1];
+  vertex_buffer = buffers[0], quad_buffer = buffers[1];
+  make_targets(w, h);
+  show(w, h, all);
+}
 
+void Renderer::Data::show(int w, int h, const std::vector<BakeMesh>& all) {
+  if (w != width || h != height) {
+    gl.DeleteFramebuffers(targets.size(), targets.data());
+    gl.DeleteTextures(textures.size(), textures.data());
+    context.resize(w, h);
+    width = w, height = h;
+    make_targets(w, h);
+  }
+  meshes = &all;
+  geometry = make_draw_geometry(all);
+  rest = {};
+  for (const BakeMesh& mesh : all) {
+    for (const Vec3& p : mesh.rest.vertices) rest.add(p);
+  }
+  make_arrays();
+  context.finish();  // reports what could not be allocated
+}
+
+void Renderer::Data::make_targets(int w, int h) {
+  textures.clear();
+  targets.clear();
   const auto depth_texture = [&](int x, int y) {
     return make_texture(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, x, y);
   };
@@ -107,13 +135,12 @@ Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
   surface_target = make_target({colour_map, surface_map}, depth_map);
   occlusion_target = make_target({occlusion_map}, depth_texture(w, h));
   lit_target = make_target({lit_map}, depth_texture(2 * w, 2 * h));
-  make_arrays();
-  context.finish();  // reports what could not be allocated
 }
 
 GLuint Renderer::Data::make_texture(GLint format, GLenum layout, GLenum type, int w, int h) {
   GLuint texture;
   gl.GenTextures(1, &texture);
+  textures.push_back(texture);
   gl.BindTexture(GL_TEXTURE_2D, texture);
   gl.TexImage2D(GL_TEXTURE_2D, 0, format, w, h, 0, layout, type, nullptr);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
@@ -126,6 +153,7 @@ GLuint Renderer::Data::make_texture(GLint format, GLenum layout, GLenum type, in
 GLuint Renderer::Data::make_target(std::initializer_list<GLuint> colours, GLuint depth) {
   GLuint target;
   gl.GenFramebuffers(1, &target);
+  targets.push_back(target);
   gl.BindFramebuffer(GL_FRAMEBUFFER, target);
   std::vector<GLenum> drawn;
   for (const GLuint colour : colours) {
@@ -143,11 +171,6 @@ GLuint Renderer::Data::make_target(std::initializer_list<GLuint> colours, GLuint
 }
 
 void Renderer::Data::make_arrays() {
-  GLuint arrays[2], buffers[4];
-  gl.GenVertexArrays(2, arrays);
-  gl.GenBuffers(4, buffers);
-  surface_array = arrays[0], quad_array = arrays[1];
-  vertex_buffer = buffers[0], quad_buffer = buffers[1];
   const auto attribute = [&](GLuint index, int size, GLenum type, std::size_t stride,
                              std::size_t offset) {
     gl.EnableVertexAttribArray(index);
@@ -234,13 +257,13 @@ void Renderer::Data::draw_covered(int scale) {
 
 Bounds Renderer::Data::load(const std::vector<std::vector<Vec3>>& positions,
                             const ShownKinds& shown) {
-  place_vertices(meshes, positions, shown, geometry);
+  place_vertices(*meshes, positions, shown, geometry);
   gl.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer);
   gl.BufferData(GL_ARRAY_BUFFER, geometry.vertices.size() * sizeof(DrawVertex),
                 geometry.vertices.data(), GL_STREAM_DRAW);
   Bounds seen;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (!shown[static_cast<int>(meshes[m].kind)]) continue;
+  for (std::size_t m = 0; m < meshes->size(); ++m) {
+    if (!shown[static_cast<int>((*meshes)[m].kind)]) continue;
     for (const Vec3& p : positions[m]) seen.add(p);
   }
   return seen;
@@ -338,7 +361,7 @@ void Renderer::Data::draw_occlusion(const Camera& camera) {
 // After the occlusion, which is not to see them. 1.5 samples wide.
 void Renderer::Data::draw_weights(const Camera& camera, const Vec3& eye) {
   const std::vector<DrawVertex> quads =
-      weight_quads(meshes, geometry, eye, 0.03 * rest.radius(), 1.5 * camera.tan_y / height);
+      weight_quads(*meshes, geometry, eye, 0.03 * rest.radius(), 1.5 * camera.tan_y / height);
   begin_surface(kFlat, camera);
   gl.BindVertexArray(quad_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, quad_buffer);
@@ -392,6 +415,12 @@ Renderer::Renderer(int width, int height, const std::vector<BakeMesh>& meshes) {
 }
 
 Renderer::~Renderer() = default;
+
+void Renderer::show(int width, int height, const std::vector<BakeMesh>& meshes) {
+  check_size(width, height);
+  data_->context.make_current();
+  data_->show(width, height, meshes);
+}
 
 const std::string& Renderer::driver() const { return data_->context.driver(); }
 

@@ -182,6 +182,18 @@ TEST(Renderer, TheSameFrameGivesTheSameBytes) {
   }
 }
 
+TEST(Renderer, ShowsOtherMeshesInAnotherSizeAsANewOneWould) {
+  const std::vector<BakeMesh> meshes = small_scene();
+  const std::vector<BakeMesh> one = {ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 0.05)};
+  Renderer renderer(kWidth, kHeight, meshes);
+  const Image image = renderer.draw(view_of("weights"), rest_of(meshes));
+  renderer.show(kWidth / 2, kHeight, one);
+  EXPECT_EQ(renderer.draw(view_of("skin"), rest_of(one)).rgb,
+            Renderer(kWidth / 2, kHeight, one).draw(view_of("skin"), rest_of(one)).rgb);
+  renderer.show(kWidth, kHeight, meshes);
+  EXPECT_EQ(renderer.draw(view_of("weights"), rest_of(meshes)).rgb, image.rgb);
+}
+
 TEST(Renderer, TheOrderOfMeshesChangesNothing) {
   std::vector<BakeMesh> meshes = small_scene();
   const Image image = Renderer(kWidth, kHeight, meshes).draw(view_of("muscles"), rest_of(meshes));

@@ -227,7 +227,8 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
     if (open >= 0.0) continue;
     touch->held = true;
-    Held& held = near.held.emplace_back(touch, 0.0, -open / h);
+    near.held.push_back({touch, 0.0, -open / h});
+    Held& held = near.held.back();
     now.v[i] += held.kick * n;
     if (!has_volume) continue;
     const bool stored = whole || touch->shared;

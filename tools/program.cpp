@@ -2,7 +2,7 @@
 #include "tools/program.h"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,24 +11,22 @@
 
 #include "tools/commands.h"
 
-extern char** environ;
-
 namespace thew {
 
 int run_program(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child < 0) return kNotFound;
+  if (child == 0) {  // nothing that allocates: other threads may hold the heap's lock
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // or it would write on where we have been killed
+    if (::getppid() != parent) ::_exit(1);
+    const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, stream);
+    ::execvp(arguments[0], arguments.data());
+    ::_exit(kNotFound);
   }
-  pid_t child = 0;
-  const int error =
-      posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) return kNotFound;
   int status = 0;
   for (bool told = false;;) {
     const pid_t ended = ::waitpid(child, &status, WNOHANG);

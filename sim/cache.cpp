@@ -257,11 +257,9 @@ BakeWriter::BakeWriter(const fs::path& folder, const BakeInfo& info, bool resume
     data.completed.push_back(part.frame);
   }
   write_durably(data.parts_folder / "manifest.jsonl", manifest);
-  std::vector<fs::path> dropped;
-  for (const auto& entry : fs::directory_iterator(data.parts_folder)) {
-    if (!kept.contains(entry.path().filename())) dropped.push_back(entry.path());
+  for (const fs::path& path : paths_in(data.parts_folder)) {
+    if (!kept.contains(path.filename())) remove_durably(path);
   }
-  for (const fs::path& path : dropped) remove_durably(path);
 }
 
 BakeWriter::~BakeWriter() = default;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/durable_file.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <memory>
 #include <system_error>
 
 #include "rig/types.h"
@@ -123,10 +125,38 @@ void create_folders(const fs::path& folder) {
   if (error) fail_to_write(folder, "create the folder", error.value());
 }
 
+// By the system's own calls, here and below: where memory ends within the standard library's
+// iterators of folders they end the process.
+std::vector<fs::path> paths_in(const fs::path& folder) {
+  std::vector<fs::path> paths;
+  const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir(folder.c_str()), ::closedir);
+  if (!open) fail_to_write(folder, "list", errno);
+  while (const dirent* entry = ::readdir(open.get())) {
+    const std::string_view name = entry->d_name;
+    if (name != "." && name != "..") paths.push_back(folder / name);
+  }
+  return paths;
+}
+
+namespace {
+
+bool remove_tree(const fs::path& path) {
+  struct stat about {};
+  if (::lstat(path.c_str(), &about) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) return false;
+    fail_to_write(path, "remove", errno);
+  }
+  if (S_ISDIR(about.st_mode)) {
+    for (const fs::path& inside : paths_in(path)) remove_tree(inside);
+  }
+  if (::remove(path.c_str()) != 0) fail_to_write(path, "remove", errno);
+  return true;
+}
+
+}  // namespace
+
 void remove_durably(const fs::path& path) {
-  std::error_code error;
-  if (fs::remove_all(path, error) > 0 && !error) sync_folder(path.parent_path());
-  if (error) fail_to_write(path, "remove", error.value());
+  if (remove_tree(path)) sync_folder(path.parent_path());
 }
 
 std::string read_whole_file(const fs::path& file, std::size_t most) {

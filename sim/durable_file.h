@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace thew {
 
@@ -22,6 +23,8 @@ void create_folders(const std::filesystem::path& folder);
 /// Error(kOutput) where something of another type stands, a symbolic link in particular: to be
 /// asked before hours of work, not after them.
 void check_replaceable(const std::filesystem::path& path, std::filesystem::file_type type);
+/// All that a folder holds, in no particular order.
+std::vector<std::filesystem::path> paths_in(const std::filesystem::path& folder);
 /// Removes a file, or a folder with all that is in it; it need not exist.
 void remove_durably(const std::filesystem::path& path);
 

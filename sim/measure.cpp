@@ -107,29 +107,31 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   Parallel one(1);
   refit_all(model, one, state);
   const std::vector<Collider> colliders = colliders_of(model, state);
+  double deepest = 0.0;
+  Row at = {};
+  const auto look = [&](int m, const Collider& them) {
+    for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
+      if (model.muscles[m].driven[i]) continue;
+      const Row& x = state.muscles[m].x[i];
+      const ClosestPoint near =
+          closest_point(*them.surface, *them.bvh, *them.x, to_vec(x), kLooked);
+      if (near.triangle >= 0 && -near.distance > deepest) deepest = -near.distance, at = x;
+    }
+  };
   for (int m = 0; m < state.count(); ++m) {
-    const Muscle& muscle = model.muscles[m];
-    const Rows& x = state.muscles[m].x;
-    for (int other = 0; other < model.colliders(); ++other) {
-      if (other == m || model.ignore[m][other]) continue;
-      const Collider& them = colliders[other];
-      double deepest = kTold;
-      size_t node = x.size();
-      for (size_t i = 0; i < x.size(); ++i) {
-        if (muscle.driven[i]) continue;
-        const ClosestPoint at =
-            closest_point(*them.surface, *them.bvh, *them.x, to_vec(x[i]), kLooked);
-        if (at.triangle < 0 || -at.distance <= deepest) continue;
-        deepest = -at.distance;
-        node = i;
-      }
-      if (node == x.size()) continue;
+    for (int other = m + 1; other < model.colliders(); ++other) {
+      if (model.ignore[m][other]) continue;
+      deepest = kTold;
+      look(m, colliders[other]);
+      if (other < state.count()) look(other, colliders[m]);
+      if (deepest <= kTold) continue;
       char text[160];
-      std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest,
-                    x[node][0], x[node][1], x[node][2]);
+      std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest, at[0],
+                    at[1], at[2]);
       const std::string name = other < state.count() ? model.muscles[other].name
                                                      : model.bones[other - state.count()].name;
-      lines.push_back("muscle \"" + muscle.name + "\" lies in \"" + name + "\" at rest, " + text +
+      lines.push_back("muscle \"" + model.muscles[m].name + "\" and \"" + name +
+                      "\" overlap at rest, " + text +
                       "; settling parts them: move one of them, or name both in contact.ignore");
     }
   }

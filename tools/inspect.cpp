@@ -195,8 +195,7 @@ const char* const kCrossingsNote =
     "bone and muscle within 15 mm of the muscle's first or last vertex, where the tendon enters "
     "the bone, are counted apart as at attachments; depth is that of vertices inside a closed mesh "
     "(of bone and muscle: outside the skin, which may have a few holes), and not measured of a "
-    "mesh "
-    "with itself";
+    "mesh with itself";
 
 Found inspect_bake(const fs::path& file, const std::string& frames) {
   const BakeReader reader(file);

@@ -155,7 +155,7 @@ TEST_F(Command, MusclesThatOverlapAtRestAreWarnedOf) {
   options.overrides = {"muscle.side.path.0.3=0.016", "muscle.side.path.1.3=0.016"};
   bake_command(options);
   const std::string warnings = report()["warnings"].dump();
-  EXPECT_NE(warnings.find("lies in"), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("overlap at rest"), std::string::npos) << warnings;
 }
 
 TEST_F(Command, ADryRunWritesNothing) {

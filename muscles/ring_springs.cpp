@@ -55,6 +55,7 @@ void add_slice(const std::vector<Ring>& rings, const std::vector<int>& nodes, si
   RingSprings::Slice slice;
   slice.degree = static_cast<int>(rings[nodes[from]].other.size()) / 2;
   slice.first = static_cast<int>(out.other.size());
+  slice.at = static_cast<int>(from);
   for (int lane = 0; lane < kLanes; ++lane) {
     const size_t at = from + lane;
     const bool counts = at < nodes.size() && slice.count == lane &&
@@ -128,10 +129,10 @@ struct Lanes3 {
 
 struct RingPass {
   const RingSprings& rings;
+  size_t first, last;  // slices
   const Row *x, *v;
   double dashpot;
   Row *f, *gradient;
-  Lanes3* ring;  // scratch: the corners of a slice's ring
 
   // f += k (1 + (dashpot rate - L) / |d|) d, rate = d . w / |d|, w the difference of velocities.
   [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
@@ -150,16 +151,20 @@ struct RingPass {
   // The gradient is a third of the ring's area: cut into quads from its first corner, twice the
   // area of each the product of its diagonals. The corners wait in memory, not in registers that
   // the springs need; by parts, since compilers copy such a struct in small pieces.
-  template <bool kGradient>
-  [[gnu::always_inline]] void slice(const RingSprings::Slice& at, int degree) const {
+  template <bool kGradient, int kDegree>
+  [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
+    const int degree = kDegree > 0 ? kDegree : at.degree;
     const Lanes3 p = gather(x, at.node.data()), u = gather(v, at.node.data());
-    Lanes3 sum = {}, area = {};
+    Lanes3 sum = {}, area = {}, first = {}, last = {}, before = {};
+#pragma GCC unroll 8
     for (int j = 0; j < degree; ++j) {
       const Lanes3 d = minus(gather(x, rings.other[at.first + j].data()), p);
       if (kGradient) {
-        ring[j].x = d.x;
-        ring[j].y = d.y;
-        ring[j].z = d.z;
+        if (j == 0) first = d;
+        if (j >= 3 && j % 2) add_cross(minus(last, first), minus(d, before), area);
+        if (j + 1 == degree && degree % 2) add_cross(minus(last, first), minus(d, first), area);
+        before = last;
+        last = d;
       }
       add_spring(at.first + j, d, u, sum);
     }
@@ -168,12 +173,6 @@ struct RingPass {
     }
     scatter(sum, at.node.data(), f);
     if (!kGradient) return;
-    for (int j = 3; j < degree; j += 2) {
-      add_cross(minus(ring[j - 1], ring[0]), minus(ring[j], ring[j - 2]), area);
-    }
-    if (degree % 2) {
-      add_cross(minus(ring[degree - 2], ring[0]), minus(ring[degree - 1], ring[0]), area);
-    }
     const Lanes3 third = {area.x * (1.0 / 6.0), area.y * (1.0 / 6.0), area.z * (1.0 / 6.0)};
     scatter(third, at.node.data(), gradient);
   }
@@ -181,19 +180,20 @@ struct RingPass {
   // A degree known at compile time is worth a third of the time.
   template <bool kGradient>
   [[gnu::always_inline]] void all() const {
-    for (const RingSprings::Slice& at : rings.slices) {
+    for (size_t s = first; s < last; ++s) {
+      const RingSprings::Slice& at = rings.slices[s];
       switch (at.degree) {
         case 5:
-          slice<kGradient>(at, 5);
+          slice<kGradient, 5>(at);
           break;
         case 6:
-          slice<kGradient>(at, 6);
+          slice<kGradient, 6>(at);
           break;
         case 7:
-          slice<kGradient>(at, 7);
+          slice<kGradient, 7>(at);
           break;
         default:
-          slice<kGradient>(at, at.degree);
+          slice<kGradient, 0>(at);
       }
     }
   }
@@ -237,6 +237,7 @@ RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
   for (size_t at = 0; at < order.size(); at += out.slices.back().count) {
     add_slice(rings, order, at, springs, out);
   }
+  out.order = std::move(order);
   return out;
 }
 
@@ -249,14 +250,10 @@ void set_rest_lengths(const std::vector<double>& rest_length, RingSprings& rings
   }
 }
 
-void ring_forces(const RingSprings& rings, const Rows& x, const Rows& v, double dashpot, Rows& f,
-                 Rows* gradient) {
-  f.resize(x.size());
-  if (gradient) gradient->resize(x.size());
-  thread_local std::vector<Lanes3, AlignedAllocator<Lanes3>> ring;
-  if (!rings.slices.empty()) ring.resize(rings.slices.back().degree);  // the highest
-  Row* const to = gradient ? gradient->data() : nullptr;
-  const RingPass pass{rings, x.data(), v.data(), dashpot, f.data(), to, ring.data()};
+void ring_forces(const RingSprings& rings, size_t first, size_t last, const Rows& x, const Rows& v,
+                 double dashpot, Rows& f, Rows* gradient) {
+  const RingPass pass{rings,    first,   last,     x.data(),
+                      v.data(), dashpot, f.data(), gradient ? gradient->data() : nullptr};
   gradient ? gradient_pass(pass) : plain_pass(pass);
 }
 

@@ -19,9 +19,11 @@ struct RingSprings {
   using Indices = std::array<int, kLanes>;
   struct Slice {
     int degree = 0, first = 0, count = 0;  ///< 2 * degree slots from `first`; nodes that count
+    int at = 0;                            ///< of its first node in `order`
     Indices node;                          ///< lanes beyond `count` repeat the last one
   };
   std::vector<Slice> slices;
+  std::vector<int> order;              ///< the nodes, slice by slice
   std::vector<Indices> other, spring;  ///< by slot: the far node, the spring (-1: none)
   std::vector<Lanes, AlignedAllocator<Lanes>> stiffness, rest_length;  ///< by slot, N/m and m
 };
@@ -32,8 +34,9 @@ RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
 void set_rest_lengths(const std::vector<double>& rest_length, RingSprings& rings);
 
 /// f = k (|d| - L + dashpot d/dt |d|) along each spring (N; dashpot in s), overwritten; with
-/// `gradient` also dV/dx (m^2). The same bytes for any vector width.
-void ring_forces(const RingSprings& rings, const Rows& x, const Rows& v, double dashpot, Rows& f,
-                 Rows* gradient);
+/// `gradient` also dV/dx (m^2): of the nodes of the slices [first, last) alone, f and gradient
+/// being as long as x. The same bytes for any vector width.
+void ring_forces(const RingSprings& rings, size_t first, size_t last, const Rows& x, const Rows& v,
+                 double dashpot, Rows& f, Rows* gradient);
 
 }  // namespace thew

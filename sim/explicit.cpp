@@ -9,7 +9,7 @@
 #include "muscles/volume.h"
 #include "muscles/weights.h"
 #include "rig/vectorise.h"
-#include "sim/drive.h"
+#include "sim/explicit_contact.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
@@ -19,108 +19,6 @@ constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.8;    // of the stable step
 constexpr int kContactRounds = 60;
 constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
-
-// Always inlined: across two instruction sets vectors are passed in different registers.
-[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
-[[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
-[[gnu::always_inline]] inline Row yzx(const Row& a) {
-  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
-}
-[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
-  return yzx(a * yzx(b) - yzx(a) * b);
-}
-
-// A contact within a frame: a plane that goes from one place to another, normal . x = from + t way.
-// One line of the cache; what a substep adds is in Held.
-struct Touch {
-  Row normal;
-  double from, way;     // m, the gap included
-  double pushed = 0.0;  // N s so far, all along the normal
-  int node;
-  bool held = false;    // in this substep
-  bool shared = false;  // its node has another one
-};
-static_assert(sizeof(Touch) == 64);
-using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
-
-// Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
-// left inside a plane.
-Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
-               const Contact& contact, const Vec3& node) {
-  const int muscles = static_cast<int>(model.muscles.size());
-  const auto& b = contact.barycentric;
-  Vec3 normal = contact.normal;
-  Row before, after;
-  if (contact.other < muscles) {
-    const Triangle& t = model.muscles[contact.other].surface.triangles[contact.triangle];
-    const Rows& x = state.muscles[contact.other].seen;
-    before = after = b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
-  } else {
-    const Bone& bone = model.bones[contact.other - muscles];
-    const Triangle& t = bone.surface.triangles[contact.triangle];
-    const std::vector<Vec3>& y = bone.in_body.vertices;
-    const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
-    before = to_row(pose_before[bone.body] * point);
-    after = to_row(state.pose[bone.body] * point);
-    const Rows& y_now = state.bones[contact.other - muscles].x;
-    const Vec3 face = face_normal(bone.surface, y_now, contact.triangle);
-    const Vec3 away = node - to_vec(after);
-    const bool inside = std::min({b[0], b[1], b[2]}) > 1e-9;
-    if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
-  }
-  const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
-  return {.normal = to_row(normal),
-          .from = from,
-          .way = normal.dot(to_vec(after - before)),
-          .node = contact.node};
-}
-
-Touches touches_of(const Model& model, int m, double begin, const State& state) {
-  Touches touches;
-  if (state.muscles[m].contacts.empty()) return touches;
-  std::vector<double> joints;
-  Pose pose_before;
-  joints_at(model, begin, joints);
-  forward_kinematics(model.skeleton, joints, pose_before);
-  for (const Contact& contact : state.muscles[m].contacts) {
-    const Vec3 node = to_vec(state.muscles[m].x[contact.node]);
-    touches.push_back(touch_of(model, state, pose_before, contact, node));
-    const size_t last = touches.size() - 1;
-    if (last > 0 && touches[last - 1].node == contact.node) {  // they come by node
-      touches[last - 1].shared = touches[last].shared = true;
-    }
-  }
-  return touches;
-}
-
-struct Held {
-  Touch* touch;
-  double across;  // m, part of the multiplier's direction that the plane bears
-  double kick;    // m/s, in this substep
-};
-struct Near {
-  std::vector<Touch*> all, shared;  // these have nodes of others as well
-  std::vector<Held> held;           // in this substep
-};
-
-// Those that may close within `span` (s) from the part `t` of the frame on, were all twice as fast
-// as now.
-THEW_VECTORISED
-void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
-                   Near& near) {
-  near.all.clear();
-  near.shared.clear();
-  if (touches.empty()) return;
-  Row most = {};
-  for (const Row& v : now.v) most = v * v > most ? v * v : most;
-  const double fastest = std::sqrt(sum3(most));
-  for (Touch& touch : touches) {
-    const double open = dot3(touch.normal, now.x[touch.node]) - touch.from - t * touch.way;
-    if (open >= span * (2.0 * fastest + std::abs(touch.way) / frame)) continue;
-    near.all.push_back(&touch);
-    if (touch.shared) near.shared.push_back(&touch);
-  }
-}
 
 // What a spring has against leaving the carried shape's edge vectors.
 void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, Rows& f) {
@@ -134,51 +32,83 @@ void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, R
   }
 }
 
-struct VolumeSums {
-  double volume = 0.0;    // m^3
-  double rate = 0.0;      // dV/dx . v, m^3/s
-  double weighted = 0.0;  // dV/dx . d
+struct Kick {
+  const Muscle& muscle;
+  const Rows& target;
+  Row gravity;
+  double h, damping;
+  Row volume = {}, rate = {}, weighted = {};  // sums so far
 };
 
-// v += h f / m; with `kVolume` also the sums, in the same pass.
+// v + h f / m of order[first, last) in place of f, since others' forces still need v. With
+// `kVolume` also the sums, in the same pass.
 template <bool kVolume>
-[[gnu::always_inline]] inline VolumeSums kick_nodes(const Muscle& muscle, const Row& gravity,
-                                                    double h, const Rows& target, double damping,
-                                                    MuscleState& now) {
-  const double guide = muscle.settings.guide;
+[[gnu::always_inline]] inline void kick_nodes(const std::vector<int>& order, size_t first,
+                                              size_t last, MuscleState& now, Kick& kick) {
+  const Muscle& muscle = kick.muscle;
   const bool has_path = muscle.shape.held.empty();
-  const Row origin = now.x.empty() ? Row{} : now.x[0];
-  Row volume = {}, rate = {}, weighted = {};
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    Row v = now.v[i];
-    if (muscle.driven[i]) {
+  const double h = kick.h, damping = kick.damping, guide = muscle.settings.guide;
+  const Row gravity = kick.gravity, origin = now.x[0];
+  const char* const driven = muscle.driven.data();
+  const double *const inverse_mass = now.inverse_mass.data(), *const mobility = now.mobility.data();
+  const Row *const x = now.x.data(), *const v_before = now.v.data(), *const g = now.gradient.data();
+  Row* const f = now.forces.data();
+  Row volume = kick.volume, rate = kick.rate, weighted = kick.weighted;
+  for (size_t k = first; k < last; ++k) {
+    const int i = order[k];
+    Row v = v_before[i];
+    if (driven[i]) {
       v = now.target_velocity[i];
     } else {
-      Row acceleration = gravity + now.inverse_mass[i] * now.forces[i] - damping * v;
-      if (has_path)
-        acceleration += guide * (target[i] - now.x[i]) + damping * now.target_velocity[i];
+      Row acceleration = gravity + inverse_mass[i] * f[i] - damping * v;
+      if (has_path) {
+        acceleration += guide * (kick.target[i] - x[i]) + damping * now.target_velocity[i];
+      }
       v += h * acceleration;
     }
-    now.v[i] = v;
+    f[i] = v;
     if (!kVolume) continue;
-    const Row g = now.gradient[i];
-    volume += (now.x[i] - origin) * g;
-    rate += v * g;
-    weighted += now.mobility[i] * (g * g);
+    volume += (x[i] - origin) * g[i];
+    rate += v * g[i];
+    weighted += mobility[i] * (g[i] * g[i]);
   }
-  return {sum3(volume) / 3.0, sum3(rate), sum3(weighted)};  // V = x . dV/dx / 3
+  kick.volume = volume;
+  kick.rate = rate;
+  kick.weighted = weighted;
 }
 
 THEW_VECTORISED
-VolumeSums kick_with_volume(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
-                            double damping, MuscleState& now) {
-  return kick_nodes<true>(muscle, gravity, h, target, damping, now);
+void kick_with_volume(const std::vector<int>& order, size_t first, size_t last, MuscleState& now,
+                      Kick& kick) {
+  kick_nodes<true>(order, first, last, now, kick);
 }
 
 THEW_VECTORISED
-void kick_plainly(const Muscle& muscle, const Row& gravity, double h, const Rows& target,
-                  MuscleState& now) {
-  kick_nodes<false>(muscle, gravity, h, target, muscle.settings.damping, now);
+void kick_plainly(const std::vector<int>& order, size_t first, size_t last, MuscleState& now,
+                  Kick& kick) {
+  kick_nodes<false>(order, first, last, now, kick);
+}
+
+// Forces and what they do to the velocities, block by block, so that what the one wrote is still
+// near when the other reads it. With `has_volume` also the sums.
+VolumeSums kick_all(const RingSprings& rings, bool has_volume, MuscleState& now, Kick kick) {
+  constexpr size_t kBlock = 64;  // slices: x, v, f and dV/dx of 256 nodes are 32 KiB
+  const size_t slices = rings.slices.size();
+  const bool has_shape = kick.muscle.settings.material.shape > 0.0;
+  const size_t block = has_shape ? slices : kBlock;
+  const auto end_of = [&](size_t s) {
+    return s < slices ? static_cast<size_t>(rings.slices[s].at) : rings.order.size();
+  };
+  for (size_t s = 0; s < slices; s += block) {
+    const size_t last = std::min(slices, s + block);
+    ring_forces(rings, s, last, now.x, now.v, kDashpot, now.forces,
+                has_volume ? &now.gradient : nullptr);
+    if (has_shape) add_shape_forces(kick.muscle, kick.target, now.x, now.forces);
+    (has_volume ? kick_with_volume : kick_plainly)(rings.order, end_of(s), end_of(last), now, kick);
+  }
+  now.v.swap(now.forces);
+  // V = x . dV/dx / 3
+  return {sum3(kick.volume) / 3.0, sum3(kick.rate), sum3(kick.weighted)};
 }
 
 // The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
@@ -209,58 +139,6 @@ void advance(double h, double lambda, bool whole, MuscleState& now) {
       now.x[i] += h * now.v[i];
     }
   }
-}
-
-// Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
-// on the multiplier no longer moves them across. True where there was one.
-THEW_VECTORISED
-bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole, Near& near,
-                    MuscleState& now, VolumeSums& sums) {
-  const size_t before = near.held.size();
-  double rate = sums.rate, weighted = sums.weighted;  // in registers: each waits for the one before
-  for (Touch* touch : near.all) {
-    if (touch->held) continue;
-    const int i = touch->node;
-    const Row n = touch->normal;
-    Row v = now.v[i];
-    if (lambda != 0.0) v -= lambda * now.direction[i];
-    const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
-    if (open >= 0.0) continue;
-    touch->held = true;
-    near.held.push_back({touch, 0.0, -open / h});
-    Held& held = near.held.back();
-    now.v[i] += held.kick * n;
-    if (!has_volume) continue;
-    const bool stored = whole || touch->shared;
-    const double slope = dot3(n, now.gradient[i]);
-    held.across = stored ? dot3(n, now.direction[i]) : now.mobility[i] * slope;
-    rate += slope * held.kick;
-    weighted -= slope * held.across;
-    if (stored) now.direction[i] -= held.across * n;
-  }
-  sums.rate = rate;
-  sums.weighted = weighted;
-  return near.held.size() > before;
-}
-
-// Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
-// back beforehand where advance() goes along all of d.
-THEW_VECTORISED
-void release_contacts(double lambda, bool whole, const Muscle& muscle, Near& near,
-                      MuscleState& now) {
-  Row impulse = {}, angular = {};
-  for (const auto& [touch, across, kick] : near.held) {
-    const double given = muscle.mass[touch->node] * (kick + lambda * across);
-    touch->pushed += given;
-    if (!whole) now.v[touch->node] += lambda * across * touch->normal;
-    const Row push = given * touch->normal;
-    impulse += push;
-    angular += cross3(now.x[touch->node], push);
-    touch->held = false;
-  }
-  near.held.clear();
-  now.impulse += to_vec(impulse);
-  now.angular_impulse += to_vec(angular);
 }
 
 // Without the weights.
@@ -358,6 +236,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const Row gravity = to_row(model.scene.gravity);
   Touches touches = touches_of(model, m, time - frame, state);
   now.x = now.start;
+  now.forces.resize(now.x.size());
   now.gradient.resize(now.x.size());
   now.direction.resize(now.x.size());
   now.mobility.resize(now.x.size());
@@ -380,24 +259,19 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       target[i] = now.target[i] - (frame - step * h) * now.target_velocity[i];
     }
     if (has_path) set_rest_lengths(rest_length, rings);
-    ring_forces(has_path ? rings : muscle.rings, now.x, now.v, kDashpot, now.forces,
-                has_volume ? &now.gradient : nullptr);
-    if (muscle.settings.material.shape > 0.0) add_shape_forces(muscle, target, now.x, now.forces);
     if (step % kLookEvery == 1 || step == substeps) {
       look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
-    VolumeSums sums;
     const bool exactly = method == VolumeMethod::kExactAlways ||
                          (method == VolumeMethod::kExact && step == substeps);
     const bool whole = removes || exactly;
+    const double drag = removes ? 0.0 : muscle.settings.damping;
+    VolumeSums sums = kick_all(has_path ? rings : muscle.rings, has_volume, now,
+                               {muscle, target, gravity, h, drag});
     if (has_volume) {
-      const double drag = removes ? 0.0 : muscle.settings.damping;
-      sums = kick_with_volume(muscle, gravity, h, target, drag, now);
       if (step > 1) note_volume(muscle, sums.volume, now);
       set_direction(whole, near, now);
       if (removes) keep_momentum(muscle, h, now, sums);
-    } else {
-      kick_plainly(muscle, gravity, h, target, now);
     }
     double lambda = 0.0;
     bool closed = close_contacts(h, t, 0.0, has_volume, whole, near, now, sums);

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The contacts of an explicit step: each a plane that moves through the frame, that stops its node
+// and bears its part of the multiplier's force.
+#pragma once
+
+#include <vector>
+
+#include "sim/state.h"
+
+namespace thew {
+
+// Always inlined: across two instruction sets vectors are passed in different registers.
+[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
+[[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
+[[gnu::always_inline]] inline Row yzx(const Row& a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
+  return yzx(a * yzx(b) - yzx(a) * b);
+}
+
+/// A contact within a frame: a plane that goes from one place to another, normal . x = from + t
+/// way. One line of the cache; what a substep adds is in Held.
+struct Touch {
+  Row normal;
+  double from, way;     // m, the gap included
+  double pushed = 0.0;  // N s so far, all along the normal
+  int node;
+  bool held = false;    // in this substep
+  bool shared = false;  // its node has another one
+};
+static_assert(sizeof(Touch) == 64);
+using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
+/// Of muscle m in the step that begins at `begin` (s) and ends at the pose of `state`.
+Touches touches_of(const Model& model, int m, double begin, const State& state);
+
+struct Held {
+  Touch* touch;
+  double across;  // m, part of the multiplier's direction that the plane bears
+  double kick;    // m/s, in this substep
+};
+struct Near {
+  std::vector<Touch*> all, shared;  // these have nodes of others as well
+  std::vector<Held> held;           // room for all; the first `holds` hold in this substep
+  size_t holds = 0;
+};
+
+/// Keeps those that may close within `span` (s) from the part `t` of the frame on, were all twice
+/// as fast as now.
+void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
+                   Near& near);
+
+/// What the linear multiplier takes of a substep.
+struct VolumeSums {
+  double volume = 0.0;    // m^3
+  double rate = 0.0;      // dV/dx . v, m^3/s
+  double weighted = 0.0;  // dV/dx . d
+};
+
+/// Stops the nodes that would cross a plane by the part `t` of the frame, under `lambda`; from then
+/// on the multiplier no longer moves them across. `whole`: its direction is stored for all nodes.
+/// True where there was one.
+bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole, Near& near,
+                    MuscleState& now, VolumeSums& sums);
+
+/// Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
+/// back beforehand where the step goes along all of its direction.
+void release_contacts(double lambda, bool whole, const Muscle& muscle, Near& near,
+                      MuscleState& now);
+
+}  // namespace thew

@@ -169,6 +169,42 @@ double exact_lambda(const Muscle& muscle, double h, MuscleState& now) {
   return -root.s / h;
 }
 
+struct Substep {
+  double h, t;  // s, and the part of the frame where it ends
+  bool last, exactly, whole;
+};
+
+// Closes contacts and finds the multiplier under which they hold. Those that a linear multiplier
+// closes are the next substep's.
+double solve_multiplier(const Muscle& muscle, VolumeMethod method, const Substep& at, Near& near,
+                        MuscleState& now, VolumeSums& sums) {
+  const auto close = [&](double lambda) {
+    return close_contacts(at.h, at.t, lambda, method != VolumeMethod::kNone, at.whole, near, now,
+                          sums);
+  };
+  bool closed = close(0.0);
+  if (method == VolumeMethod::kNone) return 0.0;
+  if (!at.exactly) {
+    if (method == VolumeMethod::kPenalty) {
+      return at.h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle);
+    }
+    const bool printed = method == VolumeMethod::kPrinted;
+    const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
+    return linear_lambda(muscle.rest_volume, at.h, denominator, sums, now);
+  }
+  // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
+  bool looks = at.last && sums.weighted > 0.0;
+  for (int round = 0; looks && round < kContactRounds; ++round) {
+    looks = close(linear_lambda(muscle.rest_volume, at.h, sums.weighted, sums, now));
+  }
+  double lambda = 0.0;
+  for (int round = 0; (round == 0 || closed) && round < kContactRounds; ++round) {
+    lambda = exact_lambda(muscle, at.h, now);
+    closed = at.last && close(lambda);
+  }
+  return lambda;
+}
+
 // Weighted forces do not cancel: where no bone holds the body, their net part would move it.
 bool drifts(const Muscle& muscle, const MuscleState& now) {
   if (std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end()) return false;
@@ -210,6 +246,32 @@ double penalty_frequency_squared(const Muscle& muscle) {
   return sum / volume_compliance(muscle);
 }
 
+void begin_explicit(const Muscle& muscle, MuscleState& now) {
+  now.x = now.start;
+  now.forces.resize(now.x.size());
+  now.gradient.resize(now.x.size());
+  now.direction.resize(now.x.size());
+  now.mobility.resize(now.x.size());
+  now.inverse_mass.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    now.inverse_mass[i] = 1.0 / muscle.mass[i];
+    now.mobility[i] = now.weights[i] / muscle.mass[i];
+  }
+}
+
+// To the part `t` of the frame (s): rest lengths and targets, which a path alone moves.
+void carry_within(double t, double frame, const MuscleState& now, RingSprings& rings,
+                  std::vector<double>& rest_length, Rows& target) {
+  rest_length.resize(now.rest_length.size());
+  for (size_t k = 0; k < rest_length.size(); ++k) {
+    rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
+  }
+  for (size_t i = 0; i < target.size(); ++i) {
+    target[i] = now.target[i] - (1.0 - t) * frame * now.target_velocity[i];
+  }
+  set_rest_lengths(rest_length, rings);
+}
+
 }  // namespace
 
 int explicit_substeps(const Model& model, int m, double h) {
@@ -235,30 +297,15 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
   Touches touches = touches_of(model, m, time - frame, state);
-  now.x = now.start;
-  now.forces.resize(now.x.size());
-  now.gradient.resize(now.x.size());
-  now.direction.resize(now.x.size());
-  now.mobility.resize(now.x.size());
-  now.inverse_mass.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    now.inverse_mass[i] = 1.0 / muscle.mass[i];
-    now.mobility[i] = now.weights[i] / muscle.mass[i];
-  }
+  begin_explicit(muscle, now);
   RingSprings rings;  // a copy only where rest lengths change inside the frame
-  std::vector<double> rest_length(now.rest_length.size());
+  std::vector<double> rest_length;
   Rows target = now.target;
   Near near;
   if (has_path) rings = muscle.rings;
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
-    for (size_t k = 0; has_path && k < rest_length.size(); ++k) {
-      rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
-    }
-    for (size_t i = 0; has_path && i < target.size(); ++i) {
-      target[i] = now.target[i] - (frame - step * h) * now.target_velocity[i];
-    }
-    if (has_path) set_rest_lengths(rest_length, rings);
+    if (has_path) carry_within(t, frame, now, rings, rest_length, target);
     if (step % kLookEvery == 1 || step == substeps) {
       look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
@@ -273,25 +320,8 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
       set_direction(whole, near, now);
       if (removes) keep_momentum(muscle, h, now, sums);
     }
-    double lambda = 0.0;
-    bool closed = close_contacts(h, t, 0.0, has_volume, whole, near, now, sums);
-    if (has_volume && !exactly) {  // contacts that this closes are the next substep's
-      const bool printed = method == VolumeMethod::kPrinted;
-      const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
-      lambda = method == VolumeMethod::kPenalty
-                   ? h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle)
-                   : linear_lambda(muscle.rest_volume, h, denominator, sums, now);
-    }
-    // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
-    const bool looks_ahead = exactly && step == substeps && sums.weighted > 0.0;
-    for (int round = 0; looks_ahead && round < kContactRounds; ++round) {
-      lambda = linear_lambda(muscle.rest_volume, h, sums.weighted, sums, now);
-      if (!close_contacts(h, t, lambda, true, whole, near, now, sums)) break;
-    }
-    for (int round = 0; exactly && (round == 0 || closed) && round < kContactRounds; ++round) {
-      lambda = exact_lambda(muscle, h, now);
-      closed = step == substeps && close_contacts(h, t, lambda, true, whole, near, now, sums);
-    }
+    const double lambda =
+        solve_multiplier(muscle, method, {h, t, step == substeps, exactly, whole}, near, now, sums);
     release_contacts(lambda, whole, muscle, near, now);
     advance(h, lambda, whole, now);
   }
@@ -299,8 +329,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding
   }
   if (has_path && (method == VolumeMethod::kExact || method == VolumeMethod::kExactAlways)) {
-    restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0,
-                   now.x);  // which that has moved
+    restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0, now.x);  // that moved it
   }
   for (size_t c = 0; c < touches.size(); ++c) {
     now.push[c] = touches[c].pushed / (frame * contact_stiffness(muscle, touches[c].node));

@@ -58,7 +58,10 @@ struct Family {
   const char* name;
   const char* colour;
 };
-Family family_of(const ChartSetting& setting) {
+Family family_of(const ChartPoint& point) {
+  const ChartSetting& setting = point.setting;
+  if (!point.peer.empty())
+    return {point.peer.c_str(), chart_colour(setting.integrator == "FEM" ? 8 : 7)};
   if (setting.integrator == "explicit") return {"explicit", chart_colour(3)};
   if (setting.integrator == "xpbd") return {"xpbd", chart_colour(4)};
   if (setting.integrator == "quasi_static") return {"quasi_static", chart_colour(6)};
@@ -69,6 +72,7 @@ Family family_of(const ChartSetting& setting) {
 }
 
 std::string label_of(const ChartPoint& point) {
+  if (!point.peer.empty()) return point.label;
   const ChartSetting& setting = point.setting;
   const bool is_explicit = setting.integrator == "explicit";
   std::string label = std::to_string(setting.substeps);
@@ -139,7 +143,7 @@ std::string draw_legend(const Chart& chart) {
     y += 20;
   };
   for (const ChartPoint& point : chart.points) {
-    const Family family = family_of(point.setting);
+    const Family family = family_of(point);
     if (std::find(told.begin(), told.end(), family.name) != told.end()) continue;
     told.push_back(family.name);
     row("<circle r=\"4.5\" fill=\"" + std::string(family.colour) + "\"/>", family.name);
@@ -160,7 +164,8 @@ std::string draw_failed(const Chart& chart) {
   int failed = 0;
   for (const ChartPoint& point : chart.points) {
     if (point.failure.empty()) continue;
-    names += (failed++ > 0 ? ", " : "") + setting_name(point.setting);
+    names += (failed++ > 0 ? ", " : "") +
+             (point.peer.empty() ? setting_name(point.setting) : point.peer + " " + point.label);
   }
   const std::string runs = std::to_string(chart.points.size()) + " runs failed or given up";
   const double y = kHeight - kBottom + 64;
@@ -206,13 +211,15 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
     taken.push_back({px - 5, py - 5, px + 5, py + 5});
     if (point.is_default) order.insert(order.begin(), i);
     order.push_back(i);
-    const std::string colour = family_of(point.setting).colour;
+    const std::string colour = family_of(point).colour;
     const bool exact = point.setting.volume.starts_with("exact");
     const std::string place = "cx=\"" + svg_px(px) + "\" cy=\"" + svg_px(py) + "\"";
     marks += "<circle " + place + " r=\"4.5\" fill=\"" + (exact ? colour : "#fff") +
              "\" stroke=\"" + colour + "\" stroke-width=\"1.8\"><title>" +
-             escape_html(setting_name(point.setting)) + ": " + readable(point.milliseconds) +
-             " ms, " + readable(point.*error) + "</title></circle>\n";
+             escape_html(point.peer.empty() ? setting_name(point.setting)
+                                            : point.peer + " " + point.label) +
+             ": " + readable(point.milliseconds) + " ms, " + readable(point.*error) +
+             "</title></circle>\n";
     if (!point.is_default) continue;
     marks += "<circle class=\"default\" " + place +
              " r=\"8\" fill=\"none\" stroke=\"#1d2329\" stroke-width=\"2\"/>\n";

@@ -24,6 +24,7 @@ std::string setting_name(const ChartSetting& setting);
 /// What a run of all frames cost and how far it was from the reference.
 struct ChartPoint {
   ChartSetting setting;
+  std::string peer, label;    ///< where it is another's method: what it is, and which of them
   bool is_default = false;    ///< the scene's own
   bool on_front = false;      ///< none that is cheaper has a smaller largest error
   std::string failure;        ///< empty: it ran; the figures below are 0 where it did not

@@ -22,39 +22,6 @@ PaperAsk ball(const PaperReport& report, int triangles, const std::string& volum
   return ask;
 }
 
-struct Distance {
-  double mean = 0.0, largest = 0.0;  // shares of the radius
-};
-
-// Of points of the first octant, or mirrored there, to the octant's surface.
-Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant) {
-  const TriMesh truth = octant_surface(octant);
-  const Surface surface = make_surface(truth.triangles, static_cast<int>(truth.vertices.size()));
-  Rows x;
-  for (const Vec3& p : truth.vertices) x.push_back(to_row(p));
-  const Bvh bvh = build_bvh(surface, x);
-  Distance out;
-  for (const Vec3& point : points) {
-    const Vec3 p = point.cwiseAbs();
-    const double d = (closest_point(surface, bvh, x, p, 1.0).point - p).norm() / kBallRadius;
-    out.mean += d / points.size();
-    out.largest = std::max(out.largest, d);
-  }
-  return out;
-}
-
-// The surface's `count` nodes, in the middle: the ball's own drift is not counted.
-std::vector<Vec3> centred(const std::vector<Vec3>& nodes, size_t count) {
-  Vec3 low = nodes[0], high = nodes[0];
-  for (size_t i = 0; i < count; ++i) {
-    low = low.cwiseMin(nodes[i]);
-    high = high.cwiseMax(nodes[i]);
-  }
-  std::vector<Vec3> out(nodes.begin(), nodes.begin() + count);
-  for (Vec3& p : out) p -= 0.5 * (low + high);
-  return out;
-}
-
 // How near the finer and finer meshes of the truth are to the finest.
 void add_truth(const BallElements& elements, PaperReport& report) {
   PaperTable table{
@@ -92,13 +59,12 @@ void add_truth(const BallElements& elements, PaperReport& report) {
 }
 
 void add_raised(const BallElements& elements, PaperReport& report) {
-  PaperTable table{
-      "fem_penalty.csv",
-      "The finite elements' penalty raised (1,470 triangles)",
-      "Failed: Newton did not converge within 8 steps of a frame.",
-      {"penalty, Pa", "volume error", "most Newton steps", "inverted elements", "CPU s a frame",
-       "failed"},
-      {}};
+  PaperTable table{"fem_penalty.csv",
+                   "The finite elements' penalty raised (1,470 triangles)",
+                   "Failed: Newton did not converge within 8 steps of a frame.",
+                   {"penalty, Pa", "volume error", "most Newton steps", "inverted elements",
+                    "CPU s a frame", "failed"},
+                   {}};
   for (const auto& [penalty, fem] : elements.raised) {
     table.rows.push_back(
         {number(penalty), number(fem.volume_error, 2), std::to_string(fem.iterations),

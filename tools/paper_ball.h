@@ -42,6 +42,21 @@ struct FemRun {
   std::vector<double> volume;             ///< V/V0 by frame
   std::map<int, std::vector<Vec3>> kept;  ///< nodes by frame
 };
+FemRun run_linear_ball(const Model& model, int tetrahedra, double penalty, int last);
+
+/// An eighth of the ball, n elements along each edge, neo-Hookean, nearly incompressible: at rest
+/// and held at half its height.
+FemResult squeeze_true_ball(int n, FemBody& rest, FemBody& squeezed);
+constexpr int kFinestTruth = 7;  ///< n
+
+struct Distance {
+  double mean = 0.0, largest = 0.0;  ///< shares of the radius
+};
+/// Of points of the first octant, or mirrored there, to the octant's surface.
+Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant);
+/// The surface's `count` nodes, in the middle: the ball's own drift is not counted.
+std::vector<Vec3> centred(const std::vector<Vec3>& nodes, size_t count);
+
 /// The yardsticks of the ball.
 struct BallElements {
   /// An eighth of it, neo-Hookean, coarse to fine: at rest, and at half its height.

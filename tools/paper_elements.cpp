@@ -21,7 +21,52 @@ double plane_at(const Model& model, int frame) {
   return kBallRadius - joints[find_body(model.skeleton, "top")];
 }
 
-FemRun run_linear(const Model& model, int tetrahedra, double penalty, int last) {
+// On finer and finer meshes.
+void squeeze_truth(PaperReport& report, BallElements& out) {
+  for (int n = 4; n <= (report.quick ? 5 : kFinestTruth); ++n) {
+    const FemResult result =
+        squeeze_true_ball(n, out.rest.emplace_back(), out.squeezed.emplace_back());
+    out.converged = result.converged && out.converged;
+    report.done();
+  }
+}
+
+}  // namespace
+
+FemResult squeeze_true_ball(int n, FemBody& rest, FemBody& squeezed) {
+  rest = octant_ball(kBallRadius, n, {.neo_hookean = true, .shear = kShear, .penalty = 1e6});
+  squeezed = rest;
+  return squeeze_octant(squeezed, kBallRadius, 0.5 * kBallRadius, 16);
+}
+
+Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant) {
+  const TriMesh truth = octant_surface(octant);
+  const Surface surface = make_surface(truth.triangles, static_cast<int>(truth.vertices.size()));
+  Rows x;
+  for (const Vec3& p : truth.vertices) x.push_back(to_row(p));
+  const Bvh bvh = build_bvh(surface, x);
+  Distance out;
+  for (const Vec3& point : points) {
+    const Vec3 p = point.cwiseAbs();
+    const double d = (closest_point(surface, bvh, x, p, 1.0).point - p).norm() / kBallRadius;
+    out.mean += d / points.size();
+    out.largest = std::max(out.largest, d);
+  }
+  return out;
+}
+
+std::vector<Vec3> centred(const std::vector<Vec3>& nodes, size_t count) {
+  Vec3 low = nodes[0], high = nodes[0];
+  for (size_t i = 0; i < count; ++i) {
+    low = low.cwiseMin(nodes[i]);
+    high = high.cwiseMax(nodes[i]);
+  }
+  std::vector<Vec3> out(nodes.begin(), nodes.begin() + count);
+  for (Vec3& p : out) p -= 0.5 * (low + high);
+  return out;
+}
+
+FemRun run_linear_ball(const Model& model, int tetrahedra, double penalty, int last) {
   FemRun run;
   FemBody body =
       linear_ball(model.muscles[0].rest, tetrahedra,
@@ -52,21 +97,6 @@ FemRun run_linear(const Model& model, int tetrahedra, double penalty, int last) 
   return run;
 }
 
-// Nearly incompressible and stable neo-Hookean, on finer and finer meshes.
-void squeeze_truth(PaperReport& report, BallElements& out) {
-  for (int n = 4; n <= (report.quick ? 5 : 7); ++n) {
-    out.rest.push_back(
-        octant_ball(kBallRadius, n, {.neo_hookean = true, .shear = kShear, .penalty = 1e6}));
-    FemBody body = out.rest.back();
-    const FemResult result = squeeze_octant(body, kBallRadius, 0.5 * kBallRadius, 16);
-    out.converged = result.converged && out.converged;
-    out.squeezed.push_back(std::move(body));
-    report.done();
-  }
-}
-
-}  // namespace
-
 BallElements run_elements(const PaperTimes& times, PaperReport& report) {
   BallElements out;
   squeeze_truth(report, out);
@@ -77,14 +107,14 @@ BallElements run_elements(const PaperTimes& times, PaperReport& report) {
                      : report.quick ? (drawn ? kHalfHeight : 12)
                                     : kReleased;
     const Model& model = *times.balls[row].scenes[0].model;
-    out.linear.push_back(run_linear(model, printed.tetrahedra, kPenalty, last));
+    out.linear.push_back(run_linear_ball(model, printed.tetrahedra, kPenalty, last));
     report.done();
   }
   const Model& smallest = *times.balls[0].scenes[0].model;
   for (double penalty : {1e4, 1e5, 1e6, 1e7, 1e8, 1e9}) {
     if (report.quick && penalty > 1e5) break;
-    out.raised.emplace_back(penalty, run_linear(smallest, kPrintedBalls[0].tetrahedra, penalty,
-                                                report.quick ? 12 : kHalfHeight));
+    out.raised.emplace_back(penalty, run_linear_ball(smallest, kPrintedBalls[0].tetrahedra, penalty,
+                                                     report.quick ? 12 : kHalfHeight));
     report.done();
     if (out.raised.back().second.failed) break;
   }

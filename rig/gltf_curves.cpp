@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rig/assimp_scene.h"
+#include "rig/json_number.h"
 #include "rig/text.h"
 
 namespace thew {
@@ -56,6 +57,12 @@ class Gltf {
     json = Json::parse(text, nullptr, false);
   }
 
+  static size_t count_of(const Json& value) {
+    const auto number = whole_number(value);
+    need(number && *number >= 0);
+    return static_cast<size_t>(*number);
+  }
+
   /// Numbers of an accessor, `width` to an item.
   std::vector<double> numbers(size_t accessor, size_t width) {
     const Json& a = json.at("accessors").at(accessor);
@@ -64,16 +71,18 @@ class Gltf {
         {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
     const auto found = kWidths.find(a.at("type").get<std::string>());
     need(found != kWidths.end() && found->second == width);
-    const int type = a.at("componentType").get<int>();
+    const size_t type = count_of(a.at("componentType"));
     const size_t size = type == 5126 ? 4 : type == 5122 || type == 5123 ? 2 : 1;
     need(size > 1 || type == 5120 || type == 5121);
-    const Json& view = json.at("bufferViews").at(a.at("bufferView").get<size_t>());
-    const std::string_view whole = buffer(view.at("buffer").get<size_t>());
-    const size_t begin = view.value("byteOffset", size_t{0}), bytes = view.at("byteLength");
+    const Json& view = json.at("bufferViews").at(count_of(a.at("bufferView")));
+    const std::string_view whole = buffer(count_of(view.at("buffer")));
+    const size_t begin = count_of(view.value("byteOffset", Json(0))),
+                 bytes = count_of(view.at("byteLength"));
     need(begin <= whole.size() && bytes <= whole.size() - begin);
     const std::string_view from = whole.substr(begin, bytes);
-    const size_t stride = view.value("byteStride", width * size), count = a.at("count");
-    const size_t first = a.value("byteOffset", size_t{0});
+    const size_t stride = count_of(view.value("byteStride", Json(width * size))),
+                 count = count_of(a.at("count"));
+    const size_t first = count_of(a.value("byteOffset", Json(0)));
     need(count > 0 && stride >= width * size && stride <= 252 && first <= from.size() &&
          width * size <= from.size() - first &&
          (count - 1) <= (from.size() - first - width * size) / stride);
@@ -91,7 +100,7 @@ class Gltf {
 
  private:
   // Integers are shares of their largest, as glTF has it.
-  static double number(const char* at, int type) {
+  static double number(const char* at, size_t type) {
     const auto as = [at](auto value) {
       std::memcpy(&value, at, sizeof value);
       return static_cast<double>(value);
@@ -151,9 +160,9 @@ Curve<Value> read_curve(Gltf& gltf, const Json& sampler, bool cubic, double size
   const size_t width = std::is_same_v<Value, Vec3> ? 3 : 4;
   Curve<Value> curve;
   curve.way = cubic ? CurveWay::kCubic : CurveWay::kStep;
-  curve.times = gltf.numbers(sampler.at("input").get<size_t>(), 1);
+  curve.times = gltf.numbers(Gltf::count_of(sampler.at("input")), 1);
   for (size_t k = 1; k < curve.times.size(); ++k) need(curve.times[k] > curve.times[k - 1]);
-  std::vector<double> flat = gltf.numbers(sampler.at("output").get<size_t>(), width);
+  std::vector<double> flat = gltf.numbers(Gltf::count_of(sampler.at("output")), width);
   need(flat.size() == curve.times.size() * width * (cubic ? 3 : 1));
   for (double& number : flat) number *= size;
   for (size_t k = 0; k < curve.times.size(); ++k) {
@@ -176,7 +185,7 @@ void mend_channel(Gltf& gltf, const Json& channel, const Json& sampler, double s
                   const std::function<int(const std::string&)>& body_of, BodyClip& clip) {
   const bool cubic = sampler.at("interpolation") == "CUBICSPLINE";
   const Json& target = channel.at("target");
-  const size_t index = target.at("node");
+  const size_t index = Gltf::count_of(target.at("node"));
   std::string name = gltf.json.at("nodes").at(index).value("name", std::string());
   if (name.empty()) name = "nodes[" + std::to_string(index) + "]";  // as assimp calls it
   const int body = body_of(name);
@@ -208,7 +217,7 @@ void mend_gltf_curves(const fs::path& file, double scale,
     if (!animation.is_object() || !animation.contains("channels")) continue;
     for (const Json& channel : animation["channels"]) {
       try {
-        const Json& sampler = animation.at("samplers").at(channel.at("sampler").get<size_t>());
+        const Json& sampler = animation.at("samplers").at(Gltf::count_of(channel.at("sampler")));
         const std::string way = sampler.value("interpolation", std::string("LINEAR"));
         if (way == "LINEAR" || channel.at("target").value("path", "") == "weights") continue;
         need((way == "STEP" || way == "CUBICSPLINE") && clip < character.animations.size());

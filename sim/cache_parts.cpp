@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "rig/json_number.h"
 #include "sim/durable_file.h"
 #include "sim/hash.h"
 
@@ -246,7 +247,10 @@ std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
   try {
     for (std::string line; parts.size() < info.frames.size() && std::getline(lines, line);) {
       const json read = json::parse(line);
-      const Part part{read.at("frame"), read.at("file"), read.at("bytes"), read.at("hash")};
+      const auto frame = whole_number(read.at("frame")), bytes = whole_number(read.at("bytes"));
+      if (!frame || !bytes || *bytes < 0) break;
+      const Part part{static_cast<int>(*frame), read.at("file"), static_cast<std::size_t>(*bytes),
+                      read.at("hash")};
       // Our own name only: a manifest must not lead out of its folder.
       if (part.frame != info.frames[parts.size()] || part.file != part_file(part.frame)) break;
       read_part(folder, part, info);

@@ -114,6 +114,18 @@ TEST_F(ResumeTest, DoesNotFollowAManifestOutOfItsFolder) {
   EXPECT_TRUE(fs::exists(folder_ / "elsewhere"));
 }
 
+// Found by the fuzzer: a number that no integer holds.
+TEST_F(ResumeTest, RefusesAManifestWhoseNumbersAreNone) {
+  const std::string good = bytes_of(parts_ / "manifest.jsonl");
+  const std::size_t at = good.find("\"bytes\":") + 8, end = good.find(',', at);
+  for (const char* number : {"2555555555555555555555555555555555555555555555555589", "-1", "1.5",
+                             "18446744073709551615", "1e300", "\"7\"", "null"}) {
+    put_bytes(parts_ / "manifest.jsonl", std::string(good).replace(at, end - at, number));
+    EXPECT_TRUE(completed(folder_, info_).empty()) << number;
+    restore();
+  }
+}
+
 TEST_F(ResumeTest, SaysInWhatTheSceneDiffers) {
   BakeInfo other = info_;
   other.fps = 30.0;

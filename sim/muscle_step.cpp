@@ -196,6 +196,33 @@ bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direc
   return root.reached;
 }
 
+namespace {
+
+constexpr int kFinishRounds = 30;
+
+// Moves the nodes of muscle m that penetrate out along their contacts' normals, which `freed` then
+// leaves alone. True where there was one beyond rounding.
+bool push_out(const Model& model, State& state, int m, bool with_muscles, double gap, Rows& freed) {
+  constexpr double kRounding = 1e-12;  // m
+  MuscleState& now = state.muscles[m];
+  bool moves = false;
+  for (const Contact& contact : now.contacts) {
+    const bool soft = contact.other < static_cast<int>(model.muscles.size());
+    if (soft && !with_muscles) continue;
+    Row& x = now.x[contact.node];
+    const Row n = to_row(contact.normal);
+    const double open = contact_gap(model, state, contact, x, gap);
+    if (open >= (with_muscles ? 0.0 : -kRounding)) continue;
+    moves = true;
+    x -= (soft ? 0.5 : 1.0) * open * n;
+    Row& z = freed[contact.node];
+    z -= dot(n, z) * n;
+  }
+  return moves;
+}
+
+}  // namespace
+
 void finish_muscle(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
@@ -203,19 +230,14 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   const bool exact = model.volume == VolumeMethod::kExact;
   Rows& freed = now.gradient;  // the direction without what contact holds
   freed = now.direction;
-  for (const Contact& contact : now.contacts) {
-    Row& x = now.x[contact.node];
-    const Row n = to_row(contact.normal);
-    const double open = contact_gap(model, state, contact, x, gap);
-    if (open >= 0.0) continue;
-    const bool soft = contact.other < static_cast<int>(model.muscles.size());
-    x -= (soft ? 0.5 : 1.0) * open * n;  // two soft surfaces share the way
-    Row& z = freed[contact.node];
-    z -= dot(n, z) * n;
-  }
-  if (exact && !restore_volume(muscle, model.volume, freed, 0.0, now.x) &&
-      !restore_volume(muscle, model.volume, now.direction, 0.0, now.x)) {
-    ++now.unreached;
+  // Rounds, since the volume moves other nodes into bone; two soft surfaces share the way, once.
+  bool moves = push_out(model, state, m, true, gap, freed);
+  for (int round = 0; exact && (moves || round == 0) && round < kFinishRounds; ++round) {
+    if (!restore_volume(muscle, model.volume, freed, 0.0, now.x)) {
+      now.unreached += !restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
+      break;
+    }
+    moves = push_out(model, state, m, false, gap, freed);
   }
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   const double volume = enclosed_volume(now.x, muscle.rest.triangles);

@@ -10,13 +10,11 @@
 namespace thew {
 namespace {
 
-// Over or under a face of a bone (not beside an edge) its own normal counts, so that nothing is
-// left inside a plane.
 Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
-               const Contact& contact, const Vec3& node) {
+               const Contact& contact) {
   const int muscles = static_cast<int>(model.muscles.size());
   const auto& b = contact.barycentric;
-  Vec3 normal = contact.normal;
+  const Vec3& normal = contact.normal;
   Row before, after;
   if (contact.other < muscles) {
     const Triangle& t = model.muscles[contact.other].surface.triangles[contact.triangle];
@@ -29,11 +27,6 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
     before = to_row(pose_before[bone.body] * point);
     after = to_row(state.pose[bone.body] * point);
-    const Rows& y_now = state.bones[contact.other - muscles].x;
-    const Vec3 face = face_normal(bone.surface, y_now, contact.triangle);
-    const Vec3 away = node - to_vec(after);
-    const bool inside = std::min({b[0], b[1], b[2]}) > 1e-9;
-    if (inside || std::abs(away.dot(face)) >= 0.999 * away.norm() - 1e-7) normal = face;
   }
   const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap;
   return {.normal = to_row(normal),
@@ -52,8 +45,7 @@ Touches touches_of(const Model& model, int m, double begin, const State& state) 
   joints_at(model, begin, joints);
   forward_kinematics(model.skeleton, joints, pose_before);
   for (const Contact& contact : state.muscles[m].contacts) {
-    const Vec3 node = to_vec(state.muscles[m].x[contact.node]);
-    touches.push_back(touch_of(model, state, pose_before, contact, node));
+    touches.push_back(touch_of(model, state, pose_before, contact));
     const size_t last = touches.size() - 1;
     if (last > 0 && touches[last - 1].node == contact.node) {  // they come by node
       touches[last - 1].shared = touches[last].shared = true;

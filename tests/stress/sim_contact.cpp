@@ -153,6 +153,36 @@ TEST_F(Contacts, PinchedBetweenTwoBones) {
   EXPECT_LT(depth_in_balls(run, kBall), 1e-3);
 }
 
+// Between planes to a share of its height, and held: no node in a plane, and a flat cake in the
+// end, no wider than its volume asks for and without a spike.
+TEST(ContactsOfBall, SqueezedToATwentieth) {
+  constexpr double kRadius = 0.1;
+  for (const double share : {0.3, 0.1, 0.05}) {
+    const std::string way = std::to_string(kRadius * (1.0 - share));
+    Motion run(THEW_SOURCE_DIR "/assets/paper/ball.toml",
+               {"solver.integrator=local_global", "solver.iterations=40",
+                "rig.clip.keys={ top = [[1, 0], [31, " + way + "]], bottom = [[1, 0], [31, " + way +
+                    "]] }"});
+    for (int f = 2; f <= 46; ++f) {
+      run.go_to(f);
+      const double half = kRadius - run.state.joints[find_body(run.model.skeleton, "top")];
+      for (const Row& x : run.state.muscles[0].x) {
+        ASSERT_LE(std::abs(x[1]), half + 1e-12) << "frame " << f << " at " << share;
+      }
+    }
+    const double height = 2.0 * kRadius * share;
+    const double cake = std::sqrt(run.model.muscles[0].rest_volume / (M_PI * height));
+    double widest = 0.0;
+    for (const Row& x : run.state.muscles[0].x) {
+      widest = std::max(widest, std::hypot(x[0], x[2]));
+    }
+    std::printf("squeezed to %g %%: %.1f mm wide, a disc %.1f\n", 100.0 * share, 1e3 * widest,
+                1e3 * cake);
+    EXPECT_GT(widest, cake);
+    EXPECT_LT(widest, cake + 0.5 * height + 0.05 * cake);
+  }
+}
+
 TEST(ContactsOfPair, HalfInsideEachOtherAreToldAndParted) {
   const std::string scene = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
   Motion run(scene, {"skin.enabled=false", "muscle.side.path.0.3=0.016",

@@ -20,7 +20,10 @@ void walk_values(Archive& archive, std::vector<Value>& values) {
   constexpr size_t kWidth = sizeof(Value) / sizeof(double);
   if constexpr (std::is_same_v<Archive, Packer>) {
     flat.resize(values.size() * kWidth);
-    if (!flat.empty()) std::memcpy(flat.data(), values.data(), flat.size() * sizeof(double));
+    if (!flat.empty()) {
+      std::memcpy(flat.data(), static_cast<const void*>(values.data()),
+                  flat.size() * sizeof(double));
+    }
     archive.list(flat);
   } else {
     archive.list(flat);

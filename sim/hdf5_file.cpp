@@ -13,12 +13,12 @@ constexpr std::size_t kLongestText = 4096;
 
 // Errors are told by us; and the library's own exit handler crashes when a disk was full.
 void start_library() {
-  static const bool started = [] {
+  static const bool kStarted = [] {
     H5dont_atexit();
     H5open();
     return H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   }();
-  (void)started;
+  (void)kStarted;
 }
 
 // The deepest entry of the library's stack of errors, without its clock and addresses.
@@ -162,8 +162,9 @@ ChunkSpaces chunk_spaces(const Hdf5Dataset& dataset, hsize_t first) {
 
 void Hdf5File::write_chunk(const Hdf5Dataset& dataset, hid_t memory_type, hsize_t first,
                            const void* values) {
-  const auto [in_file, in_memory] = chunk_spaces(dataset, first);
-  check(H5Dwrite(dataset.id, memory_type, in_memory, in_file, H5P_DEFAULT, values), "write");
+  const ChunkSpaces spaces = chunk_spaces(dataset, first);
+  check(H5Dwrite(dataset.id, memory_type, spaces.in_memory, spaces.in_file, H5P_DEFAULT, values),
+        "write");
 }
 
 void Hdf5File::write_dataset(hid_t parent, const std::string& name, hid_t type, hid_t memory_type,
@@ -299,8 +300,9 @@ void Hdf5File::check_chunk(const Hdf5Dataset& dataset, hsize_t first) const {
 void Hdf5File::read_chunk(const Hdf5Dataset& dataset, hid_t memory_type, hsize_t first,
                           void* values) const {
   check_chunk(dataset, first);
-  const auto [in_file, in_memory] = chunk_spaces(dataset, first);
-  check(H5Dread(dataset.id, memory_type, in_memory, in_file, H5P_DEFAULT, values), "read numbers");
+  const ChunkSpaces spaces = chunk_spaces(dataset, first);
+  check(H5Dread(dataset.id, memory_type, spaces.in_memory, spaces.in_file, H5P_DEFAULT, values),
+        "read numbers");
 }
 
 std::string Hdf5File::read_text_attribute(hid_t object, const std::string& name) const {

@@ -18,6 +18,20 @@ class PartedHash {
     part_->add(bytes, count);
   }
   void add(std::string_view text) { add(text.data(), text.size()); }
+  void number(double value) { add(&value, sizeof value); }
+  void list(const std::vector<double>& values) {
+    number(static_cast<double>(values.size()));
+    add(values.data(), values.size() * sizeof(double));
+  }
+  void point(const Vec3& p) { add(p.data(), 3 * sizeof(double)); }
+  void points(const std::vector<Vec3>& values) {
+    number(static_cast<double>(values.size()));
+    for (const Vec3& p : values) point(p);
+  }
+  void faces(const std::vector<Triangle>& triangles) {
+    number(static_cast<double>(triangles.size()));
+    add(triangles.data(), triangles.size() * sizeof(Triangle));
+  }
   void add_character(const Model& model) {
     hash_character(model, whole_);
     hash_character(model, *part_);
@@ -33,24 +47,7 @@ class PartedHash {
   std::optional<Hash> part_{std::in_place};
 };
 
-}  // namespace
-
-void hash_model(Model& model) {
-  PartedHash hash;
-  const auto number = [&](double value) { hash.add(&value, sizeof value); };
-  const auto list = [&](const std::vector<double>& values) {
-    number(static_cast<double>(values.size()));
-    hash.add(values.data(), values.size() * sizeof(double));
-  };
-  const auto points = [&](const std::vector<Vec3>& values) {
-    number(static_cast<double>(values.size()));
-    for (const Vec3& p : values) hash.add(p.data(), 3 * sizeof(double));
-  };
-  const auto faces = [&](const std::vector<Triangle>& triangles) {
-    number(static_cast<double>(triangles.size()));
-    hash.add(triangles.data(), triangles.size() * sizeof(Triangle));
-  };
-  const Scene& scene = model.scene;
+void add_settings(const Scene& scene, PartedHash& hash) {
   hash.add("thew 0.1.0");
   for (double value :
        {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
@@ -59,70 +56,93 @@ void hash_model(Model& model) {
         scene.contact.settings.max_depth, scene.contact.settings.gap, scene.skin.settings.thickness,
         scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
         scene.skin.settings.fold_gap}) {
-    number(value);
+    hash.number(value);
   }
   hash.add(scene.solver.integrator);
   hash.add(scene.solver.volume);
   if (const auto& tolerance = scene.solver.tolerance) {
     hash.add("tolerance");
-    list({tolerance->position, tolerance->volume});
+    hash.list({tolerance->position, tolerance->volume});
   }
-  hash.end_part("a setting of scene, solver, contact or skin", model);
-  list(scene.clip.times);
-  for (size_t j = 0; j < scene.clip.joints.size(); ++j) hash.add(scene.clip.joints[j]);
-  for (const std::vector<double>& key : scene.clip.values) list(key);
-  number(static_cast<double>(scene.clip.interpolation));
-  hash.end_part("the clip", model);
-  const Skeleton& skeleton = model.skeleton;
+}
+
+void add_clip(const Clip& clip, PartedHash& hash) {
+  hash.list(clip.times);
+  for (size_t j = 0; j < clip.joints.size(); ++j) hash.add(clip.joints[j]);
+  for (const std::vector<double>& key : clip.values) hash.list(key);
+  hash.number(static_cast<double>(clip.interpolation));
+}
+
+void add_rig(const Skeleton& skeleton, PartedHash& hash) {
   for (int i = 0; i < skeleton.size(); ++i) {
-    number(skeleton.parent[i]);
+    hash.number(skeleton.parent[i]);
     hash.add(skeleton.joint_in_parent[i].data(), 16 * sizeof(double));
-    hash.add(skeleton.joint_axes[i].data(), 3 * sizeof(double));
-    number(static_cast<double>(skeleton.joint_types[i]));
+    hash.point(skeleton.joint_axes[i]);
+    hash.number(static_cast<double>(skeleton.joint_types[i]));
     hash.add(skeleton.joint_names[i]);
   }
+}
+
+void add_path(const MusclePath& path, PartedHash& hash) {
+  for (const PathPoint& point : path.points) {
+    hash.number(point.body);
+    hash.point(point.position);
+  }
+  for (const WrapCylinder& wrap : path.wraps) {
+    for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn}) {
+      hash.number(value);
+    }
+    hash.point(wrap.centre);
+    hash.point(wrap.axis);
+  }
+}
+
+void add_muscle(const Muscle& muscle, PartedHash& hash) {
+  hash.add(muscle.name);
+  hash.points(muscle.rest.vertices);
+  hash.faces(muscle.rest.triangles);
+  add_path(muscle.shape.path, hash);
+  hash.list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
+             muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,
+             muscle.settings.fibre_length, 1.0 * muscle.swells});
+  if (const auto& zone = muscle.settings.zone) {
+    hash.list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
+  }
+  for (const auto& key : muscle.settings.activation) hash.list({key[0], key[1]});
+  hash.list(muscle.shape.bulge);
+  if (!muscle.shape.held.empty()) {
+    hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
+    hash.points(muscle.shape.offset);
+  }
+  hash.list(muscle.weights);
+  hash.list(muscle.mass);
+  hash.list(muscle.springs.stiffness);
+}
+
+}  // namespace
+
+void hash_model(Model& model) {
+  PartedHash hash;
+  add_settings(model.scene, hash);
+  hash.end_part("a setting of scene, solver, contact or skin", model);
+  add_clip(model.scene.clip, hash);
+  hash.end_part("the clip", model);
+  add_rig(model.skeleton, hash);
   hash.end_part("the rig", model);
   for (const Muscle& muscle : model.muscles) {
-    hash.add(muscle.name);
-    points(muscle.rest.vertices);
-    faces(muscle.rest.triangles);
-    for (const PathPoint& point : muscle.shape.path.points) {
-      number(point.body);
-      hash.add(point.position.data(), 3 * sizeof(double));
-    }
-    for (const WrapCylinder& wrap : muscle.shape.path.wraps) {
-      for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn})
-        number(value);
-      hash.add(wrap.centre.data(), 3 * sizeof(double));
-      hash.add(wrap.axis.data(), 3 * sizeof(double));
-    }
-    list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
-          muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,
-          muscle.settings.fibre_length, 1.0 * muscle.swells});
-    if (const auto& zone = muscle.settings.zone) {
-      list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
-    }
-    for (const auto& key : muscle.settings.activation) list({key[0], key[1]});
-    list(muscle.shape.bulge);
-    if (!muscle.shape.held.empty()) {
-      hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
-      points(muscle.shape.offset);
-    }
-    list(muscle.weights);
-    list(muscle.mass);
-    list(muscle.springs.stiffness);
+    add_muscle(muscle, hash);
     hash.end_part("muscle \"" + muscle.name + "\"", model);
   }
   for (size_t b = 0; b < model.bones.size(); ++b) {
     hash.add(&model.bones[b].body, sizeof(int));
-    points(model.bones[b].in_body.vertices);
-    faces(model.bones[b].in_body.triangles);
+    hash.points(model.bones[b].in_body.vertices);
+    hash.faces(model.bones[b].in_body.triangles);
   }
   hash.end_part("the bones' meshes", model);
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
   hash.end_part("contact.ignore", model);
   for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
-  faces(model.skin.surface.triangles);
+  hash.faces(model.skin.surface.triangles);
   hash.end_part("the skin's mesh", model);
   hash.add_character(model);
   hash.end_part("the character", model);

@@ -336,7 +336,7 @@ SceneRender read_render(const fs::path& file, const std::vector<std::string>& ov
   TomlValue root = read_toml(file);
   for (const std::string& setting : overrides) override_toml(root, setting);
   TomlValue& table = require(root, "render");
-  const SceneRender render = read_render(table);
+  SceneRender render = read_render(table);
   refuse_unknown_keys(table);
   return render;
 }

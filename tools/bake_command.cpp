@@ -63,6 +63,93 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
 
+Report::Solver solver_of(const Scene& scene, const BakeResult& result) {
+  Report::Solver solver = {scene.solver.integrator,
+                           scene.solver.volume,
+                           scene.solver.substeps,
+                           "set by the scene",
+                           {},
+                           0.0,
+                           0.0};
+  if (result.plan) {
+    solver.substeps = result.plan->fidelity.substeps;
+    solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
+    solver.plan = result.plan;
+    solver.tolerance_m = scene.solver.tolerance->position;
+    solver.plan_seconds = result.plan_seconds;
+  }
+  return solver;
+}
+
+Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result) {
+  const Muscle& muscle = model.muscles[m];
+  Report::Muscle row;
+  row.name = muscle.name;
+  row.vertices = static_cast<int>(muscle.rest.vertices.size());
+  row.triangles = static_cast<int>(muscle.rest.triangles.size());
+  row.rest_volume_m3 = muscle.rest_volume;
+  for (const FrameMeasures& frame : result.measures) {
+    const MuscleMeasures& at = frame.muscles[m];
+    row.volume_error.push_back(at.volume_error);
+    row.length_m.push_back(at.length);
+    row.belly_area_ratio.push_back(at.area_ratio);
+    row.max_substep_volume_error = std::max(row.max_substep_volume_error, at.substep_volume_error);
+    row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
+  }
+  row.max_volume_error = largest(row.volume_error);
+  return row;
+}
+
+// The largest of the whole bake.
+double measured(const std::string& quantity, const Report& report, const BakeResult& result) {
+  if (quantity == "penetration") {
+    return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
+  }
+  double most = 0.0;
+  if (quantity == "poke_through") {
+    for (const FrameMeasures& frame : result.measures) {
+      most = std::max(most, frame.skin.max_poke_through);
+    }
+    return most;
+  }
+  for (const Report::Muscle& row : report.muscles) {
+    most = std::max(most, quantity == "volume_error"           ? row.max_volume_error
+                          : quantity == "substep_volume_error" ? row.max_substep_volume_error
+                                                               : row.max_attachment_gap_m);
+  }
+  return most;
+}
+
+std::vector<std::string> warnings_of(const Model& model, const BakeResult& result) {
+  std::vector<std::string> warnings = model.warnings;
+  if (result.plan) {
+    for (const std::string& what : result.plan->raised) {
+      warnings.push_back("solver.tolerance: " + what);
+    }
+  }
+  char line[200];
+  if (model.scene.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
+    std::snprintf(line, sizeof line,
+                  "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
+                  result.settled.seconds, result.settled.speed);
+    warnings.push_back(line);
+  }
+  int unreached = 0, fallbacks = 0;
+  for (const FrameMeasures& frame : result.measures) {
+    unreached += frame.unreached;
+    fallbacks += frame.weight_fallbacks;
+  }
+  if (unreached > 0) {
+    warnings.push_back("the volume could not be reached in " + std::to_string(unreached) +
+                       " steps");
+  }
+  if (fallbacks > 0) {
+    warnings.push_back("even weights stood in for the authored ones in " +
+                       std::to_string(fallbacks) + " iterations");
+  }
+  return warnings;
+}
+
 Report make_report(const Model& model, const CommandOptions& options,
                    const std::vector<int>& frames, const BakeResult& result) {
   Report report;
@@ -72,45 +159,9 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.frames = frames;
   report.threads = thread_count(options.threads);
   report.hash = result.hash;
-  report.solver = {scene.solver.integrator,
-                   scene.solver.volume,
-                   scene.solver.substeps,
-                   "set by the scene",
-                   {},
-                   0.0,
-                   0.0};
-  if (result.plan) {
-    report.solver.substeps = result.plan->fidelity.substeps;
-    report.solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
-    report.solver.plan = result.plan;
-    report.solver.tolerance_m = scene.solver.tolerance->position;
-    report.solver.plan_seconds = result.plan_seconds;
-    for (const std::string& what : result.plan->raised) {
-      report.warnings.push_back("solver.tolerance: " + what);
-    }
-  }
-  double penetration = 0.0, poke_through = 0.0, gap = 0.0, volume = 0.0, substep_volume = 0.0;
-  int unreached = 0, fallbacks = 0;
+  report.solver = solver_of(scene, result);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
-    const Muscle& muscle = model.muscles[m];
-    Report::Muscle& row = report.muscles.emplace_back();
-    row.name = muscle.name;
-    row.vertices = static_cast<int>(muscle.rest.vertices.size());
-    row.triangles = static_cast<int>(muscle.rest.triangles.size());
-    row.rest_volume_m3 = muscle.rest_volume;
-    for (const FrameMeasures& frame : result.measures) {
-      const MuscleMeasures& at = frame.muscles[m];
-      row.volume_error.push_back(at.volume_error);
-      row.length_m.push_back(at.length);
-      row.belly_area_ratio.push_back(at.area_ratio);
-      row.max_substep_volume_error =
-          std::max(row.max_substep_volume_error, at.substep_volume_error);
-      row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
-    }
-    row.max_volume_error = largest(row.volume_error);
-    volume = std::max(volume, row.max_volume_error);
-    substep_volume = std::max(substep_volume, row.max_substep_volume_error);
-    gap = std::max(gap, row.max_attachment_gap_m);
+    report.muscles.push_back(muscle_of(model, m, result));
   }
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {
@@ -118,36 +169,13 @@ Report make_report(const Model& model, const CommandOptions& options,
     report.contact.max_penetration_m =
         std::max(report.contact.max_penetration_m, frame.contact_penetration);
     report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
-    poke_through = std::max(poke_through, frame.skin.max_poke_through);
-    unreached += frame.unreached;
-    fallbacks += frame.weight_fallbacks;
   }
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
-  penetration = std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
   for (const Bound& bound : scene.bounds) {
-    const double measured = bound.quantity == "volume_error"           ? volume
-                            : bound.quantity == "substep_volume_error" ? substep_volume
-                            : bound.quantity == "penetration"          ? penetration
-                            : bound.quantity == "poke_through"         ? poke_through
-                                                                       : gap;
-    report.bounds.push_back({bound.quantity, measured, bound.limit});
+    report.bounds.push_back(
+        {bound.quantity, measured(bound.quantity, report, result), bound.limit});
   }
-  report.warnings = model.warnings;
-  char line[200];
-  if (scene.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
-    std::snprintf(line, sizeof line,
-                  "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
-                  result.settled.seconds, result.settled.speed);
-    report.warnings.push_back(line);
-  }
-  if (unreached > 0) {
-    report.warnings.push_back("the volume could not be reached in " + std::to_string(unreached) +
-                              " steps");
-  }
-  if (fallbacks > 0) {
-    report.warnings.push_back("even weights stood in for the authored ones in " +
-                              std::to_string(fallbacks) + " iterations");
-  }
+  report.warnings = warnings_of(model, result);
   return report;
 }
 

@@ -323,8 +323,10 @@ std::vector<std::size_t> pareto_front(const std::vector<ChartPoint>& points,
   return front;
 }
 
-Chart run_chart(const ChartAsk& ask) {
-  const Scene scene = muscles_of_scene(ask);
+namespace {
+
+// What is to be run, but not what comes of it.
+Chart lay_out(const ChartAsk& ask, const Scene& scene) {
   Chart chart;
   chart.scene = scene.name;
   chart.frames = scene.last_frame - scene.first_frame + 1;
@@ -341,19 +343,14 @@ Chart run_chart(const ChartAsk& ask) {
   chart.refinements = chart_refinements(limit);
   chart.reference = chart.refinements.front().settings.back();
   give_up_slow(scene, chart.reference, ask.longest_run, chart);
+  return chart;
+}
 
-  const int points = static_cast<int>(chart.points.size());
-  int done = 0, total = (1 + ask.repetitions) * points;
-  for (const Refinement& refinement : chart.refinements) {
-    if (refinement.failure.empty()) total += static_cast<int>(refinement.settings.size());
-  }
-  std::mutex one_at_a_time;
-  const auto on_run = [&] {
-    const std::lock_guard lock(one_at_a_time);
-    ask.on_step(++done, total);
-  };
-  Parallel parallel(ask.threads);
-  std::map<std::string, Frames> finest;  // by integrator
+using Finest = std::map<std::string, Frames>;  // by integrator
+
+Finest refine_all(const Scene& scene, Parallel& parallel, const std::function<void()>& on_run,
+                  Chart& chart) {
+  Finest finest;
   for (Refinement& refinement : chart.refinements) {
     if (!refinement.failure.empty()) continue;
     Frames& frames = finest[refinement.integrator] = refine(scene, parallel, on_run, refinement);
@@ -366,6 +363,45 @@ Chart run_chart(const ChartAsk& ask) {
       refinement.apart_mm = distance_of(frames, finest[chart.reference.integrator]).largest;
     }
   }
+  return finest;
+}
+
+// One after another, and all points again and again: what disturbs one run disturbs all alike.
+void time_points(const Scene& scene, std::vector<std::optional<State>>& settled,
+                 const std::function<void()>& on_run, Chart& chart) {
+  std::vector<std::vector<double>> seconds(chart.points.size());
+  for (int r = 0; r < chart.repetitions; ++r) {
+    for (std::size_t k = 0; k < chart.points.size(); ++k) {
+      if (chart.points[k].failure.empty()) {
+        simulate(scene, chart.points[k], scene.first_frame + chart.timed_frames, {}, settled[k],
+                 seconds[k].emplace_back(0.0));
+      }
+      on_run();
+    }
+  }
+  for (std::size_t k = 0; k < chart.points.size(); ++k) {
+    if (seconds[k].empty()) continue;
+    chart.points[k].milliseconds = 1e3 * median(seconds[k]) / chart.timed_frames;
+  }
+}
+
+}  // namespace
+
+Chart run_chart(const ChartAsk& ask) {
+  const Scene scene = muscles_of_scene(ask);
+  Chart chart = lay_out(ask, scene);
+  const int points = static_cast<int>(chart.points.size());
+  int done = 0, total = (1 + ask.repetitions) * points;
+  for (const Refinement& refinement : chart.refinements) {
+    if (refinement.failure.empty()) total += static_cast<int>(refinement.settings.size());
+  }
+  std::mutex one_at_a_time;
+  const auto on_run = [&] {
+    const std::lock_guard lock(one_at_a_time);
+    ask.on_step(++done, total);
+  };
+  Parallel parallel(ask.threads);
+  const Finest finest = refine_all(scene, parallel, on_run, chart);
   const Frames& reference = finest.at(chart.reference.integrator);
   const Frames none;
   std::vector<std::optional<State>> settled(points);
@@ -377,21 +413,7 @@ Chart run_chart(const ChartAsk& ask) {
     }
     on_run();
   });
-
-  std::vector<std::vector<double>> seconds(points);
-  for (int r = 0; r < ask.repetitions; ++r) {
-    for (int k = 0; k < points; ++k) {
-      if (chart.points[k].failure.empty()) {
-        simulate(scene, chart.points[k], scene.first_frame + chart.timed_frames, {}, settled[k],
-                 seconds[k].emplace_back(0.0));
-      }
-      ask.on_step(++done, total);
-    }
-  }
-  for (int k = 0; k < points; ++k) {
-    if (seconds[k].empty()) continue;
-    chart.points[k].milliseconds = 1e3 * median(seconds[k]) / chart.timed_frames;
-  }
+  time_points(scene, settled, on_run, chart);
   for (const std::size_t i : pareto_front(chart.points, &ChartPoint::largest_mm)) {
     chart.points[i].on_front = true;
   }

@@ -98,7 +98,7 @@ std::vector<Vec3> rounded(const std::vector<Vec3>& values) {
   std::string bytes;
   for (const Vec3& value : values) put_floats(bytes, value);
   std::vector<Eigen::Vector3f> floats(values.size());
-  std::memcpy(floats.data(), bytes.data(), bytes.size());
+  std::memcpy(static_cast<void*>(floats.data()), bytes.data(), bytes.size());
   std::vector<Vec3> result;
   for (const Eigen::Vector3f& value : floats) result.push_back(value.cast<double>());
   return result;

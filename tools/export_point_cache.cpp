@@ -49,7 +49,8 @@ Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& 
 
 Exported export_pc2(const Shot& shot, const std::filesystem::path& file) {
   const BakeMesh& mesh = only_mesh(shot, "PC2");
-  std::string bytes("POINTCACHE2", 12);
+  std::string bytes = "POINTCACHE2";
+  bytes += '\0';
   put<std::int32_t>(bytes, 1);
   put(bytes, static_cast<std::int32_t>(mesh.rest.vertices.size()));
   put(bytes, static_cast<float>(shot.first_frame()));

@@ -24,7 +24,7 @@ using nlohmann::ordered_json;
 
 /// What was found, as JSON; text is made of it.
 struct Found {
-  ordered_json facts;
+  ordered_json facts = ordered_json::object();
   bool sound = true;
 };
 

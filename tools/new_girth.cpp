@@ -308,7 +308,7 @@ void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
   fit.girth.rows = static_cast<int>((kBeyondHand - kUnderTop - from.wrist.y()) / kRow) + 1;
   find_shift(from, skin, fit);
   GirthField girth = fit.girth;
-  girth.ratio.assign(static_cast<size_t>(girth.rows * kAround), -1.0);
+  girth.ratio.assign(static_cast<size_t>(girth.rows) * kAround, -1.0);
   measure(fit, from, skin, girth);
   fill_rows(girth);
   if (girth.ratio[0] < 0.0) {  // no skin around the arm

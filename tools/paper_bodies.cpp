@@ -58,21 +58,21 @@ PaperRun run_measured(const PaperReport& report, const std::string& scene,
 // The structured cube of linear elements, its top turned like the scene's.
 FemBody twisted_fem(double angle, int steps, double penalty, bool& converged) {
   constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-  constexpr int n = 8;
+  constexpr int kCells = 8;
   FemBody body;
   body.material = {.shear = 1000.0, .lambda = 1000.0, .penalty = penalty};
-  const auto node = [](int i, int j, int k) { return (i * (n + 1) + j) * (n + 1) + k; };
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; j <= n; ++j) {
-      for (int k = 0; k <= n; ++k) {
-        body.rest.push_back(0.2 / n * Vec3(i, j, k) - Vec3::Constant(0.1));
-        for (int d = 0; d < 3; ++d) body.fixed.push_back(j == 0 || j == n);
+  const auto node = [](int i, int j, int k) { return (i * (kCells + 1) + j) * (kCells + 1) + k; };
+  for (int i = 0; i <= kCells; ++i) {
+    for (int j = 0; j <= kCells; ++j) {
+      for (int k = 0; k <= kCells; ++k) {
+        body.rest.push_back(0.2 / kCells * Vec3(i, j, k) - Vec3::Constant(0.1));
+        for (int d = 0; d < 3; ++d) body.fixed.push_back(j == 0 || j == kCells);
       }
     }
   }
-  for (int cube = 0; cube < n * n * n; ++cube) {
+  for (int cube = 0; cube < kCells * kCells * kCells; ++cube) {
     for (const auto& order : kOrders) {
-      int at[3] = {cube / (n * n), cube / n % n, cube % n};
+      int at[3] = {cube / (kCells * kCells), cube / kCells % kCells, cube % kCells};
       Tetrahedron t = {node(at[0], at[1], at[2])};
       for (int k = 0; k < 3; ++k) {
         ++at[order[k]];
@@ -310,7 +310,7 @@ void finger(PaperReport& report, Table2& table) {
 
 // The last rows of the printed table 2, muscle by muscle.
 void add_muscle_rows(const PaperRun& bare, const PaperRun& skinned, PaperReport& report) {
-  const std::vector<int> kPrinted = {680, 520, 760, 760, 1064, 440, 280, 840, 680, 680, 660, 1380};
+  const std::vector<int> printed = {680, 520, 760, 760, 1064, 440, 280, 840, 680, 680, 660, 1380};
   PaperTable table{"table2_muscles.csv",
                    "Table 2, last rows: the muscles of the arm",
                    "",
@@ -319,7 +319,7 @@ void add_muscle_rows(const PaperRun& bare, const PaperRun& skinned, PaperReport&
   for (size_t m = 0; m < bare.model->muscles.size(); ++m) {
     const Muscle& muscle = bare.model->muscles[m];
     table.rows.push_back({muscle.name, std::to_string(muscle.rest.triangles.size()),
-                          std::to_string(kPrinted.at(m)), number(bare.volume_errors[m], 2),
+                          std::to_string(printed.at(m)), number(bare.volume_errors[m], 2),
                           number(skinned.volume_errors[m], 2), "1e-4"});
   }
   report.add(table);

@@ -74,6 +74,63 @@ std::vector<double> belly_weights(const TriMesh& mesh) {
   return normalised_weights(weights, std::vector<char>(weights.size(), 0));
 }
 
+void add_sidebar(const TriMesh& cow, PaperTable& table) {
+  const std::vector<double> even(cow.vertices.size(), 1.0);
+  Rows x = rows_of(cow), g;
+  const double volume = enclosed_volume(x, cow.triangles);
+  volume_gradient(x, cow.triangles, g);
+  table.rows.push_back({"sidebar A: x . dV/dx over V (3 by Euler's identity)",
+                        number(-3.0 * dot(x, g) / volume), number(dot(x, g) / volume)});
+  table.rows.push_back({"sidebar A: the error step by step, which grows by 4/3",
+                        percents(errors_by_step(cow, even, false, -3.0, 4)),
+                        percents(errors_by_step(cow, even, false, 1.0, 4))});
+}
+
+void add_weights(const std::string& name, const TriMesh& mesh, PaperTable& table) {
+  const std::vector<double> weights = belly_weights(mesh);
+  Rows g, d;
+  volume_gradient(rows_of(mesh), mesh.triangles, g);
+  d = g;
+  for (size_t i = 0; i < d.size(); ++i) d[i] *= weights[i];
+  table.rows.push_back(
+      {"weights missing in the denominator, " + name + ", rho = " + number(dot(g, d) / dot(g, g)),
+       percents(errors_by_step(mesh, weights, true, 1.0, 5)),
+       percents(errors_by_step(mesh, weights, false, 1.0, 5))});
+}
+
+void add_zone(PaperTable& table) {
+  const double r = 1.0, d = 0.77;
+  table.rows.push_back(
+      {"eq. 15 without pi: weight at 0.77 r, and at r where the zone ends",
+       number(0.5 * (std::cos(d / r) + 1.0)) + ", " + number(0.5 * (std::cos(1.0) + 1.0)),
+       number(zone_weight(d, r)) + ", " + number(zone_weight(r * (1 - 1e-12), r), 2)});
+}
+
+// Weights about the first vertex, which leave a net force.
+void add_ghost_force(const TriMesh& cow, PaperTable& table) {
+  Rows x = rows_of(cow), g;
+  volume_gradient(x, cow.triangles, g);
+  std::vector<double> mass(x.size(), 1.0), near_head;
+  for (const Vec3& p : cow.vertices) {
+    near_head.push_back(zone_weight((p - cow.vertices[0]).norm(), 0.3));
+  }
+  const std::vector<double> head =
+      normalised_weights(near_head, std::vector<char>(near_head.size(), 0));
+  Rows d = g;
+  Row net = {};
+  double size = 0.0;
+  for (size_t i = 0; i < d.size(); ++i) {
+    d[i] *= head[i];
+    net += d[i];
+    size += to_vec(d[i]).norm();
+  }
+  remove_net_motion(x, mass, d);
+  Row left = {};
+  for (const Row& row : d) left += row;
+  table.rows.push_back({"ghost force of local weights on a free body, share of all forces",
+                        number(to_vec(net).norm() / size), number(to_vec(left).norm() / size, 2)});
+}
+
 }  // namespace
 
 void paper_errors(PaperReport& report) {
@@ -81,71 +138,20 @@ void paper_errors(PaperReport& report) {
                  "Each formula as printed, and mended, on the cow: a volume 5 % too small is "
                  "corrected again and again.");
   const TriMesh cow = import_closed_mesh(report.scenes / "cow.obj");
-  const std::vector<double> even(cow.vertices.size(), 1.0);
   PaperTable table{
       "printed_errors.csv", "Printed errors", "", {"what", "as printed", "mended"}, {}};
-  const auto add_weights = [&](const std::string& name, const TriMesh& mesh) {
-    const std::vector<double> weights = belly_weights(mesh);
-    Rows g, d;
-    volume_gradient(rows_of(mesh), mesh.triangles, g);
-    d = g;
-    for (size_t i = 0; i < d.size(); ++i) d[i] *= weights[i];
-    table.rows.push_back(
-        {"weights missing in the denominator, " + name + ", rho = " + number(dot(g, d) / dot(g, g)),
-         percents(errors_by_step(mesh, weights, true, 1.0, 5)),
-         percents(errors_by_step(mesh, weights, false, 1.0, 5))});
-  };
-  {
-    Rows x = rows_of(cow), g;
-    const double volume = enclosed_volume(x, cow.triangles);
-    volume_gradient(x, cow.triangles, g);
-    table.rows.push_back({"sidebar A: x . dV/dx over V (3 by Euler's identity)",
-                          number(-3.0 * dot(x, g) / volume), number(dot(x, g) / volume)});
-    table.rows.push_back({"sidebar A: the error step by step, which grows by 4/3",
-                          percents(errors_by_step(cow, even, false, -3.0, 4)),
-                          percents(errors_by_step(cow, even, false, 1.0, 4))});
-  }
-  add_weights("cow", cow);
+  add_sidebar(cow, table);
+  add_weights("cow", cow, table);
   add_weights("the arm's biceps",
-              import_closed_mesh(report.scenes / "../arm/muscles/biceps_long.obj"));
+              import_closed_mesh(report.scenes / "../arm/muscles/biceps_long.obj"), table);
   const std::filesystem::path biceps = report.scenes / "../../../shared/data/biceps.stl";
   if (std::filesystem::exists(biceps)) {
     TriMesh mesh = import_mesh(biceps).mesh;  // in millimetres
     for (Vec3& p : mesh.vertices) p *= 1e-3;
-    add_weights("biceps.stl", mesh);
+    add_weights("biceps.stl", mesh, table);
   }
-  {
-    const double r = 1.0, d = 0.77;
-    table.rows.push_back(
-        {"eq. 15 without pi: weight at 0.77 r, and at r where the zone ends",
-         number(0.5 * (std::cos(d / r) + 1.0)) + ", " + number(0.5 * (std::cos(1.0) + 1.0)),
-         number(zone_weight(d, r)) + ", " + number(zone_weight(r * (1 - 1e-12), r), 2)});
-  }
-  {
-    Rows x = rows_of(cow), g;
-    volume_gradient(x, cow.triangles, g);
-    std::vector<double> mass(x.size(), 1.0);
-    const std::vector<double> head = [&] {
-      std::vector<double> w;
-      for (const Vec3& p : cow.vertices)
-        w.push_back(zone_weight((p - cow.vertices[0]).norm(), 0.3));
-      return normalised_weights(w, std::vector<char>(w.size(), 0));
-    }();
-    Rows d = g;
-    Row net = {};
-    double size = 0.0;
-    for (size_t i = 0; i < d.size(); ++i) {
-      d[i] *= head[i];
-      net += d[i];
-      size += to_vec(d[i]).norm();
-    }
-    remove_net_motion(x, mass, d);
-    Row left = {};
-    for (const Row& row : d) left += row;
-    table.rows.push_back({"ghost force of local weights on a free body, share of all forces",
-                          number(to_vec(net).norm() / size),
-                          number(to_vec(left).norm() / size, 2)});
-  }
+  add_zone(table);
+  add_ghost_force(cow, table);
   report.add(table);
   report.done();
 }

@@ -192,7 +192,8 @@ TriMesh polygonise(const std::function<double(const Vec3&)>& field, const Vec3& 
   for (int k = 0; k < 3; ++k) n[k] = static_cast<int>(std::ceil((high[k] - low[k]) / cell)) + 1;
   const auto id = [&](int i, int j, int k) { return (i * n[1] + j) * n[2] + k; };
   const auto place = [&](int at) {
-    return Vec3(low + cell * Vec3(at / (n[1] * n[2]), at / n[2] % n[1], at % n[2]));
+    const int i = at / (n[1] * n[2]), j = at / n[2] % n[1], k = at % n[2];
+    return Vec3(low + cell * Vec3(i, j, k));
   };
   std::vector<double> value(static_cast<size_t>(n[0]) * n[1] * n[2]);
   for (size_t at = 0; at < value.size(); ++at) value[at] = field(place(static_cast<int>(at)));

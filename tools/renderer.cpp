@@ -79,17 +79,17 @@ struct Renderer::Data {
 
 Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
     : width(w), height(h), meshes(&all), context(w, h), gl(context.gl()) {
-  using namespace shaders;
-  shadow_program = context.build_program(kShadowVertex, kShadowFragment);
-  cut_shadow_program = context.build_program(kCutShadowVertex, kCutShadowFragment);
+  shadow_program = context.build_program(shaders::kShadowVertex, shaders::kShadowFragment);
+  cut_shadow_program =
+      context.build_program(shaders::kCutShadowVertex, shaders::kCutShadowFragment);
   for (const int look : {kMuscle, kBone, kSkin, kFlat, kWeight, kCut}) {
     const std::string define = "#define LOOK " + std::to_string(look) + "\n";
-    surface_programs[look] =
-        context.build_program(kSurfaceVertex, (kVersion + define + kSurfaceFragment).c_str());
+    surface_programs[look] = context.build_program(
+        shaders::kSurfaceVertex, (shaders::kVersion + define + shaders::kSurfaceFragment).c_str());
   }
-  occlusion_program = context.build_program(kScreenVertex, kOcclusionFragment);
-  light_program = context.build_program(kScreenVertex, kLightFragment);
-  picture_program = context.build_program(kScreenVertex, kPictureFragment);
+  occlusion_program = context.build_program(shaders::kScreenVertex, shaders::kOcclusionFragment);
+  light_program = context.build_program(shaders::kScreenVertex, shaders::kLightFragment);
+  picture_program = context.build_program(shaders::kScreenVertex, shaders::kPictureFragment);
   gl.GenVertexArrays(2, arrays);
   gl.GenBuffers(4, buffers);
   surface_array = arrays[0], quad_array = arrays[1];

@@ -10,6 +10,8 @@
 namespace thew {
 namespace {
 
+namespace fs = std::filesystem;
+
 void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
   command.add_option("--set", options.overrides, "any key of the scene: solver.volume=none")
@@ -48,6 +50,56 @@ void open_standard_streams() {
   if (stream > STDERR_FILENO) ::close(stream);
 }
 
+CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
+  CLI::App* command = app.add_subcommand("bake", "rig -> muscles -> skin -> cache, frames, report");
+  command->add_option("SCENE", options.input, "scene file, TOML")->required();
+  command->add_option("--out", options.out, "folder of the bake")->required();
+  add_common(*command, options);
+  command->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
+  command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
+  command->add_flag("--json", options.json, "print the report");
+  command->add_flag("!--no-render", options.pictures, "no pictures");
+  return command;
+}
+
+CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, int& turntable) {
+  CLI::App* command = app.add_subcommand("render", "frames again from a cache, no simulation");
+  command->add_option("BAKE", options.input, "bake.h5")->required();
+  command->add_option("--scene", scene, "scene whose views are drawn; its [render] is enough");
+  command->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--out", options.out, "folder of the pictures")->required();
+  add_common(*command, options);
+  return command;
+}
+
+CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::string>& meshes,
+                     int& basis) {
+  CLI::App* command = app.add_subcommand(
+      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
+  command->add_option("BAKE", options.input, "bake.h5")->required();
+  command->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
+      ->required();
+  command->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
+  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command->add_flag("--json", options.json, "say what was written as JSON");
+  return command;
+}
+
+void add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
+  CLI::App* command = app.add_subcommand(
+      "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
+  command->add_option("FILE", options.input)->required();
+  command->add_flag("--json", options.json);
+  command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
+  command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
+}
+
 CLI::App* add_new(CLI::App& app, NewOptions& options) {
   CLI::App* command = app.add_subcommand("new", "a scene for another character");
   command->add_option("CHARACTER", options.character, "glTF, FBX or Collada")->required();
@@ -70,108 +122,95 @@ CLI::App* add_new(CLI::App& app, NewOptions& options) {
   return command;
 }
 
+CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
+                      CompareOptions& limits, double& millimetres) {
+  CLI::App* command = app.add_subcommand(
+      "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
+  command->add_option("EXPECTED", options.input)->required();
+  command->add_option("ACTUAL", actual)->required();
+  command->add_option("--frames", options.frames, "those to compare");
+  command->add_option("--html", options.out, "write a page with both, difference and slider");
+  command->add_flag("--json", options.json, "print all measures");
+  command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  add_limits(*command, limits, millimetres);
+  return command;
+}
+
+// What update and check have in common.
+void add_golden(CLI::App& command, CommandOptions& options, fs::path& golden) {
+  command.add_option("SCENE", options.input)->required();
+  command.add_option("--golden", golden, "their folder; else golden/ beside the scene");
+  command.add_option("--out", options.out, "keep what is baked here");
+  command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command.add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
+      ->type_size(1)
+      ->allow_extra_args(false);
+}
+
+CLI::App* add_update(CLI::App& goldens, CommandOptions& options, fs::path& golden) {
+  CLI::App* command = goldens.add_subcommand("update", "rewrite them on purpose, say what moved");
+  add_golden(*command, options, golden);
+  command->add_option("--frames", options.frames, "those to keep; else as before");
+  return command;
+}
+
+CLI::App* add_check(CLI::App& goldens, CommandOptions& options, fs::path& golden,
+                    CompareOptions& limits, double& millimetres) {
+  CLI::App* command = goldens.add_subcommand("check", "bake the scene and compare with them");
+  add_golden(*command, options, golden);
+  command->add_flag("--json", options.json, "print all measures");
+  add_limits(*command, limits, millimetres);
+  return command;
+}
+
+CLI::App* add_paper(CLI::App& app, CommandOptions& options, bool& quick, fs::path& cow) {
+  CLI::App* command =
+      app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
+  command->add_option("--out", options.out, "folder of the report")->required();
+  command->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
+  command->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
+      ->check(CLI::ExistingFile);
+  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  return command;
+}
+
+CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
+  CLI::App* command = app.add_subcommand("chart", "speed against accuracy of a scene's muscles");
+  command->add_option("SCENE", options.input, "scene file, TOML")->required();
+  command->add_option("--out", options.out, "folder of the chart")->required();
+  command->add_option("--threads", options.threads, "0: all; what is timed runs on one")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--stability", stability, "maps of where each integrator fails instead");
+  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  return command;
+}
+
 int run(int argc, char** argv) {
   open_standard_streams();
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
   app.set_version_flag("--version", "thew 0.1.0");
   app.require_subcommand(1);
   CommandOptions options;
-  std::filesystem::path scene;
-
-  CLI::App* bake = app.add_subcommand("bake", "rig -> muscles -> skin -> cache, frames, report");
-  bake->add_option("SCENE", options.input, "scene file, TOML")->required();
-  bake->add_option("--out", options.out, "folder of the bake")->required();
-  add_common(*bake, options);
-  bake->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
-  bake->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
-  bake->add_flag("--json", options.json, "print the report");
-  bake->add_flag("!--no-render", options.pictures, "no pictures");
-
-  CLI::App* render = app.add_subcommand("render", "frames again from a cache, no simulation");
-  render->add_option("BAKE", options.input, "bake.h5")->required();
-  render->add_option("--scene", scene, "scene whose views are drawn; its [render] is enough");
-  int turntable = 0;
-  render->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
-      ->check(CLI::Range(1, 10000));
-  render->add_option("--out", options.out, "folder of the pictures")->required();
-  add_common(*render, options);
-
-  std::vector<std::string> meshes;
-  int basis = 0;
-  CLI::App* exporting = app.add_subcommand(
-      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
-  exporting->add_option("BAKE", options.input, "bake.h5")->required();
-  exporting->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
-      ->required();
-  exporting->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
-      ->type_size(1)
-      ->allow_extra_args(false);
-  exporting->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
-      ->check(CLI::Range(1, 10000));
-  exporting->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
-  exporting->add_option("--progress", options.progress, "auto, bar, plain, json or none");
-  exporting->add_flag("--json", options.json, "say what was written as JSON");
-
-  CLI::App* inspect = app.add_subcommand(
-      "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
-  inspect->add_option("FILE", options.input)->required();
-  inspect->add_flag("--json", options.json);
-  inspect->add_option("--frames", options.frames, "of a bake: those to check for crossings");
-  std::filesystem::path repaired;
-  inspect->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
-
   NewOptions new_options;
-  CLI::App* create = add_new(app, new_options);
-
-  std::filesystem::path actual, golden;
   CompareOptions limits;
+  fs::path scene, repaired, actual, golden, cow;
+  std::vector<std::string> meshes;
+  int turntable = 0, basis = 0;
   double millimetres = 1e3 * kDistanceTolerance;
-  CLI::App* compare = app.add_subcommand(
-      "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
-  compare->add_option("EXPECTED", options.input)->required();
-  compare->add_option("ACTUAL", actual)->required();
-  compare->add_option("--frames", options.frames, "those to compare");
-  compare->add_option("--html", options.out, "write a page with both, difference and slider");
-  compare->add_flag("--json", options.json, "print all measures");
-  compare->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  add_limits(*compare, limits, millimetres);
-
+  bool quick = false, stability = false;
+  CLI::App* bake = add_bake(app, options);
+  CLI::App* render = add_render(app, options, scene, turntable);
+  CLI::App* exporting = add_export(app, options, meshes, basis);
+  add_inspect(app, options, repaired);
+  CLI::App* create = add_new(app, new_options);
+  CLI::App* compare = add_compare(app, options, actual, limits, millimetres);
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
   goldens->require_subcommand(1);
-  CLI::App* update = goldens->add_subcommand("update", "rewrite them on purpose, say what moved");
-  CLI::App* check = goldens->add_subcommand("check", "bake the scene and compare with them");
-  for (CLI::App* command : {update, check}) {
-    command->add_option("SCENE", options.input)->required();
-    command->add_option("--golden", golden, "their folder; else golden/ beside the scene");
-    command->add_option("--out", options.out, "keep what is baked here");
-    command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-    command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
-    command->add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
-        ->type_size(1)
-        ->allow_extra_args(false);
-  }
-  update->add_option("--frames", options.frames, "those to keep; else as before");
-  check->add_flag("--json", options.json, "print all measures");
-  add_limits(*check, limits, millimetres);
-
-  CLI::App* paper = app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
-  bool quick = false;
-  std::filesystem::path cow;
-  paper->add_option("--out", options.out, "folder of the report")->required();
-  paper->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
-  paper->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
-      ->check(CLI::ExistingFile);
-  paper->add_option("--progress", options.progress, "auto, bar, plain, json or none");
-
-  CLI::App* chart = app.add_subcommand("chart", "speed against accuracy of a scene's muscles");
-  chart->add_option("SCENE", options.input, "scene file, TOML")->required();
-  chart->add_option("--out", options.out, "folder of the chart")->required();
-  chart->add_option("--threads", options.threads, "0: all; what is timed runs on one")
-      ->check(CLI::Range(0, 1024));
-  bool stability = false;
-  chart->add_flag("--stability", stability, "maps of where each integrator fails instead");
-  chart->add_option("--progress", options.progress, "auto, bar, plain, json or none");
-
+  CLI::App* update = add_update(*goldens, options, golden);
+  CLI::App* check = add_check(*goldens, options, golden, limits, millimetres);
+  CLI::App* paper = add_paper(app, options, quick, cow);
+  CLI::App* chart = add_chart(app, options, stability);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

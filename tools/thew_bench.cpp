@@ -20,6 +20,8 @@
 namespace thew {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr int kRuns = 5;
 
 double cpu_seconds() {
@@ -148,19 +150,73 @@ double largest(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
 
+/// A step that is the same for all muscles.
+struct Setting {
+  int substeps, iterations;
+  Model model;
+  double error = 0.0;
+  std::vector<double> milliseconds = {};
+};
+
+Model uniform(Scene scene, int substeps, int iterations) {
+  scene.solver.integrator = "local_global";
+  scene.solver.volume = "exact";
+  scene.solver.substeps = substeps;
+  scene.solver.iterations = iterations;
+  return build_model(scene);
+}
+
+// Those of the grid whose error, in mm, is no larger.
+std::vector<Setting> settings_within(const Scene& scene, const Motion& reference, double error) {
+  std::vector<Setting> settings;
+  for (const int substeps : {1, 2, 4}) {
+    for (const int iterations : {1, 2, 3, 5}) {
+      Setting setting{substeps, iterations, uniform(scene, substeps, iterations)};
+      setting.error = largest(errors_of(record(setting.model), reference));
+      if (setting.error <= error) settings.push_back(std::move(setting));
+    }
+  }
+  return settings;
+}
+
+// Beside `ours`, CPU ms a frame; null where none of them is as right.
+Json cheapest_within(const std::vector<Setting>& settings, double error, double ours) {
+  const Setting* cheapest = nullptr;
+  for (const Setting& setting : settings) {
+    if (setting.error > error) continue;
+    if (!cheapest || median(setting.milliseconds) < median(cheapest->milliseconds)) {
+      cheapest = &setting;
+    }
+  }
+  if (!cheapest) return {};
+  const double ms = median(cheapest->milliseconds);
+  return {{"substeps", cheapest->substeps},
+          {"iterations", cheapest->iterations},
+          {"error_mm", cheapest->error},
+          {"cpu_ms_per_frame", ms},
+          {"tolerance_over_it", ours / ms}};
+}
+
+Json muscles_of(const Model& model, const FidelityPlan& plan, const std::vector<double>& errors) {
+  Json out;
+  for (size_t m = 0; m < errors.size(); ++m) {
+    const ChosenMuscle& muscle = plan.muscles[m];
+    out.push_back({{"name", model.muscles[m].name},
+                   {"level", level_name(muscle.level)},
+                   {"iterations", muscle.iterations},
+                   {"error_mm", errors[m]},
+                   {"error_probed_mm", 1e3 * muscle.probed_error},
+                   {"error_checked_mm", 1e3 * muscle.checked_error},
+                   {"because", muscle.because}});
+  }
+  return out;
+}
+
 int compare(const std::string& file, double millimetres, std::vector<std::string> overrides) {
   overrides.push_back("skin.enabled=false");
   Scene scene = read_scene(file, overrides);
   scene.solver.tolerance.reset();
-  const auto uniform = [&](int substeps, int iterations) {
-    Scene with = scene;
-    with.solver.integrator = "local_global";
-    with.solver.volume = "exact";
-    with.solver.substeps = substeps;
-    with.solver.iterations = iterations;
-    return build_model(with);
-  };
-  const Motion reference = record(uniform(8, 40));
+  const Motion reference = record(uniform(scene, 8, 40));
   Scene with = scene;
   with.solver.tolerance.emplace();
   with.solver.tolerance->position = 1e-3 * millimetres;
@@ -172,23 +228,8 @@ int compare(const std::string& file, double millimetres, std::vector<std::string
   model.fidelity = plan.fidelity;
   const Motion chosen = record(model);
   const std::vector<double> errors = errors_of(chosen, reference);
-
-  struct Setting {
-    int substeps, iterations;
-    double error;
-    Model model;
-    std::vector<double> milliseconds = {};
-  };
-  std::vector<Setting> settings;
-  for (const int substeps : {1, 2, 4}) {
-    for (const int iterations : {1, 2, 3, 5}) {
-      Setting setting{substeps, iterations, 0.0, uniform(substeps, iterations)};
-      setting.error = largest(errors_of(record(setting.model), reference));
-      if (setting.error <= std::max(millimetres, largest(errors))) {
-        settings.push_back(std::move(setting));
-      }
-    }
-  }
+  std::vector<Setting> settings =
+      settings_within(scene, reference, std::max(millimetres, largest(errors)));
   std::vector<double> ours;
   for (int i = 0; i < kRuns; ++i) {
     ours.push_back(record(model).milliseconds);
@@ -196,49 +237,27 @@ int compare(const std::string& file, double millimetres, std::vector<std::string
       setting.milliseconds.push_back(record(setting.model).milliseconds);
     }
   }
-  nlohmann::ordered_json out;
-  out["scene"] = scene.name;
-  out["frames"] = reference.x.size();
-  out["tolerance_mm"] = millimetres;
-  out["error_mm"] = largest(errors);
-  out["volume_error"] = chosen.volume_error;
-  out["cpu_ms_per_frame"] = median(ours);
-  out["work_per_frame"] = plan.work;
-  out["probes"] = {{"cpu_seconds", probes}, {"work", plan.probe_work}};
+  Json out = {{"scene", scene.name},
+              {"frames", reference.x.size()},
+              {"tolerance_mm", millimetres},
+              {"error_mm", largest(errors)},
+              {"volume_error", chosen.volume_error},
+              {"cpu_ms_per_frame", median(ours)},
+              {"work_per_frame", plan.work},
+              {"probes", {{"cpu_seconds", probes}, {"work", plan.probe_work}}}};
   const auto add_cheapest = [&](const char* name, double error) {
-    const Setting* cheapest = nullptr;
-    for (const Setting& setting : settings) {
-      if (setting.error > error) continue;
-      if (!cheapest || median(setting.milliseconds) < median(cheapest->milliseconds)) {
-        cheapest = &setting;
-      }
-    }
-    if (!cheapest) return;  // none of the grid is as right
-    const double ms = median(cheapest->milliseconds);
-    out[name] = {{"substeps", cheapest->substeps},
-                 {"iterations", cheapest->iterations},
-                 {"error_mm", cheapest->error},
-                 {"cpu_ms_per_frame", ms},
-                 {"tolerance_over_it", median(ours) / ms}};
+    const Json cheapest = cheapest_within(settings, error, median(ours));
+    if (!cheapest.is_null()) out[name] = cheapest;
   };
   add_cheapest("uniform_within_the_tolerance", millimetres);
   add_cheapest("uniform_with_the_same_error", largest(errors));
-  for (size_t m = 0; m < errors.size(); ++m) {
-    const ChosenMuscle& muscle = plan.muscles[m];
-    out["muscles"].push_back({{"name", model.muscles[m].name},
-                              {"level", level_name(muscle.level)},
-                              {"iterations", muscle.iterations},
-                              {"error_mm", errors[m]},
-                              {"error_probed_mm", 1e3 * muscle.probed_error},
-                              {"error_checked_mm", 1e3 * muscle.checked_error},
-                              {"because", muscle.because}});
-  }
+  out["muscles"] = muscles_of(model, plan, errors);
   std::printf("%s\n", out.dump(2).c_str());
   return largest(errors) <= millimetres ? 0 : 1;
 }
 
 int run(const std::string& scene) {
-  nlohmann::ordered_json out;
+  Json out;
   const Model model = model_with(scene, {});
   const int first = model.scene.first_frame, last = model.scene.last_frame;
   const Model none = model_with(scene, {"solver.volume=none"});
@@ -272,10 +291,7 @@ int run(const std::string& scene) {
   return 0;
 }
 
-}  // namespace
-}  // namespace thew
-
-int main(int argc, char** argv) {
+int run_command(int argc, char** argv) {
   std::vector<std::string> overrides;
   double tolerance = 0.0;
   bool understood = argc % 2 == 0;
@@ -289,10 +305,20 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]...]\n");
     return 2;
   }
+  return tolerance > 0.0 ? compare(argv[1], tolerance, overrides) : run(argv[1]);
+}
+
+}  // namespace
+}  // namespace thew
+
+int main(int argc, char** argv) {
   try {
-    return tolerance > 0.0 ? thew::compare(argv[1], tolerance, overrides) : thew::run(argv[1]);
+    return thew::run_command(argc, argv);
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_bench: %s\n", error.what());
     return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "thew_bench: %s\n", error.what());
+    return static_cast<int>(thew::ExitCode::kSolver);
   }
 }

@@ -186,5 +186,8 @@ int main(int argc, char** argv) {
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_peers: %s\n", error.what());
     return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "thew_peers: %s\n", error.what());
+    return static_cast<int>(thew::ExitCode::kSolver);
   }
 }

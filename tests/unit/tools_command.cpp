@@ -158,6 +158,19 @@ TEST_F(Command, MusclesThatOverlapAtRestAreWarnedOf) {
   EXPECT_NE(warnings.find("overlap at rest"), std::string::npos) << warnings;
 }
 
+TEST_F(Command, WhatATolerancesFirstChoiceMissedIsWarnedOfBesideTheModels) {
+  options.input = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
+  options.frames = "1";
+  options.overrides = {"scene.settle=0", "solver.tolerance={ position = \"2 mm\" }"};
+  bake_command(options);
+  const nlohmann::json raised = report()["solver"]["fidelity"]["raised"];
+  const nlohmann::json warnings = report()["warnings"];
+  ASSERT_EQ(raised.size(), 1u) << raised;
+  ASSERT_EQ(warnings.size(), 2u) << warnings;
+  EXPECT_NE(warnings[0].get<std::string>().find("overlap at rest"), std::string::npos) << warnings;
+  EXPECT_EQ(warnings[1], "solver.tolerance: " + raised[0].get<std::string>());
+}
+
 TEST_F(Command, ADryRunWritesNothing) {
   options.dry_run = true;
   EXPECT_EQ(bake_command(options), ExitCode::kDone);

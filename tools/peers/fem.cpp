@@ -23,8 +23,8 @@ struct Point {
 
 // Exact for cubics (Keast): volumes of quadratic elements are cubics.
 const std::vector<Point>& points_of(int order) {
-  static const std::vector<Point> one = {{{0.25, 0.25, 0.25, 0.25}, 1.0 / 6.0}};
-  static const std::vector<Point> five = [] {
+  static const std::vector<Point> kOne = {{{0.25, 0.25, 0.25, 0.25}, 1.0 / 6.0}};
+  static const std::vector<Point> kFive = [] {
     std::vector<Point> points = {{{0.25, 0.25, 0.25, 0.25}, -2.0 / 15.0}};
     for (int k = 0; k < 4; ++k) {
       Point p{{1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0}, 3.0 / 40.0};
@@ -33,7 +33,7 @@ const std::vector<Point>& points_of(int order) {
     }
     return points;
   }();
-  return order == 1 ? one : five;
+  return order == 1 ? kOne : kFive;
 }
 
 constexpr int kMiddles[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
@@ -53,13 +53,13 @@ Gradients reference_gradients(int order, const Point& p) {
 }
 
 const std::vector<Gradients>& all_gradients(int order) {
-  static const auto make = [](int o) {
+  const auto make = [](int o) {
     std::vector<Gradients> out;
     for (const Point& p : points_of(o)) out.push_back(reference_gradients(o, p));
     return out;
   };
-  static const std::vector<Gradients> first = make(1), second = make(2);
-  return order == 1 ? first : second;
+  static const std::vector<Gradients> kFirst = make(1), kSecond = make(2);
+  return order == 1 ? kFirst : kSecond;
 }
 
 // Row i: derivative of x_i by the reference coordinates.

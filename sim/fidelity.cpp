@@ -52,7 +52,7 @@ void lie_down(const Muscle& muscle, MuscleState& now) {
   now.target_velocity = now.v;
   now.start = now.seen = now.x;
   refit_bvh(muscle.surface, now.x, now.bvh);
-  now.memory.clear.clear();  // what comes nearer meanwhile is not noted
+  now.memory.others.clear();  // what comes nearer meanwhile is not noted
 }
 
 }  // namespace

@@ -48,14 +48,16 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
   if (self.free_nodes == nullptr) return;
   const int nodes = static_cast<int>(self.x->size()), others = static_cast<int>(colliders.size());
   const double reach = std::max(settings.margin, settings.max_depth);
-  memory.triangle.resize(static_cast<size_t>(nodes) * others, -1);
-  memory.clear.resize(memory.triangle.size(), 0.0);
-  memory.owed.resize(others, 0.0);
+  memory.others.resize(others);
   std::vector<int> near_ones;
   for (int other = 0; other < others; ++other) {
     if (other == mover || ignore[other]) continue;
-    memory.owed[other] += self.moved + colliders[other].moved;
-    if (may_touch(self, colliders[other], settings)) near_ones.push_back(other);
+    ContactMemory::Other& known = memory.others[other];
+    known.owed += self.moved + colliders[other].moved;
+    if (!may_touch(self, colliders[other], settings)) continue;
+    near_ones.push_back(other);
+    known.triangle.resize(nodes, -1);
+    known.clear.resize(nodes, 0.0);
   }
   auto pressed = pressing.begin();
   const auto is_pressed = [&](int node, int other) {
@@ -70,11 +72,12 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
     const Vec3 p = to_vec((*self.x)[node]);
     for (const int other : near_ones) {
       const Collider& target = colliders[other];
-      double& clear = memory.clear[static_cast<size_t>(node) * others + other];
-      clear -= memory.owed[other];  // what both moved can have come nearer at most
+      ContactMemory::Other& known = memory.others[other];
+      double& clear = known.clear[node];
+      clear -= known.owed;  // what both moved can have come nearer at most
       const double margin = is_pressed(node, other) ? reach : settings.margin;
       if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
-      int& hint = memory.triangle[static_cast<size_t>(node) * others + other];
+      int& hint = known.triangle[node];
       ++memory.searches;
       const ClosestPoint near =
           closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
@@ -88,7 +91,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
       contacts.push_back(contact);
     }
   }
-  for (const int other : near_ones) memory.owed[other] = 0.0;
+  for (const int other : near_ones) memory.others[other].owed = 0.0;
 }
 
 }  // namespace thew

@@ -21,9 +21,13 @@ struct Collider {
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
 /// node and collider, and a distance (m) within which there surely is nothing of it.
 struct ContactMemory {
-  std::vector<int> triangle;
-  std::vector<double> clear;
-  std::vector<double> owed;   ///< m by collider: motion that `clear` does not know of yet
+  /// By node of the mover; empty until the two have been near each other once.
+  struct Other {
+    std::vector<int> triangle;
+    std::vector<double> clear;
+    double owed = 0.0;  ///< m, motion that `clear` does not know of yet
+  };
+  std::vector<Other> others;  ///< by collider
   std::int64_t searches = 0;  ///< made since the start
 };
 

@@ -14,8 +14,10 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/drive.h"
+#include "sim/durable_file.h"
 #include "sim/fidelity_planner.h"
 #include "sim/step.h"
+#include "tools/svg_chart.h"
 
 namespace thew {
 namespace {
@@ -48,6 +50,7 @@ Run simulate(const Model& model) {
     step_frame(model, (f - first) / model.scene.fps, one, state, run.seconds);
   }
   run.milliseconds = 1e3 * (cpu_seconds() - begin) / (last - first);
+  run.state = std::move(state);
   return run;
 }
 
@@ -291,7 +294,118 @@ int run(const std::string& scene) {
   return 0;
 }
 
+// The model `count` times in a row, in one scene.
+Model copies_of(const Model& one, int count, double apart) {
+  Model all = one;
+  Skeleton& skeleton = all.skeleton;
+  const int bodies = one.skeleton.size(), joints = static_cast<int>(one.scene.clip.joints.size());
+  for (int k = 1; k < count; ++k) {
+    const Vec3 shift(0.0, 0.0, k * apart);
+    const int by = k * bodies;
+    const std::string mark = "#" + std::to_string(k);
+    for (int b = 0; b < bodies; ++b) {
+      const bool is_root = one.skeleton.parent[b] < 0;
+      skeleton.body_names.push_back(one.skeleton.body_names[b] + mark);
+      skeleton.parent.push_back(is_root ? 0 : one.skeleton.parent[b] + by);
+      skeleton.joint_in_parent.push_back(one.skeleton.joint_in_parent[b]);
+      if (is_root) skeleton.joint_in_parent.back().pretranslate(shift);
+      skeleton.joint_names.push_back(one.skeleton.joint_names[b] + mark);
+      skeleton.joint_types.push_back(one.skeleton.joint_types[b]);
+      skeleton.joint_axes.push_back(one.skeleton.joint_axes[b]);
+      skeleton.lower.push_back(one.skeleton.lower[b]);
+      skeleton.upper.push_back(one.skeleton.upper[b]);
+      skeleton.visuals.push_back(one.skeleton.visuals[b]);
+    }
+    for (int j = 0; j < joints; ++j) {
+      all.scene.clip.joints.push_back(one.scene.clip.joints[j] + mark);
+      for (size_t key = 0; key < all.scene.clip.values.size(); ++key) {
+        all.scene.clip.values[key].push_back(one.scene.clip.values[key][j]);
+      }
+    }
+    for (Muscle muscle : one.muscles) {
+      for (Vec3& p : muscle.rest.vertices) p += shift;
+      for (PathPoint& point : muscle.shape.path.points) point.body += by;
+      for (WrapCylinder& wrap : muscle.shape.path.wraps) wrap.body += by;
+      for (int& body : muscle.bodies) body += by;
+      all.muscles.push_back(std::move(muscle));
+    }
+    for (Bone bone : one.bones) {
+      bone.body += by;
+      all.bones.push_back(std::move(bone));
+    }
+  }
+  // Colliders are the muscles and then the bones, of all copies.
+  const int muscles = static_cast<int>(one.muscles.size()),
+            bones = static_cast<int>(one.bones.size());
+  all.ignore.assign(all.muscles.size(), std::vector<char>(all.colliders(), 0));
+  for (int k = 0; k < count; ++k) {
+    for (int m = 0; m < muscles; ++m) {
+      const std::vector<char>& own = one.ignore[m];
+      std::vector<char>& ignored = all.ignore[k * muscles + m];
+      std::copy_n(own.begin(), muscles, ignored.begin() + k * muscles);
+      std::copy_n(own.begin() + muscles, bones, ignored.begin() + count * muscles + k * bones);
+    }
+  }
+  return all;
+}
+
+// m, of a point to a surface that it is about as near to as a node to what it touches.
+double price_of_query(const Model& model, const State& state) {
+  const Bone& bone = model.bones.front();
+  const BoneState& now = state.bones.front();
+  const Rows& from = now.x;
+  constexpr int kRounds = 20;
+  double sum = 0.0;
+  const double begin = cpu_seconds();
+  for (int r = 0; r < kRounds; ++r) {
+    for (const Row& p : from) {
+      const Vec3 near = to_vec(p) + 2e-3 * Vec3(1.0, 0.1 * r, -0.5);
+      sum += closest_point(bone.surface, now.bvh, now.x, near, 0.01).distance;
+    }
+  }
+  const double each = (cpu_seconds() - begin) / (kRounds * static_cast<double>(from.size()));
+  return std::isfinite(sum) ? each : 0.0;
+}
+
+int scale(const std::string& scene, const std::string& picture) {
+  const Model one = model_with(scene, {});
+  const double frames = one.scene.last_frame - one.scene.first_frame;
+  Json out = {{"scene", one.scene.name}};
+  LineChart chart{"Contact of 1 to 64 copies, ms a frame", "ms", {}, {}, true, {}};
+  chart.lines = {{"contact", {}}, {"n log n", {}}};
+  double nodes_of_one = 0.0, first = 0.0;
+  for (const Muscle& muscle : one.muscles) nodes_of_one += muscle.rest.vertices.size();
+  for (const int count : {1, 2, 4, 8, 16, 32, 64}) {
+    const Model model = copies_of(one, count, 1.0);
+    const Run run = simulate(model);
+    std::int64_t searches = 0;
+    for (const MuscleState& muscle : run.state.muscles) searches += muscle.memory.searches;
+    const int last = static_cast<int>(model.muscles.size() - one.muscles.size());
+    const Row apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
+    const double milliseconds = 1e3 * run.seconds.contact / frames, nodes = count * nodes_of_one;
+    const double price = price_of_query(model, run.state);
+    if (count == 1) first = milliseconds;
+    const double grown = count * std::log(nodes) / std::log(nodes_of_one);
+    out["copies"].push_back(
+        {{"copies", count},
+         {"nodes", nodes},
+         {"contact_ms_per_frame", milliseconds},
+         {"over_n_log_n", milliseconds / (first * grown)},
+         {"searches_per_node_and_frame", searches / (nodes * frames)},
+         {"query_us", 1e6 * price},
+         {"queries_worth_per_node_and_frame", 1e-3 * milliseconds / (price * nodes)},
+         {"off_the_first_um", 1e6 * std::abs(apart[2] - (count - 1.0))}});
+    chart.x.push_back(count);
+    chart.lines[0].values.push_back(milliseconds);
+    chart.lines[1].values.push_back(first * grown);
+  }
+  write_durably(picture, draw_chart(chart));
+  std::printf("%s\n", out.dump(2).c_str());
+  return 0;
+}
+
 int run_command(int argc, char** argv) {
+  if (argc == 4 && std::string_view(argv[2]) == "--copies") return scale(argv[1], argv[3]);
   std::vector<std::string> overrides;
   double tolerance = 0.0;
   bool understood = argc % 2 == 0;
@@ -302,7 +416,9 @@ int run_command(int argc, char** argv) {
     understood = understood && (word == "--set" || word == "--tolerance");
   }
   if (!understood || (tolerance <= 0.0) != (argc == 2)) {
-    std::fprintf(stderr, "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]...]\n");
+    std::fprintf(
+        stderr,
+        "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]... | --copies OUT.svg]\n");
     return 2;
   }
   return tolerance > 0.0 ? compare(argv[1], tolerance, overrides) : run(argv[1]);

@@ -130,19 +130,13 @@ void refit_all(const Model& model, Parallel& parallel, State& state) {
 
 namespace {
 
-// m, the most that a node moved since the last search.
-double note_motion(const Rows& x, Rows& searched) {
-  if (searched.size() != x.size()) {
-    searched = x;
-    return 1e9;  // no search yet
-  }
-  double most = 0.0;
-  for (size_t i = 0; i < x.size(); ++i) {
-    const Row d = x[i] - searched[i];
-    most = std::max(most, dot(d, d));
-    searched[i] = x[i];
-  }
-  return std::sqrt(most);
+// Adds the most that a node moved since the last search.
+void note_motion(const Rows& x, Rows& searched, double& travelled) {
+  constexpr double kAnywhere = 1e3;  // m, before the first search
+  double most = kAnywhere;
+  if (searched.size() == x.size()) most = largest_distance(x, searched);
+  searched = x;
+  travelled += most;
 }
 
 // Whether the surface is flat round a point of a triangle, as far as `reach` (m).
@@ -205,18 +199,23 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   if (!model.scene.contact.enabled || !any) return;
   std::vector<Collider> colliders = colliders_of(model, state);
   for (size_t c = 0; c < colliders.size(); ++c) {
-    Rows& searched = c < state.muscles.size() ? state.muscles[c].searched
-                                              : state.bones[c - state.muscles.size()].searched;
-    colliders[c].moved = note_motion(*colliders[c].x, searched);
+    const size_t b = c - state.muscles.size();
+    const bool is_bone = c >= state.muscles.size();
+    double& travelled = is_bone ? state.bones[b].travelled : state.muscles[c].travelled;
+    note_motion(*colliders[c].x, is_bone ? state.bones[b].searched : state.muscles[c].searched,
+                travelled);
+    colliders[c].travelled = travelled;
     colliders[c].box = box_of(*colliders[c].x);
   }
+  std::vector<std::vector<int>> near = near_pairs(colliders, settings);
+  std::vector<char> wanted(colliders.size(), 0);
+  for (int m = 0; m < state.count(); ++m) {
+    if (!searches(m)) continue;
+    std::erase_if(near[m], [&](int other) { return model.ignore[m][other] != 0; });
+    for (const int other : near[m]) wanted[other] = 1;
+  }
   parallel.each(static_cast<int>(colliders.size()), [&](int c) {
-    bool wanted = false;
-    for (int m = 0; m < state.count() && !wanted; ++m) {
-      wanted = m != c && searches(m) && !model.ignore[m][c] &&
-               may_touch(colliders[m], colliders[c], settings);
-    }
-    if (wanted) refit(model, c, state);
+    if (wanted[c]) refit(model, c, state);
   });
   parallel.each(state.count(), [&](int m) {
     MuscleState& now = state.muscles[m];
@@ -227,7 +226,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     for (size_t c = 0; c < now.contacts_before.size(); ++c) {
       if (now.push_before[c] > 0.0) now.pressing.push_back(now.contacts_before[c]);
     }
-    find_contacts(colliders, m, model.ignore[m], settings, now.pressing, now.memory, now.contacts);
+    find_contacts(colliders, m, near[m], settings, now.pressing, now.memory, now.contacts);
     take_faces(model, m, state);
     keep_pushes(now);
   });

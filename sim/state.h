@@ -39,6 +39,7 @@ struct MuscleState : MuscleMotion {
   Bvh bvh;
   ContactMemory memory;
   Rows searched;              ///< x when contacts were last looked for
+  double travelled = 0.0;     ///< m, from search to search, see Collider
   MuscleMotion frame_before;  ///< to go back to
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
@@ -61,6 +62,7 @@ struct MuscleState : MuscleMotion {
 
 struct BoneState {
   Rows x, searched;
+  double travelled = 0.0;
   Bvh bvh;
   bool fitted = true;  ///< the tree is of x
   double moved = 0.0;  ///< m, the most that a node moved in the last step

@@ -29,6 +29,10 @@ NodeBox moved_box(const NodeBox& box, const Transform& motion, double& far) {
   return out;
 }
 
+NodeBox either_box(const NodeBox& a, const NodeBox& b) {
+  return {a.low < b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+}
+
 // How much of the way from `from` to `to` lies behind the point where it first enters the surface.
 double way_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& from,
                   const Vec3& to) {
@@ -49,24 +53,24 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
   if (!model.scene.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
   const double depth = model.scene.contact.settings.max_depth;
   std::optional<Trouble> worst;
+  std::vector<NodeBox> boxes;
+  for (const BoneState& bone : state.bones) boxes.push_back(box_of(bone.x));
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     if (!has_forces(now.level)) continue;
     const NodeBox before = box_of(now.start), after = box_of(now.x);
+    const NodeBox both = either_box(before, after);
     const double own = largest_distance(now.x, now.start);
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const Bone& bone = model.bones[b];
       if (model.ignore[m][state.muscles.size() + b]) continue;
+      // Where the bone was, and its way between, lie this near to where it is.
+      if (!are_near(both, boxes[b], 2.0 * state.bones[b].moved)) continue;
       // As the bone sees it where it is now: before, the muscle was elsewhere.
       const Transform since = state.pose[bone.body] * state.pose_before[bone.body].inverse();
       double far = 0.0;
-      NodeBox swept = moved_box(before, since, far);
-      if (own + far <= depth) continue;
-      for (int k = 0; k < 3; ++k) {
-        swept.low[k] = std::min(swept.low[k], after.low[k]);
-        swept.high[k] = std::max(swept.high[k], after.high[k]);
-      }
-      if (!are_near(swept, box_of(state.bones[b].x), 0.0)) continue;
+      const NodeBox swept = either_box(moved_box(before, since, far), after);
+      if (own + far <= depth || !are_near(swept, boxes[b], 0.0)) continue;
       fit_bone(model, static_cast<int>(b), state);
       for (size_t i = 0; i < now.x.size(); ++i) {
         if (!model.muscles[m].free_nodes[i]) continue;

@@ -28,9 +28,38 @@ Vec3 steady_normal(const Collider& mover, int node, const Vec3& normal) {
 
 }  // namespace
 
-bool may_touch(const Collider& a, const Collider& b, const ContactSettings& settings) {
+std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
+                                         const ContactSettings& settings) {
   constexpr double kRounding = 1e-6;  // m, of a tree's boxes
-  return are_near(a.box, b.box, std::max(settings.margin, settings.max_depth) + kRounding);
+  const double reach = std::max(settings.margin, settings.max_depth) + kRounding;
+  std::vector<std::vector<int>> near(colliders.size());
+  std::vector<int> order;
+  Row low{}, high{};
+  for (size_t c = 0; c < colliders.size(); ++c) {
+    const Row centre = 0.5 * (colliders[c].box.low + colliders[c].box.high);
+    low = c == 0 || centre < low ? centre : low;
+    high = c == 0 || centre > high ? centre : high;
+    order.push_back(static_cast<int>(c));
+  }
+  const Row extent = high - low;
+  const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
+                   : extent[1] >= extent[2]                         ? 1
+                                                                    : 2;
+  const auto begin_of = [&](int c) { return colliders[c].box.low[axis]; };
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return begin_of(a) != begin_of(b) ? begin_of(a) < begin_of(b) : a < b;
+  });
+  for (size_t i = 0; i < order.size(); ++i) {
+    const NodeBox& box = colliders[order[i]].box;
+    for (size_t j = i + 1; j < order.size(); ++j) {
+      if (begin_of(order[j]) > box.high[axis] + reach) break;
+      if (!are_near(box, colliders[order[j]].box, reach)) continue;
+      near[order[i]].push_back(order[j]);
+      near[order[j]].push_back(order[i]);
+    }
+  }
+  for (std::vector<int>& others : near) std::sort(others.begin(), others.end());
+  return near;
 }
 
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
@@ -39,23 +68,22 @@ Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
   return (p - near.point) / near.distance;
 }
 
-void find_contacts(const std::vector<Collider>& colliders, int mover,
-                   const std::vector<char>& ignore, const ContactSettings& settings,
-                   const std::vector<Contact>& pressing, ContactMemory& memory,
-                   std::vector<Contact>& contacts) {
+void find_contacts(const std::vector<Collider>& colliders, int mover, const std::vector<int>& near,
+                   const ContactSettings& settings, const std::vector<Contact>& pressing,
+                   ContactMemory& memory, std::vector<Contact>& contacts) {
   contacts.clear();
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
-  const int nodes = static_cast<int>(self.x->size()), others = static_cast<int>(colliders.size());
+  const int nodes = static_cast<int>(self.x->size());
   const double reach = std::max(settings.margin, settings.max_depth);
-  memory.others.resize(others);
-  std::vector<int> near_ones;
-  for (int other = 0; other < others; ++other) {
-    if (other == mover || ignore[other]) continue;
+  memory.others.resize(colliders.size());
+  std::vector<double> owed;  // m, what both moved can have come nearer at most
+  for (const int other : near) {
+    constexpr double kRounding = 1e-9;  // m, of the sums
     ContactMemory::Other& known = memory.others[other];
-    known.owed += self.moved + colliders[other].moved;
-    if (!may_touch(self, colliders[other], settings)) continue;
-    near_ones.push_back(other);
+    const double travelled = self.travelled + colliders[other].travelled;
+    owed.push_back(travelled - known.travelled + kRounding);
+    known.travelled = travelled;
     known.triangle.resize(nodes, -1);
     known.clear.resize(nodes, 0.0);
   }
@@ -70,28 +98,28 @@ void find_contacts(const std::vector<Collider>& colliders, int mover,
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;
     const Vec3 p = to_vec((*self.x)[node]);
-    for (const int other : near_ones) {
+    for (size_t k = 0; k < near.size(); ++k) {
+      const int other = near[k];
       const Collider& target = colliders[other];
       ContactMemory::Other& known = memory.others[other];
       double& clear = known.clear[node];
-      clear -= known.owed;  // what both moved can have come nearer at most
+      clear -= owed[k];
       const double margin = is_pressed(node, other) ? reach : settings.margin;
       if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
       int& hint = known.triangle[node];
       ++memory.searches;
-      const ClosestPoint near =
+      const ClosestPoint found =
           closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
-      clear = near.triangle < 0 ? reach : std::max(near.distance, 0.0);
-      if (near.triangle < 0) continue;
-      hint = near.triangle;
-      if (near.distance >= margin || near.distance <= -settings.max_depth) continue;
-      const Vec3 normal = steady_normal(self, node, contact_normal(near, p));
-      Contact contact{node, other, near.triangle, {}, normal, normal.dot(p - near.point)};
-      std::copy(near.barycentric, near.barycentric + 3, contact.barycentric);
+      clear = found.triangle < 0 ? reach : std::max(found.distance, 0.0);
+      if (found.triangle < 0) continue;
+      hint = found.triangle;
+      if (found.distance >= margin || found.distance <= -settings.max_depth) continue;
+      const Vec3 normal = steady_normal(self, node, contact_normal(found, p));
+      Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
+      std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contacts.push_back(contact);
     }
   }
-  for (const int other : near_ones) memory.others[other].owed = 0.0;
 }
 
 }  // namespace thew

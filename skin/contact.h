@@ -14,8 +14,9 @@ struct Collider {
   const Bvh* bvh = nullptr;
   const Rows* x = nullptr;
   const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
-  double moved = 1e9;  ///< m, the most that a node moved since the last search for contacts
-  NodeBox box = {};    ///< of the nodes; what is not near needs no tree
+  /// m, the sum over all searches of the most that a node had moved since the one before.
+  double travelled = 0.0;
+  NodeBox box = {};  ///< of the nodes; what is not near needs no tree
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
@@ -25,7 +26,7 @@ struct ContactMemory {
   struct Other {
     std::vector<int> triangle;
     std::vector<double> clear;
-    double owed = 0.0;  ///< m, motion that `clear` does not know of yet
+    double travelled = 0.0;  ///< m, of both, when `clear` was last looked at
   };
   std::vector<Other> others;  ///< by collider
   std::int64_t searches = 0;  ///< made since the start
@@ -51,17 +52,18 @@ struct ContactSettings {
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 
-/// Whether their boxes are near enough for a contact: if not, the other's tree is not looked at.
-bool may_touch(const Collider& a, const Collider& b, const ContactSettings& settings);
+/// By collider: those others whose boxes are near enough for a contact, ascending. A sweep along
+/// the axis on which the boxes lie farthest apart.
+std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
+                                         const ContactSettings& settings);
 
-/// All contacts of the free nodes of `mover` with the other colliders, by node, then by collider.
-/// `ignore[other]` true: that pair is left out (declared attachment patches). `pressing`: contacts
+/// All contacts of the free nodes of `mover` with the colliders `near`, by node, then by collider.
+/// `pressing`: contacts
 /// of the step before that bore a force, in the same order; they are let go of beyond `max_depth`,
 /// not `margin`, so that no force vanishes in a step. `memory` goes from call to call (sized on
 /// first use).
-void find_contacts(const std::vector<Collider>& colliders, int mover,
-                   const std::vector<char>& ignore, const ContactSettings& settings,
-                   const std::vector<Contact>& pressing, ContactMemory& memory,
-                   std::vector<Contact>& contacts);
+void find_contacts(const std::vector<Collider>& colliders, int mover, const std::vector<int>& near,
+                   const ContactSettings& settings, const std::vector<Contact>& pressing,
+                   ContactMemory& memory, std::vector<Contact>& contacts);
 
 }  // namespace thew

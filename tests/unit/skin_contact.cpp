@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "skin/contact.h"
 #include "tests/unit/skin_shapes.h"
 
@@ -11,17 +13,47 @@ struct Pair {
   Shape a, b;
   std::vector<char> free_nodes;
   ContactMemory memory;
+  double travelled = 0.0;
   std::vector<Contact> contacts;
 
   Pair(const TriMesh& one, const TriMesh& two)
       : a(make_shape(one)), b(make_shape(two)), free_nodes(one.vertices.size(), 1) {}
   const std::vector<Contact>& find(const ContactSettings& settings, bool ignored = false) {
-    const std::vector<Collider> colliders{{&a.surface, &a.bvh, &a.x, &free_nodes},
-                                          {&b.surface, &b.bvh, &b.x, nullptr}};
-    find_contacts(colliders, 0, {0, ignored}, settings, {}, memory, contacts);
+    travelled += 1e3;  // they may be anywhere since
+    const std::vector<Collider> colliders{
+        {&a.surface, &a.bvh, &a.x, &free_nodes, travelled, box_of(a.x)},
+        {&b.surface, &b.bvh, &b.x, nullptr, travelled, box_of(b.x)}};
+    const std::vector<int> near = near_pairs(colliders, settings)[0];
+    find_contacts(colliders, 0, ignored ? std::vector<int>{} : near, settings, {}, memory,
+                  contacts);
     return contacts;
   }
 };
+
+// As all pairs one by one tell.
+TEST(Contact, SweepFindsThePairsWhoseBoxesAreNear) {
+  std::vector<Rows> points;
+  for (int c = 0; c < 60; ++c) {  // boxes of 0.1 to 0.4 m, scattered
+    const Vec3 at(std::fmod(0.37 * c, 1.0), std::fmod(0.61 * c, 1.0), std::fmod(1.3 * c, 7.0));
+    points.push_back({to_row(at), to_row(at + (0.1 + 0.005 * c) * Vec3(1, 1, 1))});
+  }
+  std::vector<Collider> colliders(points.size());
+  for (size_t c = 0; c < points.size(); ++c) colliders[c].box = box_of(points[c]);
+  const ContactSettings settings{0.02, 0.05, 0.0};
+  const auto near = near_pairs(colliders, settings);
+  size_t found = 0;
+  for (int a = 0; a < 60; ++a) {
+    std::vector<int> expected;
+    for (int b = 0; b < 60; ++b) {
+      if (b != a && are_near(colliders[a].box, colliders[b].box, 0.05 + 1e-6))
+        expected.push_back(b);
+    }
+    EXPECT_EQ(near[a], expected);
+    found += expected.size();
+  }
+  EXPECT_GT(found, 20u);
+  EXPECT_LT(found, 2000u);
+}
 
 TEST(Contact, TwoBallsApartAndPressed) {
   // Radius 1, the gap along x: the margin of 0.1 reaches only what lies nearer.

@@ -2,7 +2,8 @@
 //
 // thew_bench SCENE: how fast the muscles are, and how right at that speed, as one JSON object.
 // thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and
-// its time beside that of the cheapest step that is the same for all muscles and as right. Times
+// its time beside that of the cheapest step that is the same for all muscles and as right.
+// thew_bench SCENE --copies OUT.svg: contact of 1 to 64 of it in one scene. Times
 // are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry over
 // between machines are the ratios.
 #include <algorithm>
@@ -17,7 +18,7 @@
 #include "sim/durable_file.h"
 #include "sim/fidelity_planner.h"
 #include "sim/step.h"
-#include "tools/svg_chart.h"
+#include "tools/scale_plot.h"
 
 namespace thew {
 namespace {
@@ -371,8 +372,7 @@ int scale(const std::string& scene, const std::string& picture) {
   const Model one = model_with(scene, {});
   const double frames = one.scene.last_frame - one.scene.first_frame;
   Json out = {{"scene", one.scene.name}};
-  LineChart chart{"Contact of 1 to 64 copies, ms a frame", "ms", {}, {}, true, {}};
-  chart.lines = {{"contact", {}}, {"n log n", {}}};
+  std::vector<ScalePoint> points;
   double nodes_of_one = 0.0, first = 0.0;
   for (const Muscle& muscle : one.muscles) nodes_of_one += muscle.rest.vertices.size();
   for (const int count : {1, 2, 4, 8, 16, 32, 64}) {
@@ -395,11 +395,9 @@ int scale(const std::string& scene, const std::string& picture) {
          {"query_us", 1e6 * price},
          {"queries_worth_per_node_and_frame", 1e-3 * milliseconds / (price * nodes)},
          {"off_the_first_um", 1e6 * std::abs(apart[2] - (count - 1.0))}});
-    chart.x.push_back(count);
-    chart.lines[0].values.push_back(milliseconds);
-    chart.lines[1].values.push_back(first * grown);
+    points.push_back({count, milliseconds, first * grown});
   }
-  write_durably(picture, draw_chart(chart));
+  write_durably(picture, draw_scale("Contact of " + one.scene.name + ", 1 to 64 of it", points));
   std::printf("%s\n", out.dump(2).c_str());
   return 0;
 }

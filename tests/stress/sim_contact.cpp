@@ -213,6 +213,43 @@ TEST(ContactsOfArm, FlexedInOneFrame) {
 }
 
 // A tenth too tight: it is stretched over the flesh that it cannot hold.
+// m^2, of the cut by the plane y = `height` of a closed surface.
+double section(const std::vector<Triangle>& triangles, const Rows& x, double height) {
+  double twice = 0.0;
+  for (const Triangle& t : triangles) {
+    Vec3 up = Vec3::Zero(), down = Vec3::Zero();  // where the outline enters and leaves
+    int cuts = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 a = to_vec(x[t[k]]), b = to_vec(x[t[(k + 1) % 3]]);
+      if ((a.y() > height) == (b.y() > height)) continue;
+      const Vec3 at = a + (height - a.y()) / (b.y() - a.y()) * (b - a);
+      (a.y() > height ? down : up) = at;
+      ++cuts;
+    }
+    if (cuts == 2) twice += down.z() * up.x() - down.x() * up.z();
+  }
+  return 0.5 * std::abs(twice);
+}
+
+// Wrung like a candy's paper the forearm would narrow between its ends.
+TEST(ContactsOfArm, TheForearmTurnsWithoutNarrowing) {
+  Motion run(kArm,
+             {"rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [31, -80]] } }"});
+  const Rows rest = run.state.skin.x;
+  const FrameMeasures turned = run.go_to(31);
+  const std::vector<Triangle>& triangles = run.model.skin.surface.triangles;
+  for (double height = -0.30; height > -0.56; height -= 0.03) {
+    const double before = section(triangles, rest, height);
+    const double ratio = section(triangles, run.state.skin.x, height) / before;
+    std::printf("at %.2f m: %.1f cm2, turned %.2f of it\n", height, 1e4 * before, ratio);
+    EXPECT_GT(before, 1e-3);
+    EXPECT_GT(ratio, 0.9);
+    EXPECT_LT(ratio, 1.4);
+  }
+  EXPECT_EQ(turned.skin.intersecting_pairs, 0);
+  EXPECT_LE(turned.skin.max_poke_through, 5e-4);
+}
+
 TEST_F(Contacts, ASkinThatIsATenthTooTight) {
   std::filesystem::copy(std::filesystem::path(kArm).parent_path(), folder / "arm",
                         std::filesystem::copy_options::recursive);

@@ -49,9 +49,7 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
     add(centre, centre, centroids);
   }
   const Row extent = centroids.high - centroids.low;
-  const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
-                   : extent[1] >= extent[2]                         ? 1
-                                                                    : 2;
+  const int axis = longest_axis(extent);
   const int middle = first + count / 2;
   const auto centre = [&](int t) { return 0.5 * (boxes[t].low[axis] + boxes[t].high[axis]); };
   const auto halve = [&] {
@@ -188,6 +186,11 @@ NodeBox box_of(const Rows& x) {
   NodeBox box = empty_box();
   for (const Row& p : x) add(p, p, box);
   return box;
+}
+
+int longest_axis(const Row& extent) {
+  if (extent[0] >= extent[1] && extent[0] >= extent[2]) return 0;
+  return extent[1] >= extent[2] ? 1 : 2;
 }
 
 bool are_near(const NodeBox& a, const NodeBox& b, double reach) {

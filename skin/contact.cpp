@@ -41,10 +41,7 @@ std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
     high = c == 0 || centre > high ? centre : high;
     order.push_back(static_cast<int>(c));
   }
-  const Row extent = high - low;
-  const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
-                   : extent[1] >= extent[2]                         ? 1
-                                                                    : 2;
+  const int axis = longest_axis(high - low);
   const auto begin_of = [&](int c) { return colliders[c].box.low[axis]; };
   std::sort(order.begin(), order.end(), [&](int a, int b) {
     return begin_of(a) != begin_of(b) ? begin_of(a) < begin_of(b) : a < b;

@@ -25,6 +25,7 @@ struct NodeBox {
   Row low = Row{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
 };
 NodeBox box_of(const Rows& x);
+int longest_axis(const Row& extent);
 /// Whether they come within `reach` (m) of each other.
 bool are_near(const NodeBox& a, const NodeBox& b, double reach);
 

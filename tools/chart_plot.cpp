@@ -164,8 +164,7 @@ std::string draw_failed(const Chart& chart) {
   int failed = 0;
   for (const ChartPoint& point : chart.points) {
     if (point.failure.empty()) continue;
-    names += (failed++ > 0 ? ", " : "") +
-             (point.peer.empty() ? setting_name(point.setting) : point.peer + " " + point.label);
+    names += (failed++ > 0 ? ", " : "") + point_name(point);
   }
   const std::string runs = std::to_string(chart.points.size()) + " runs failed or given up";
   const double y = kHeight - kBottom + 64;
@@ -216,10 +215,8 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
     const std::string place = "cx=\"" + svg_px(px) + "\" cy=\"" + svg_px(py) + "\"";
     marks += "<circle " + place + " r=\"4.5\" fill=\"" + (exact ? colour : "#fff") +
              "\" stroke=\"" + colour + "\" stroke-width=\"1.8\"><title>" +
-             escape_html(point.peer.empty() ? setting_name(point.setting)
-                                            : point.peer + " " + point.label) +
-             ": " + readable(point.milliseconds) + " ms, " + readable(point.*error) +
-             "</title></circle>\n";
+             escape_html(point_name(point)) + ": " + readable(point.milliseconds) + " ms, " +
+             readable(point.*error) + "</title></circle>\n";
     if (!point.is_default) continue;
     marks += "<circle class=\"default\" " + place +
              " r=\"8\" fill=\"none\" stroke=\"#1d2329\" stroke-width=\"2\"/>\n";

@@ -259,6 +259,10 @@ std::string setting_name(const ChartSetting& setting) {
   return setting.integrator + counts + " " + setting.volume;
 }
 
+std::string point_name(const ChartPoint& point) {
+  return point.peer.empty() ? setting_name(point.setting) : point.peer + ", " + point.label;
+}
+
 // The exact volume, whatever the scene's: what a method without it lacks is its error.
 std::vector<Refinement> chart_refinements(int explicit_limit) {
   std::vector<Refinement> refinements(3);

@@ -35,6 +35,8 @@ struct ChartPoint {
   double volume_error = 0.0;  ///< |V/V0 - 1|, largest of frames and muscles
   double penetration_mm = 0.0;
 };
+/// The setting's, or the peer's with its label.
+std::string point_name(const ChartPoint& point);
 
 /// An integrator against itself: each run halves the step of the one before it.
 struct Refinement {

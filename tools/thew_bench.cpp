@@ -350,7 +350,7 @@ Model copies_of(const Model& one, int count, double apart) {
   return all;
 }
 
-// m, of a point to a surface that it is about as near to as a node to what it touches.
+// CPU seconds of one search without memory, as near a bone as a node that touches it.
 double price_of_query(const Model& model, const State& state) {
   const Bone& bone = model.bones.front();
   const BoneState& now = state.bones.front();

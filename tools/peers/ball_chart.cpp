@@ -116,17 +116,13 @@ void measure(std::vector<Run>& runs) {
   }
 }
 
-std::string name_of(const ChartPoint& point) {
-  return point.peer.empty() ? setting_name(point.setting) : point.peer + " " + point.label;
-}
-
 std::string csv_of(const Chart& chart) {
   std::string text = "method,cpu_ms_per_frame,percent_of_radius_from_neo_hookean,volume_error\n";
   for (const ChartPoint& point : chart.points) {
     char line[200];
-    std::snprintf(line, sizeof line, "%s,%.4g,%.4g,%.3g\n", name_of(point).c_str(),
+    std::snprintf(line, sizeof line, "\"%s\",%.4g,%.4g,%.3g\n", point_name(point).c_str(),
                   point.milliseconds, point.percent, point.volume_error);
-    text += point.failure.empty() ? line : name_of(point) + ",failed,,\n";
+    text += point.failure.empty() ? line : "\"" + point_name(point) + "\",failed,,\n";
   }
   return text;
 }

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "muscles/weights.h"
 #include "rig/math.h"
 #include "sim/character_rig.h"
+#include "skin/face_contact.h"
 
 namespace thew {
 
@@ -93,6 +95,7 @@ std::vector<Collider> muscles_of(const Model& model, const State& state) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
     colliders.push_back({&muscle.surface, &now.bvh, &now.x, &muscle.free_nodes});
+    colliders.back().held_points = &muscle.held_points;
   }
   return colliders;
 }
@@ -101,6 +104,7 @@ std::vector<Collider> colliders_of(const Model& model, const State& state) {
   std::vector<Collider> colliders = muscles_of(model, state);
   for (size_t b = 0; b < model.bones.size(); ++b) {
     colliders.push_back({&model.bones[b].surface, &state.bones[b].bvh, &state.bones[b].x, nullptr});
+    colliders.back().held_points = &model.bones[b].held_points;
   }
   return colliders;
 }
@@ -161,7 +165,7 @@ void take_faces(const Model& model, int m, State& state) {
   MuscleState& now = state.muscles[m];
   for (Contact& contact : now.contacts) {
     const int b = contact.other - state.count();
-    if (b < 0) continue;
+    if (b < 0 || contact.of_face) continue;
     const Surface& surface = model.bones[b].surface;
     const Rows& y = state.bones[b].x;
     const auto& w = contact.barycentric;
@@ -173,9 +177,9 @@ void take_faces(const Model& model, int m, State& state) {
   }
 }
 
-// Contacts that go on keep their multipliers; both lists are sorted by node and collider.
+// Contacts that go on keep their multipliers; both lists are sorted by node, collider and kind.
 void keep_pushes(MuscleState& now) {
-  const auto key = [](const Contact& c) { return std::pair(c.node, c.other); };
+  const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
   now.push.assign(now.contacts.size(), 0.0);
   size_t old = 0;
   for (size_t c = 0; c < now.contacts.size(); ++c) {
@@ -212,7 +216,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
     std::erase_if(near[m], [&](int other) { return model.ignore[m][other] != 0; });
-    for (const int other : near[m]) wanted[other] = 1;
+    for (const int other : near[m]) wanted[m] = wanted[other] = 1;
   }
   parallel.each(static_cast<int>(colliders.size()), [&](int c) {
     if (wanted[c]) refit(model, c, state);
@@ -227,6 +231,8 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
       if (now.push_before[c] > 0.0) now.pressing.push_back(now.contacts_before[c]);
     }
     find_contacts(colliders, m, near[m], settings, now.pressing, now.memory, now.contacts);
+    find_face_contacts(colliders, m, near[m], settings, now.pressing, now.face_memory,
+                       now.contacts);
     take_faces(model, m, state);
     keep_pushes(now);
   });

@@ -230,6 +230,22 @@ std::vector<Bone> load_bones(const Skeleton& skeleton) {
   return bones;
 }
 
+void find_held_points(Model& model) {
+  const double spacing = model.scene.contact.settings.spacing;
+  const auto rows = [](const std::vector<Vec3>& points) {
+    Rows x;
+    for (const Vec3& p : points) x.push_back(to_row(p));
+    return x;
+  };
+  for (Muscle& muscle : model.muscles) {
+    muscle.held_points =
+        held_points(muscle.surface, rows(muscle.rest.vertices), &muscle.free_nodes, spacing);
+  }
+  for (Bone& bone : model.bones) {
+    bone.held_points = held_points(bone.surface, rows(bone.in_body.vertices), nullptr, spacing);
+  }
+}
+
 std::vector<std::vector<char>> ignored_pairs(const Model& model) {
   std::vector<std::string> names;
   for (const Muscle& muscle : model.muscles) names.push_back(muscle.name);
@@ -348,6 +364,7 @@ Model build_model(const Scene& scene) {
   }
   model.bones = load_bones(model.skeleton);
   load_character_bones(scene, model);
+  find_held_points(model);
   model.ignore = ignored_pairs(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
   if (scene.skin.skinned) build_skinned(model);

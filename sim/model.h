@@ -12,7 +12,7 @@
 #include "rig/character.h"
 #include "sim/fidelity.h"
 #include "sim/scene.h"
-#include "skin/contact.h"
+#include "skin/face_contact.h"
 #include "skin/skin_layer.h"
 #include "skin/skinned_skin.h"
 
@@ -29,10 +29,11 @@ struct Muscle {
   RingSprings rings;         ///< the same by node, for explicit steps
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
-  std::vector<int> bodies;      ///< that move it, each once
-  std::vector<double> weights;  ///< authored; sum n over all nodes, 0 where driven
-  double weight_floor = 0.0;    ///< added to all, where the authored lie on too few nodes
-  bool swells = true;           ///< the target shape; else the weights alone
+  std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
+  std::vector<int> bodies;                ///< that move it, each once
+  std::vector<double> weights;            ///< authored; sum n over all nodes, 0 where driven
+  double weight_floor = 0.0;              ///< added to all, where the authored lie on too few nodes
+  bool swells = true;                     ///< the target shape; else the weights alone
   SceneMuscle settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
 };
@@ -43,6 +44,7 @@ struct Bone {
   int body = -1;
   TriMesh in_body;
   Surface surface;
+  std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
 };
 
 enum class Integrator { kExplicit, kXpbd, kLocalGlobal, kQuasiStatic };

@@ -53,7 +53,8 @@ void add_settings(const Scene& scene, PartedHash& hash) {
        {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
         1.0 * scene.first_frame, 1.0 * scene.solver.substeps, 1.0 * scene.solver.iterations,
         1.0 * scene.contact.enabled, scene.contact.settings.margin,
-        scene.contact.settings.max_depth, scene.contact.settings.gap, scene.skin.settings.thickness,
+        scene.contact.settings.max_depth, scene.contact.settings.gap,
+        scene.contact.settings.spacing, scene.skin.settings.thickness,
         scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
         scene.skin.settings.fold_gap}) {
     hash.number(value);

@@ -135,7 +135,12 @@ double contact_gap(const Model& model, const State& state, const Contact& contac
   const Triangle& t = surface.triangles[contact.triangle];
   const Row d = x - contact.barycentric[0] * other[t[0]] - contact.barycentric[1] * other[t[1]] -
                 contact.barycentric[2] * other[t[2]];
-  return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] - wanted;
+  return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] -
+         (wanted + contact.offset);
+}
+
+bool is_shared(const Model& model, const Contact& contact) {
+  return contact.other < static_cast<int>(model.muscles.size()) && !contact.of_face;
 }
 
 double volume_compliance(const Muscle& muscle) {
@@ -207,7 +212,7 @@ bool push_out(const Model& model, State& state, int m, bool with_muscles, double
   MuscleState& now = state.muscles[m];
   bool moves = false;
   for (const Contact& contact : now.contacts) {
-    const bool soft = contact.other < static_cast<int>(model.muscles.size());
+    const bool soft = is_shared(model, contact);
     if (soft && !with_muscles) continue;
     Row& x = now.x[contact.node];
     const Row n = to_row(contact.normal);

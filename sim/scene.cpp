@@ -213,6 +213,7 @@ void read_contact(TomlValue& table, Scene& scene) {
   read(table, "margin", scene.contact.settings.margin, kNotNegative);
   read(table, "max_depth", scene.contact.settings.max_depth, kNotNegative);
   read(table, "gap", scene.contact.settings.gap, kNotNegative);
+  read(table, "spacing", scene.contact.settings.spacing, kPositive);
   TomlValue* ignore = find(table, "ignore");
   if (!ignore) return;
   scene.contact.place = ignore->place;

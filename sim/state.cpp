@@ -64,6 +64,9 @@ void walk(Archive& archive, std::vector<Contact>& contacts) {
     double node = contact.node, other = contact.other;
     archive.number(node);
     archive.number(other);
+    double of_face = contact.of_face;
+    archive.number(of_face);
+    contact.of_face = of_face != 0.0;
     contact.node = static_cast<int>(node);
     contact.other = static_cast<int>(other);
   }

@@ -37,7 +37,7 @@ struct MuscleState : MuscleMotion {
   Rows target_velocity;              ///< m/s
   std::vector<double> rest_before;   ///< rest lengths a step before
   Bvh bvh;
-  ContactMemory memory;
+  ContactMemory memory, face_memory;
   Rows searched;              ///< x when contacts were last looked for
   double travelled = 0.0;     ///< m, from search to search, see Collider
   MuscleMotion frame_before;  ///< to go back to

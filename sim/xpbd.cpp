@@ -93,7 +93,7 @@ void project_contacts(const Model& model, const Muscle& muscle, State& state, Mu
   const double gap = model.scene.contact.settings.gap;
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
-    const bool soft = contact.other < static_cast<int>(model.muscles.size());
+    const bool soft = is_shared(model, contact);
     const double metres_per_push = contact_stiffness(muscle, contact.node) *
                                    now.inverse_mass[contact.node] * now.step * now.step;
     const double before = now.push[c];

@@ -16,17 +16,26 @@ bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
   return true;
 }
 
+}  // namespace
+
 // Halfway between the other surface's normal and straight back into the mover. Past the middle of
 // something thin (a tendon, an edge of bone) the nearest way out flips to the far side; the mover's
 // own normal does not, so contacts neither tunnel nor flicker.
-Vec3 steady_normal(const Collider& mover, int node, const Vec3& normal) {
-  const Vec3 back = -node_normal(*mover.surface, *mover.x, node);
-  const Vec3 sum = normal + back;
+Vec3 steady_normal(const Vec3& own, const Vec3& normal) {
+  const Vec3 sum = normal - own;
   const double length = sum.norm();
-  return length > 0.1 ? Vec3(sum / length) : back;
+  return length > 0.1 ? Vec3(sum / length) : Vec3(-own);
 }
 
-}  // namespace
+double recall(const Collider& a, const Collider& b, int points, ContactMemory::Other& known) {
+  constexpr double kRounding = 1e-9;  // m, of the sums
+  const double travelled = a.travelled + b.travelled;
+  const double owed = travelled - known.travelled + kRounding;
+  known.travelled = travelled;
+  known.triangle.resize(points, -1);
+  known.clear.resize(points, 0.0);
+  return owed;
+}
 
 std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
                                          const ContactSettings& settings) {
@@ -74,22 +83,16 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   const int nodes = static_cast<int>(self.x->size());
   const double reach = std::max(settings.margin, settings.max_depth);
   memory.others.resize(colliders.size());
-  std::vector<double> owed;  // m, what both moved can have come nearer at most
+  std::vector<double> owed;
   for (const int other : near) {
-    constexpr double kRounding = 1e-9;  // m, of the sums
-    ContactMemory::Other& known = memory.others[other];
-    const double travelled = self.travelled + colliders[other].travelled;
-    owed.push_back(travelled - known.travelled + kRounding);
-    known.travelled = travelled;
-    known.triangle.resize(nodes, -1);
-    known.clear.resize(nodes, 0.0);
+    owed.push_back(recall(self, colliders[other], nodes, memory.others[other]));
   }
   auto pressed = pressing.begin();
   const auto is_pressed = [&](int node, int other) {
     const auto before = [&] {
       return pressed->node < node || (pressed->node == node && pressed->other < other);
     };
-    while (pressed != pressing.end() && before()) ++pressed;
+    while (pressed != pressing.end() && (before() || pressed->of_face)) ++pressed;
     return pressed != pressing.end() && pressed->node == node && pressed->other == other;
   };
   for (int node = 0; node < nodes; ++node) {
@@ -111,7 +114,8 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       if (found.triangle < 0) continue;
       hint = found.triangle;
       if (found.distance >= margin || found.distance <= -settings.max_depth) continue;
-      const Vec3 normal = steady_normal(self, node, contact_normal(found, p));
+      const Vec3 own = node_normal(*self.surface, *self.x, node);
+      const Vec3 normal = steady_normal(own, contact_normal(found, p));
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contacts.push_back(contact);

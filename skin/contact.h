@@ -8,6 +8,12 @@
 
 namespace thew {
 
+/// A point of a surface, fixed to one of its triangles.
+struct SurfacePoint {
+  int triangle = -1;
+  double barycentric[3] = {0, 0, 0};
+};
+
 /// A surface as contact sees it. Rigid bones have no free node.
 struct Collider {
   const Surface* surface = nullptr;
@@ -17,6 +23,7 @@ struct Collider {
   /// m, the sum over all searches of the most that a node had moved since the one before.
   double travelled = 0.0;
   NodeBox box = {};  ///< of the nodes; what is not near needs no tree
+  const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
@@ -33,7 +40,7 @@ struct ContactMemory {
 };
 
 /// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a
-/// triangle of it: normal . (x_node - sum b_k y_k) >= gap.
+/// triangle of it: normal . (x_node - sum b_k y_k) >= gap + offset.
 struct Contact {
   int node = -1;
   int other = -1;
@@ -41,14 +48,23 @@ struct Contact {
   double barycentric[3] = {0, 0, 0};
   Vec3 normal = Vec3::UnitZ();  ///< out of the other surface
   double distance = 0.0;        ///< signed, when found
+  double offset = 0.0;          ///< m, 0 but for a share in a face's contact
+  bool of_face = false;         ///< of a face of which the node is a corner, with a held point
 };
 
 struct ContactSettings {
   double margin = 0.0015;    ///< m, how far ahead contacts are looked for
   double max_depth = 0.006;  ///< m, deeper ones are looked for as well
   double gap = 6e-4;         ///< m, kept between surfaces
+  double spacing = 0.005;    ///< m, of held points against faces
 };
 
+/// m, what two can have come nearer at most since `known`, of `points` points, was looked at last.
+double recall(const Collider& a, const Collider& b, int points, ContactMemory::Other& known);
+
+/// Halfway between the other surface's normal and straight back into the mover, whose own normal
+/// does not flip.
+Vec3 steady_normal(const Vec3& own, const Vec3& normal);
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 

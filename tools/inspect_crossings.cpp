@@ -82,11 +82,38 @@ bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
   return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
 }
 
-/// Of bone and muscle where the tendon enters its bone.
+/// Of bone and muscle where the tendon enters its bone, of two muscles where both do: there their
+/// tendons are one.
 bool is_attached(const Vec3& p, int a, int b, const std::vector<BakeMesh>& meshes,
                  const std::vector<std::vector<Vec3>>& x) {
-  if (layer_pair(meshes[a].kind, meshes[b].kind) != 0) return false;
-  return near_pole(x[meshes[a].kind == Kind::kMuscle ? a : b], p);
+  const auto may_pass = [&](int mesh) {
+    return meshes[mesh].kind == Kind::kBone ||
+           (meshes[mesh].kind == Kind::kMuscle && near_pole(x[mesh], p));
+  };
+  return may_pass(a) && may_pass(b);
+}
+
+/// Where the edges of s pass through t.
+void add_passages(const Corners& s, const Corners& t, std::vector<Vec3>& places) {
+  const auto& [a, b, c] = t;
+  const Vec3 normal = (b - a).cross(c - a);
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &p = s[k], &q = s[(k + 1) % 3];
+    if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) continue;
+    const int u = orientation(p, q, a, b), v = orientation(p, q, b, c), w = orientation(p, q, c, a);
+    if (std::min({u, v, w}) < 0 && std::max({u, v, w}) > 0) continue;
+    const double above = normal.dot(p - a), below = normal.dot(a - q);
+    places.push_back(p + above / (above + below) * (q - p));
+  }
+}
+
+/// The ends of what two triangles that meet have in common; all their corners where they touch.
+std::vector<Vec3> ends_of_crossing(const Corners& s, const Corners& t) {
+  std::vector<Vec3> places;
+  add_passages(s, t, places);
+  add_passages(t, s, places);
+  if (places.size() < 2) places = {s[0], s[1], s[2], t[0], t[1], t[2]};
+  return places;
 }
 
 std::vector<Item> items_along_y(const Layers& layers) {
@@ -110,12 +137,12 @@ void count_pair(const Item& a, const Item& b, const Layers& layers, Crossings& f
   if (a.mesh == b.mesh && share_vertex(s, t)) return;
   const Corners first = corners(x[a.mesh], s), second = corners(x[b.mesh], t);
   if (!triangles_meet(first, second)) return;
-  // Both triangles have to be there whole: a crossing that leaves the patch is no attachment.
+  // The whole of it has to be there: a crossing that leaves the patch is no attachment.
   const auto attached = [&, &meshes = layers.meshes](const Vec3& p) {
     return is_attached(p, a.mesh, b.mesh, meshes, layers.x);
   };
-  const Corners& muscle = meshes[a.mesh].kind == Kind::kMuscle ? first : second;
-  if (std::all_of(muscle.begin(), muscle.end(), attached)) {
+  const std::vector<Vec3> ends = ends_of_crossing(first, second);
+  if (std::all_of(ends.begin(), ends.end(), attached)) {
     ++found.attached;
     return;
   }

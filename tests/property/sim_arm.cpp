@@ -188,6 +188,48 @@ TEST(Arm, NoFoldsAndNoSelfIntersection) {
   }
 }
 
+// Neither bone nor a tendon of the biceps cuts through what can give way, between its nodes or at
+// them, but where its own tendon enters the bone; the anconeus is told to overlap the humerus.
+TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
+  const Model& model = arm().model;
+  const auto index = [&](const std::string& name) {
+    const auto is = [&](const Muscle& muscle) { return muscle.name == name; };
+    return std::find_if(model.muscles.begin(), model.muscles.end(), is) - model.muscles.begin();
+  };
+  const size_t biceps = index("biceps_short"), brachialis = index("brachialis");
+  const auto cut = [&](size_t m, const Rows& x, const Surface& other, const Rows& y) {
+    const Surface& mine = model.muscles[m].surface;
+    int count = 0;
+    const Bvh bvh = build_bvh(mine, x), tree = build_bvh(other, y);
+    for (const auto& pair : crossing_triangles(mine, bvh, x, other, tree, y)) {
+      const Triangle& t = mine.triangles[pair[0]];
+      constexpr double kEnters = 0.02;  // m
+      const auto is_free = [&](int i) { return !model.muscles[m].driven[i]; };
+      const auto is_far = [&](int i) {
+        return std::min(norm(x[i] - x.front()), norm(x[i] - x.back())) > kEnters;
+      };
+      count += std::any_of(t.begin(), t.end(), is_free) && std::all_of(t.begin(), t.end(), is_far);
+    }
+    return count;
+  };
+  for (size_t f = 0; f < arm().x.size(); ++f) {
+    const std::vector<Rows>& x = arm().x[f];
+    EXPECT_EQ(cut(brachialis, x[brachialis], model.muscles[biceps].surface, x[biceps]), 0)
+        << "frame " << f + 1;
+    for (size_t b = 0; f % 6 == 0 && b < model.bones.size(); ++b) {
+      Rows y;
+      for (const Vec3& p : model.bones[b].in_body.vertices) {
+        y.push_back(to_row(arm().poses[f][model.bones[b].body] * p));
+      }
+      for (size_t m = 0; m < x.size(); ++m) {
+        if (model.ignore[m][x.size() + b]) continue;
+        EXPECT_EQ(cut(m, x[m], model.bones[b].surface, y), 0)
+            << model.muscles[m].name << ", " << model.bones[b].name << ", frame " << f + 1;
+      }
+    }
+  }
+}
+
 TEST(Arm, BelliesHaveOneMaximum) {
   for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
     const Muscle& muscle = arm().model.muscles[m];

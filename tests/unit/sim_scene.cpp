@@ -111,10 +111,11 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
   EXPECT_EQ(scene.contact.settings.gap, 1e-4);
+  EXPECT_EQ(scene.contact.settings.spacing, 0.007);
   const std::vector<std::pair<std::string, std::string>> ignore = {{"tube", "by_mesh"},
                                                                    {"tube", "zoned"}};
   EXPECT_EQ(scene.contact.ignore, ignore);
-  EXPECT_EQ(scene.contact.place, file.string() + ":66");
+  EXPECT_EQ(scene.contact.place, file.string() + ":67");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -139,7 +140,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":89");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":90");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "skin/contact.h"
+#include "skin/face_contact.h"
 #include "tests/unit/skin_shapes.h"
 
 namespace thew {
@@ -112,6 +112,65 @@ TEST(Contact, DeepNodesAreNotPulledThroughTheFarSide) {
     EXPECT_LE(contact.normal.dot(node_normal(pair.a.surface, pair.a.x, contact.node)), 1e-9)
         << contact.node;
   }
+}
+
+// A held ball of 0.1 m over the middle of a face of a free one, whose nodes are 0.3 m away.
+struct BetweenNodes {
+  Shape wide = make_shape(ball(1.0, {0, 0, 0}, 16, 7)), thin;
+  std::vector<char> all_free = std::vector<char>(wide.x.size(), 1);
+  std::vector<SurfacePoint> none, points;
+  std::vector<Contact> nodes, faces;
+
+  explicit BetweenNodes(double depth, double spacing = 0.05) {
+    const Triangle& t = wide.surface.triangles[wide.surface.triangles.size() / 2];
+    const Row middle = (wide.x[t[0]] + wide.x[t[1]] + wide.x[t[2]]) / 3.0;
+    const Vec3 out =
+        face_normal(wide.surface, wide.x, static_cast<int>(wide.surface.triangles.size() / 2));
+    thin = make_shape(ball(0.1, to_vec(middle) + (0.1 - depth) * out, 16, 9));
+    points = held_points(thin.surface, thin.x, nullptr, spacing);
+    std::vector<Collider> colliders{
+        {&wide.surface, &wide.bvh, &wide.x, &all_free, 1e3, box_of(wide.x), &none},
+        {&thin.surface, &thin.bvh, &thin.x, nullptr, 1e3, box_of(thin.x), &points}};
+    const ContactSettings settings{0.03, 0.2, kGap};
+    ContactMemory memory, face_memory;
+    find_contacts(colliders, 0, {1}, settings, {}, memory, nodes);
+    faces = nodes;
+    find_face_contacts(colliders, 0, {1}, settings, {}, face_memory, faces);
+  }
+  // m, of a corner to where it is asked to be; below 0 it is there.
+  static double way(const Contact& c) { return kGap + c.offset - c.distance; }
+  static constexpr double kGap = 0.002;
+};
+
+TEST(FaceContact, WhatSlipsInBetweenNodesIsMet) {
+  BetweenNodes in(0.04);
+  EXPECT_TRUE(in.nodes.empty()) << "no node sees it";
+  ASSERT_FALSE(in.faces.empty());
+  for (const Contact& c : in.faces) {
+    EXPECT_TRUE(c.of_face);
+    if (BetweenNodes::way(c) > 0.0) in.wide.x[c.node] += BetweenNodes::way(c) * to_row(c.normal);
+  }
+  refit_bvh(in.wide.surface, in.wide.x, in.wide.bvh);
+  double nearest = 1.0;
+  for (const Row& x : in.thin.x) {
+    nearest = std::min(
+        nearest, closest_point(in.wide.surface, in.wide.bvh, in.wide.x, to_vec(x), 1).distance);
+  }
+  EXPECT_GT(nearest, -0.002);  // from -0.04
+}
+
+// C = 0.02 - 0.002 > 0: the corners may come as near as that together, and nothing moves now.
+TEST(FaceContact, AnOpenOnePullsNothing) {
+  const BetweenNodes open(-0.02);
+  ASSERT_FALSE(open.faces.empty());
+  for (const Contact& c : open.faces) EXPECT_LT(BetweenNodes::way(c), 0.0);
+}
+
+// What is flatter than some five spacings is for nodes alone; what does not face the face is left out.
+TEST(FaceContact, OnlyWhatIsSharpAndShallow) {
+  EXPECT_TRUE(BetweenNodes(0.04, 0.008).points.empty());
+  EXPECT_TRUE(BetweenNodes(0.15).faces.empty()) << "deeper than half of max_depth";
+  EXPECT_TRUE(BetweenNodes(-0.05).faces.empty()) << "beyond the margin";
 }
 
 }  // namespace

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/face_contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+namespace thew {
+namespace {
+
+Vec3 normal_at(const Collider& collider, const SurfacePoint& point) {
+  Vec3 sum = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (point.barycentric[k] == 0.0) continue;
+    const int node = collider.surface->triangles[point.triangle][k];
+    sum += point.barycentric[k] * node_normal(*collider.surface, *collider.x, node);
+  }
+  return sum.normalized();
+}
+
+[[gnu::always_inline]] inline Row place_of(const Collider& collider, const SurfacePoint& point) {
+  const Triangle& t = collider.surface->triangles[point.triangle];
+  const Rows& x = *collider.x;
+  const auto& b = point.barycentric;
+  return b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
+}
+
+/// Places taken so far, by cells of a grid: a new one has to keep `apart` (m) from those that face
+/// its way.
+class Taken {
+ public:
+  explicit Taken(double apart) : apart_(apart) {}
+  bool take(const Vec3& p, const Vec3& normal) {
+    constexpr double kSameWay = 0.5;
+    const auto cell = [&](int axis, int step) {
+      return static_cast<std::int64_t>(std::floor(p[axis] / apart_)) + step;
+    };
+    for (int k = 0; k < 27; ++k) {
+      const auto there =
+          places_.find({cell(0, k % 3 - 1), cell(1, k / 3 % 3 - 1), cell(2, k / 9 - 1)});
+      if (there == places_.end()) continue;
+      for (const auto& [q, facing] : there->second) {
+        if ((p - q).norm() < apart_ && facing.dot(normal) > kSameWay) return false;
+      }
+    }
+    places_[{cell(0, 0), cell(1, 0), cell(2, 0)}].push_back({p, normal});
+    return true;
+  }
+
+ private:
+  double apart_;
+  std::map<std::array<std::int64_t, 3>, std::vector<std::pair<Vec3, Vec3>>> places_;
+};
+
+}  // namespace
+
+namespace {
+
+// 1/m, across edge k of a triangle: the angle between the faces that it joins, over the way from
+// the middle of the one to the middle of the other. 0 where it is no ridge.
+double curvature_across(const Surface& surface, const Rows& x, int triangle, int k) {
+  const int across = surface.neighbours[triangle][k];
+  if (across < 0) return 0.0;
+  const Triangle& t = surface.triangles[triangle];
+  const Vec3 a = to_vec(x[t[k]]), b = to_vec(x[t[(k + 1) % 3]]);
+  const auto middle = [&](const Triangle& of) {
+    return Vec3((to_vec(x[of[0]]) + to_vec(x[of[1]]) + to_vec(x[of[2]])) / 3.0);
+  };
+  const Vec3 n = face_normal(surface, x, triangle), m = face_normal(surface, x, across);
+  const Vec3 way = middle(surface.triangles[across]) - middle(t);
+  const double apart = way.cross((b - a).normalized()).norm();
+  if (way.dot(n) >= 0.0 || !(apart > 0.0)) return 0.0;
+  return n.cross(m).norm() / apart;
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> held_points(const Surface& surface, const Rows& rest,
+                                      const std::vector<char>* free_nodes, double spacing) {
+  constexpr double kApart = 0.7;  // of the spacing: a denser one brings no more
+  constexpr double kSharp = 0.2;  // of spacing over radius: what is flatter, nodes alone keep out
+  constexpr int kMostParts = 17;  // of an edge
+  std::vector<SurfacePoint> points;
+  Taken taken(kApart * spacing);
+  const Collider at_rest{&surface, nullptr, &rest, free_nodes};
+  const auto is_free = [&](int node) { return free_nodes != nullptr && (*free_nodes)[node]; };
+  std::vector<double> sharpest(rest.size(), 0.0);  // 1/m, of a node's edges
+  const auto is_sharp = [&](double curvature) { return curvature * spacing > kSharp; };
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const double curvature = curvature_across(surface, rest, static_cast<int>(t), k);
+      for (const int node : {surface.triangles[t][k], surface.triangles[t][(k + 1) % 3]}) {
+        sharpest[node] = std::max(sharpest[node], curvature);
+      }
+    }
+  }
+  const auto add = [&](const SurfacePoint& point) {
+    const Vec3 p = to_vec(place_of(at_rest, point));
+    if (taken.take(p, normal_at(at_rest, point))) points.push_back(point);
+  };
+  for (size_t node = 0; node < rest.size(); ++node) {
+    if (is_free(static_cast<int>(node)) || !is_sharp(sharpest[node])) continue;
+    SurfacePoint point{.triangle = surface.vertex_triangles[node].front()};
+    const Triangle& t = surface.triangles[point.triangle];
+    for (int k = 0; k < 3; ++k) point.barycentric[k] = t[k] == static_cast<int>(node) ? 1.0 : 0.0;
+    add(point);
+  }
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const int a = surface.triangles[t][k], b = surface.triangles[t][next];
+      if (is_free(a) || is_free(b) || !(is_sharp(sharpest[a]) || is_sharp(sharpest[b]))) continue;
+      if (a > b && surface.neighbours[t][k] >= 0) continue;  // each edge once
+      SurfacePoint point{.triangle = static_cast<int>(t)};
+      const int parts = static_cast<int>(
+          std::min<double>(kMostParts, std::ceil(norm(rest[b] - rest[a]) / spacing)));
+      for (int i = 1; i < parts; ++i) {
+        point.barycentric[k] = 1.0 - static_cast<double>(i) / parts;
+        point.barycentric[next] = static_cast<double>(i) / parts;
+        add(point);
+      }
+    }
+  }
+  return points;
+}
+
+namespace {
+
+/// A contact and how far its node is to go for it, m.
+struct Share {
+  double way;
+  Contact contact;
+};
+
+// By node and collider, the longest way first.
+bool comes_before(const Share& a, const Share& b) {
+  const Contact &c = a.contact, &d = b.contact;
+  if (c.node != d.node) return c.node < d.node;
+  return c.other != d.other ? c.other < d.other : a.way > b.way;
+}
+
+bool same_place(const Share& a, const Share& b) {
+  return a.contact.node == b.contact.node && a.contact.other == b.contact.other;
+}
+
+// C = n . (sum w_k x_k - y) >= gap, w of a face's point, y the held one. The shortest way of the
+// free corners to there is (gap - C) w_k / sum w^2 along n, for each a contact of its own: together
+// they hold C, whether it is open or not. `with`: all but the node and its place.
+void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
+               const Contact& with, std::vector<Share>& shares) {
+  constexpr double kLeast = 0.1;  // below it a corner, or all of the face, is as good as held
+  const Triangle& t = self.surface->triangles[face.triangle];
+  double squares = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if ((*self.free_nodes)[t[k]]) squares += face.barycentric[k] * face.barycentric[k];
+  }
+  if (squares < kLeast) return;
+  const double missing = gap - with.normal.dot(face.point - y);
+  for (int k = 0; k < 3; ++k) {
+    if (!(*self.free_nodes)[t[k]] || face.barycentric[k] < kLeast) continue;
+    Contact contact = with;
+    contact.node = t[k];
+    contact.distance = with.normal.dot(to_vec((*self.x)[t[k]]) - y);
+    const double way = missing * face.barycentric[k] / squares;
+    contact.offset = contact.distance - gap + way;
+    shares.push_back({way, contact});
+  }
+}
+
+// Of the faces that have a free corner: no other can give way.
+NodeBox box_of_free(const Collider& collider) {
+  NodeBox box;
+  box.low = -box.low, box.high = -box.high;
+  for (const Triangle& t : collider.surface->triangles) {
+    const auto is_free = [&](int node) { return (*collider.free_nodes)[node] != 0; };
+    if (!is_free(t[0]) && !is_free(t[1]) && !is_free(t[2])) continue;
+    for (const int node : t) {
+      const Row& p = (*collider.x)[node];
+      box.low = p < box.low ? p : box.low;
+      box.high = p > box.high ? p : box.high;
+    }
+  }
+  return box;
+}
+
+[[gnu::always_inline]] inline bool is_within(const NodeBox& box, const Row& p) {
+  for (int k = 0; k < 3; ++k) {
+    if (p[k] < box.low[k] || p[k] > box.high[k]) return false;
+  }
+  return true;
+}
+
+// Whether such a contact bore a force in the step before, at this node or (-1) anywhere.
+bool is_pressed(const std::vector<Contact>& pressing, int other, int node) {
+  return std::any_of(pressing.begin(), pressing.end(), [&](const Contact& c) {
+    return c.of_face && c.other == other && (node < 0 || c.node == node);
+  });
+}
+
+}  // namespace
+
+void find_face_contacts(const std::vector<Collider>& colliders, int mover,
+                        const std::vector<int>& near, const ContactSettings& settings,
+                        const std::vector<Contact>& pressing, ContactMemory& memory,
+                        std::vector<Contact>& contacts) {
+  // Of the depth up to which contacts are looked for: what lies deeper did not slip in between
+  // nodes.
+  constexpr double kShallow = 0.5;
+  const Collider& self = colliders[mover];
+  if (self.free_nodes == nullptr) return;
+  const double reach = std::max(settings.margin, settings.max_depth);
+  const NodeBox box = box_of_free(self);
+  memory.others.resize(colliders.size());
+  std::vector<Share> shares;
+  for (const int other : near) {
+    const Collider& them = colliders[other];
+    const std::vector<SurfacePoint>& points = *them.held_points;
+    ContactMemory::Other& known = memory.others[other];
+    const double owed = recall(self, them, static_cast<int>(points.size()), known);
+    const double farthest = is_pressed(pressing, other, -1) ? reach : settings.margin;
+    const Row around = {farthest, farthest, farthest, 0.0};
+    const NodeBox within = {box.low - around, box.high + around};
+    for (size_t i = 0; i < points.size(); ++i) {
+      double& clear = known.clear[i];
+      clear -= owed;
+      if (clear >= farthest) continue;
+      const Row place = place_of(them, points[i]);
+      if (!is_within(within, place)) continue;
+      const Vec3 y = to_vec(place);
+      ++memory.searches;
+      const ClosestPoint found =
+          closest_point(*self.surface, *self.bvh, *self.x, y, reach, known.triangle[i]);
+      clear = found.triangle < 0 ? reach : std::max(found.distance, 0.0);
+      if (found.triangle < 0) continue;
+      known.triangle[i] = found.triangle;
+      const Triangle& t = self.surface->triangles[found.triangle];
+      const bool pressed = std::any_of(t.begin(), t.end(),
+                                       [&](int node) { return is_pressed(pressing, other, node); });
+      if (found.distance >= (pressed ? reach : settings.margin)) continue;
+      if (found.distance <= -kShallow * settings.max_depth) continue;
+      const Vec3 out = contact_normal(found, y), own = normal_at(them, points[i]);
+      if (own.dot(out) > -0.5) continue;  // the far side of something thin
+      Contact with{-1, other, points[i].triangle, {}, -steady_normal(own, out)};
+      std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
+      with.of_face = true;
+      share_out(self, found, y, settings.gap, with, shares);
+    }
+  }
+  std::stable_sort(shares.begin(), shares.end(), comes_before);
+  shares.erase(std::unique(shares.begin(), shares.end(), same_place), shares.end());
+  for (const Share& share : shares) contacts.push_back(share.contact);
+  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return a.node != b.node ? a.node < b.node : a.other < b.other;
+  });
+}
+
+}  // namespace thew

@@ -197,23 +197,24 @@ bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triang
   constexpr int kMostPasses = 20;
   constexpr double kHeld = 1e-13;      // of all volume
   constexpr double kSingular = 1e-11;  // of the largest pivot
-  constexpr double kFast = 0.1;  // as long as a pass leaves less of the error, it goes on with
-                                 // the slopes that it has: they cost more than the pass
+  // As long as a pass leaves less than this of the error, the next one goes on with the same
+  // slopes: they cost more than it.
+  constexpr double kFast = 0.1;
   const int count = zones.count();
   scratch.start = x;
   Vector missing(count);
   Eigen::FullPivLU<Matrix> system(count, count);
   system.setThreshold(kSingular);
-  double before = std::numeric_limits<double>::infinity(), rate = 1.0;
+  double before = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < kMostPasses; ++pass) {
     volumes_before(zones, x, triangles, scratch.before);
     for (int i = 0; i < count; ++i) missing[i] = wanted[i] - scratch.before[i];
     const double error = missing.cwiseAbs().maxCoeff();
     if (error <= kHeld * wanted.back()) return true;
     if (!(error < before)) break;
-    rate = pass == 0 ? 1.0 : error / before;
+    const bool fast = pass > 0 && error < kFast * before;
     before = error;
-    if (rate > kFast) {
+    if (!fast) {
       const Matrix now = slopes(zones, triangles, directions, x, scratch.gradients);
       if (!now.allFinite()) break;
       // Of no full rank where a zone is held: that is no matter as long as its volume is right.

@@ -10,9 +10,10 @@ namespace thew {
 inline constexpr int kMostZones = 16;
 
 /// A body divided along its axis into k zones that overlap, each of which is to keep its volume
-/// (after Sheen, Larionov, Pai 2021, who weigh the tetrahedra of a filling; here a surface alone is
-/// known). Zone j weighs a place by before_j+1 - before_j, where before_c falls smoothly from 1 to
-/// 0 across cut c, 1 before the body's end, 0 before its beginning: all of them sum to 1.
+/// (after the zonal constraints of Sheen, Larionov, Pai 2021, there on finite elements; here a
+/// surface alone is known). Zone j weighs a place by before_j+1 - before_j, where before_c falls
+/// smoothly from 1 to 0 across cut c, is 1 for the cut beyond the end and 0 for the one before the
+/// beginning: all of them sum to 1.
 ///
 /// L_c, the volume before cut c, is that of the surface before it, closed by the cone from its rim
 /// to a_c, the centre of the section's nodes. A cone's triangles see a_c edge on, so that

@@ -246,7 +246,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   const double gap = model.scene.contact.settings.gap;
   const bool exact = model.volume == VolumeMethod::kExact;
   // The directions without what contact holds, that of the whole last.
-  const bool zoned = exact && muscle.zones.count() > 0;
+  const bool zoned = !now.zone_directions.empty();
   const std::span<Rows> freed =
       zoned ? std::span(now.zone_directions) : std::span(&now.gradient, 1);
   freed.back() = now.direction;

@@ -24,7 +24,8 @@ struct BarRun {
   double free_half = 0.0;                       ///< V/V0 - 1 of its half x > 0
   double mean = 0.0, largest = 0.0;             ///< m, of the nodes that are not held
   double squeezed_mean = 0.0, free_mean = 0.0;  ///< m, of those of either half
-  int zone_fallbacks = 0;                       ///< in the last frame
+  int nodes = 0, frames = 0;
+  int zone_fallbacks = 0;  ///< in the last frame
 };
 std::vector<BarRun> run_bars(const std::filesystem::path& scene,
                              const std::vector<std::vector<std::string>>& overrides,

@@ -10,13 +10,7 @@
 namespace thew {
 namespace {
 
-// Always inlined: called across two instruction sets, vectors would be passed in different
-// registers.
-[[gnu::always_inline]] inline Row yzx(Row a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
-[[gnu::always_inline]] inline Row cross(Row a, Row b) { return yzx(a * yzx(b) - yzx(a) * b); }
 // Sums stay in their lanes until the end, so that the order never depends on the processor.
-[[gnu::always_inline]] inline double sum(Row a) { return (a[0] + a[1]) + a[2]; }
-
 [[gnu::always_inline]] inline Row centroid(const Rows& x) {
   Row even = {}, odd = {};
   const size_t n = x.size();
@@ -37,9 +31,9 @@ double enclosed_volume(const Rows& x, const std::vector<Triangle>& triangles) {
   Row volume = {};
   for (const auto& [i, j, k] : triangles) {
     const Row a = x[i];
-    volume += (a - origin) * cross(x[j] - a, x[k] - a);
+    volume += (a - origin) * cross3(x[j] - a, x[k] - a);
   }
-  return sum(volume) / 6.0;
+  return sum3(volume) / 6.0;
 }
 
 THEW_VECTORISED
@@ -49,7 +43,7 @@ void volume_gradient(const Rows& x, const std::vector<Triangle>& triangles, Rows
   gradient.assign(x.size(), Row{});
   for (const auto& [i, j, k] : triangles) {
     const Row a = x[i];
-    const Row n = cross(x[j] - a, x[k] - a) * (1.0 / 6.0);
+    const Row n = cross3(x[j] - a, x[k] - a) * (1.0 / 6.0);
     gradient[i] += n;
     gradient[j] += n;
     gradient[k] += n;
@@ -67,13 +61,13 @@ VolumeCubic volume_along(const Rows& x, const Rows& d, const std::vector<Triangl
   for (const auto& [i, j, k] : triangles) {
     const Row a = x[i], u = x[j] - a, v = x[k] - a, p = a - origin;
     const Row e = d[i], f = d[j] - e, g = d[k] - e;
-    const Row n = cross(u, v), q = cross(f, g);
+    const Row n = cross3(u, v), q = cross3(f, g);
     c0 += p * n;
     c1 += (3.0 * e + (f + g)) * n;
     c2 += (3.0 * p + (u + v)) * q;
     c3 += e * q;
   }
-  return {sum(c0) / 6.0, sum(c1) / 6.0, sum(c2) / 6.0, sum(c3) / 6.0};
+  return {sum3(c0) / 6.0, sum3(c1) / 6.0, sum3(c2) / 6.0, sum3(c3) / 6.0};
 }
 
 namespace {

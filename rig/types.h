@@ -39,6 +39,15 @@ using Rows = std::vector<Row, AlignedAllocator<Row>>;
 inline Vec3 to_vec(const Row& r) { return {r[0], r[1], r[2]}; }
 inline double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline double norm(const Row& r) { return std::sqrt(dot(r, r)); }
+// Always inlined: called across two instruction sets, vectors would be passed in different
+// registers.
+[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
+[[gnu::always_inline]] inline Row yzx(const Row& a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
+  return yzx(a * yzx(b) - yzx(a) * b);
+}
 /// Of nodes of the same number: the greatest distance.
 inline double largest_distance(const Rows& a, const Rows& b) {
   double squared = 0.0;

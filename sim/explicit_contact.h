@@ -10,15 +10,8 @@
 
 namespace thew {
 
-// Always inlined: across two instruction sets vectors are passed in different registers.
-[[gnu::always_inline]] inline double sum3(const Row& a) { return (a[0] + a[1]) + a[2]; }
+// Inlined as sum3 is.
 [[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
-[[gnu::always_inline]] inline Row yzx(const Row& a) {
-  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
-}
-[[gnu::always_inline]] inline Row cross3(const Row& a, const Row& b) {
-  return yzx(a * yzx(b) - yzx(a) * b);
-}
 
 /// A contact within a frame: a plane that goes from one place to another, normal . x = from + t
 /// way. One line of the cache; what a substep adds is in Held.

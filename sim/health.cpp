@@ -228,7 +228,7 @@ void remember(MuscleState& muscle) {
 void begin_frame(State& state) {
   for (MuscleState& muscle : state.muscles) {
     muscle.volume_error = muscle.substep_volume_error = 0.0;
-    muscle.unreached = muscle.weight_fallbacks = 0;
+    muscle.unreached = muscle.weight_fallbacks = muscle.zone_fallbacks = 0;
     remember(muscle);
   }
   state.skin_before = state.skin;

@@ -46,6 +46,21 @@ void solve_pair(const Muscle& muscle, MuscleState& now, const Rows& f, const Row
   }
 }
 
+// A^-1 W dL/dx of each cut between zones, two at a time; the last, of the whole, is there already.
+void solve_zones(const Muscle& muscle, MuscleState& now) {
+  std::vector<Rows>& gradients = now.zone_scratch.gradients;
+  for (Rows& gradient : gradients) {
+    for (size_t i = 0; i < gradient.size(); ++i) gradient[i] *= now.weights[i];
+  }
+  now.zone_directions.resize(gradients.size());
+  const size_t cuts = gradients.size() - 1;
+  for (size_t c = 0; c < cuts; c += 2) {
+    solve_pair(muscle, now, gradients[c], gradients[c + 1], now.zone_directions[c],
+               now.zone_directions[c + 1]);
+  }
+  now.zone_directions[cuts] = now.direction;
+}
+
 double dot(const Rows& a, const Rows& b) {
   Row sum = {};
   for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
@@ -100,6 +115,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   now.gradient.resize(nodes);
   now.direction.assign(nodes, Row{});
+  if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.zone_targets);
 }
 
 void iterate_local_global(const Model& model, int m, State& state) {
@@ -128,6 +144,10 @@ void iterate_local_global(const Model& model, int m, State& state) {
   Rows& weighted = now.weighted;
   weighted.resize(now.x.size());
   for (size_t i = 0; i < now.x.size(); ++i) weighted[i] = now.weights[i] * now.gradient[i];
+  const bool zoned = muscle.zones.count() > 0;
+  if (zoned) {
+    gradients_before(muscle.zones, now.x, muscle.rest.triangles, now.zone_scratch.gradients);
+  }
   solve_pair(muscle, now, f, weighted, now.x, now.direction);
   // G A^-1 W G need not be positive: fall back on even weights, under which it is.
   const double along = dot(now.gradient, now.direction);
@@ -140,6 +160,10 @@ void iterate_local_global(const Model& model, int m, State& state) {
       now.direction = even;
       ++now.weight_fallbacks;
     }
+  }
+  if (zoned) {
+    solve_zones(muscle, now);
+    restore_zones(muscle, now);
   }
   restore_volume(muscle, model.volume, now.direction, even_along, now.x);
 }

@@ -8,6 +8,7 @@
 
 #include "muscles/volume.h"
 #include "sim/drive.h"
+#include "sim/muscle_step.h"
 
 namespace thew {
 namespace {
@@ -138,6 +139,18 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   return lines;
 }
 
+namespace {
+
+double zone_error(const Muscle& muscle, const MuscleState& now) {
+  if (muscle.zones.count() == 0) return 0.0;
+  std::vector<double> wanted, found;
+  zone_targets(muscle, now.target, wanted);
+  volumes_before(muscle.zones, now.x, muscle.rest.triangles, found);
+  return zone_error(muscle.zones, found, wanted);
+}
+
+}  // namespace
+
 FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
                       State& state) {
   FrameMeasures out;
@@ -154,6 +167,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.volume_error =
         std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
     measures.substep_volume_error = now.substep_volume_error;
+    measures.zone_error = zone_error(muscle, now);
     measures.length = now.pose.path_length;
     measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
@@ -182,6 +196,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     out.intersecting_pairs += pairs[m];
     out.unreached += state.muscles[m].unreached;
     out.weight_fallbacks += state.muscles[m].weight_fallbacks;
+    out.zone_fallbacks += state.muscles[m].zone_fallbacks;
   }
   if (model.skinned) {
     out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
@@ -200,6 +215,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     MuscleMeasures& muscle = measures.muscles[m];
     number("volume_error/" + names[m], muscle.volume_error);
     number("substep_volume_error/" + names[m], muscle.substep_volume_error);
+    number("zone_error/" + names[m], muscle.zone_error);
     number("length/" + names[m], muscle.length);
     number("area_ratio/" + names[m], muscle.area_ratio);
     number("attachment_gap/" + names[m], muscle.attachment_gap);
@@ -216,6 +232,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
   whole("intersecting_pairs", measures.intersecting_pairs);
   whole("unreached", measures.unreached);
   whole("weight_fallbacks", measures.weight_fallbacks);
+  whole("zone_fallbacks", measures.zone_fallbacks);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace thew {
 struct MuscleMeasures {
   double volume_error = 0.0;          ///< |V - V0| / V0
   double substep_volume_error = 0.0;  ///< the same, largest inside the frame
+  double zone_error = 0.0;            ///< of the zone that is farthest off, over its own at rest
   double length = 0.0;                ///< m, musculotendon path
   double area_ratio = 1.0;            ///< mean belly section over the rest's (anatomy.md)
   double attachment_gap = 0.0;        ///< m, poles against origin and insertion on their bones
@@ -22,7 +23,7 @@ struct FrameMeasures {
   SkinMetrics skin;
   double contact_penetration = 0.0;  ///< m, free muscle nodes inside another muscle or bone
   int intersecting_pairs = 0;        ///< triangles of bellies through others, or through bones
-  int unreached = 0, weight_fallbacks = 0;
+  int unreached = 0, weight_fallbacks = 0, zone_fallbacks = 0;
 };
 
 /// Area (m^2) of the section across the belly at u in 0..1.

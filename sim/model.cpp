@@ -320,7 +320,27 @@ void check_memory(const Model& model, const SceneMuscle& last) {
                                     "; use coarser meshes or fewer muscles");
 }
 
-// Implicit steps are exact in each iteration.
+// Along the belly or, without a path, along the longest axis.
+void divide(Muscle& muscle) {
+  const int count = muscle.settings.zones;
+  if (count == 1) return;
+  std::vector<double> along;
+  if (!muscle.shape.held.empty()) {
+    along = longest_axis_coordinates(muscle.rest);
+  } else {
+    for (size_t i = 0; i < muscle.rest.vertices.size(); ++i) {
+      along.push_back(belly_coordinate(muscle.shape, static_cast<int>(i)));
+    }
+  }
+  try {
+    muscle.zones = make_volume_zones(muscle.rest, along, count);
+  } catch (const std::invalid_argument& error) {
+    throw Error(ExitCode::kUsage,
+                muscle.settings.place + ": muscle \"" + muscle.name + "\": " + error.what());
+  }
+}
+
+// Implicit steps are exact in each iteration. Zones are an exact volume and more besides.
 VolumeMethod volume_method(const std::string& word, bool is_explicit) {
   if (word == "exact_always" && is_explicit) return VolumeMethod::kExactAlways;
   if (word == "none") return VolumeMethod::kNone;
@@ -355,6 +375,7 @@ Model build_model(const Scene& scene) {
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
   for (const SceneMuscle& muscle : scene.muscles) {
     model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
+    if (scene.solver.volume == "zonal") divide(model.muscles.back());
     check_memory(model, muscle);
     if (!(model.muscles.back().weight_floor > 0.0)) continue;
     model.warnings.push_back(

@@ -9,6 +9,7 @@
 #include "muscles/ring_springs.h"
 #include "muscles/skyline.h"
 #include "muscles/springs.h"
+#include "muscles/volume_zones.h"
 #include "rig/character.h"
 #include "sim/fidelity.h"
 #include "sim/scene.h"
@@ -24,6 +25,7 @@ struct Muscle {
   TriMesh rest;
   Surface surface;
   double rest_volume = 0.0;  ///< m^3
+  VolumeZones zones;         ///< empty: one multiplier for all of it
   CarriedShape shape;
   Springs springs;
   RingSprings rings;         ///< the same by node, for explicit steps

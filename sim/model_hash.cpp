@@ -115,6 +115,7 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
     hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
     hash.points(muscle.shape.offset);
   }
+  if (muscle.zones.count() > 0) hash.list(muscle.zones.rest_before);
   hash.list(muscle.weights);
   hash.list(muscle.mass);
   hash.list(muscle.springs.stiffness);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "muscles/activation.h"
 #include "muscles/volume.h"
@@ -201,13 +202,27 @@ bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direc
   return root.reached;
 }
 
+void zone_targets(const Muscle& muscle, const Rows& target, std::vector<double>& before) {
+  before = muscle.zones.rest_before;
+  if (!muscle.swells) return;
+  volumes_before(muscle.zones, target, muscle.rest.triangles, before);
+  const double scale = muscle.rest_volume / before.back();
+  for (double& volume : before) volume *= scale;
+}
+
+void restore_zones(const Muscle& muscle, MuscleState& now) {
+  now.zone_fallbacks += !restore_zones(muscle.zones, muscle.rest.triangles, now.zone_targets,
+                                       now.zone_directions, now.zone_scratch, now.x);
+}
+
 namespace {
 
 constexpr int kFinishRounds = 30;
 
 // Moves the nodes of muscle m that penetrate out along their contacts' normals, which `freed` then
-// leaves alone. True where there was one beyond rounding.
-bool push_out(const Model& model, State& state, int m, bool with_muscles, double gap, Rows& freed) {
+// leave alone. True where there was one beyond rounding.
+bool push_out(const Model& model, State& state, int m, bool with_muscles, double gap,
+              std::span<Rows> freed) {
   constexpr double kRounding = 1e-12;  // m
   MuscleState& now = state.muscles[m];
   bool moves = false;
@@ -220,8 +235,10 @@ bool push_out(const Model& model, State& state, int m, bool with_muscles, double
     if (open >= (with_muscles ? 0.0 : -kRounding)) continue;
     moves = true;
     x -= (soft ? 0.5 : 1.0) * open * n;
-    Row& z = freed[contact.node];
-    z -= dot(n, z) * n;
+    for (Rows& direction : freed) {
+      Row& z = direction[contact.node];
+      z -= dot(n, z) * n;
+    }
   }
   return moves;
 }
@@ -233,12 +250,16 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   MuscleState& now = state.muscles[m];
   const double gap = model.scene.contact.settings.gap;
   const bool exact = model.volume == VolumeMethod::kExact;
-  Rows& freed = now.gradient;  // the direction without what contact holds
-  freed = now.direction;
+  // The directions without what contact holds, that of the whole last.
+  const bool zoned = !now.zone_directions.empty();
+  const std::span<Rows> freed =
+      zoned ? std::span(now.zone_directions) : std::span(&now.gradient, 1);
+  freed.back() = now.direction;
   // Rounds, since the volume moves other nodes into bone; two soft surfaces share the way, once.
   bool moves = push_out(model, state, m, true, gap, freed);
   for (int round = 0; exact && (moves || round == 0) && round < kFinishRounds; ++round) {
-    if (!restore_volume(muscle, model.volume, freed, 0.0, now.x)) {
+    if (zoned) restore_zones(muscle, now);
+    if (!restore_volume(muscle, model.volume, freed.back(), 0.0, now.x)) {
       now.unreached += !restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
       break;
     }

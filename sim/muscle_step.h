@@ -39,6 +39,14 @@ void finish_muscle(const Model& model, int m, double h, State& state);
 bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
                     double printed_denominator, Rows& x);
 
+/// Volumes (m^3) before the cuts of a muscle's zones, then all: as the carried shape `target`
+/// divides the rest volume where the muscle is drawn to that shape, else as the rest shape does.
+void zone_targets(const Muscle& muscle, const Rows& target, std::vector<double>& before);
+
+/// Brings the volumes of the zones to now.zone_targets along now.zone_directions; where that fails
+/// x stays, and it is counted. Then the whole volume is to be restored as ever, to the last bit.
+void restore_zones(const Muscle& muscle, MuscleState& now);
+
 /// Compliance (m^3 / Pa) of the volume under VolumeMethod::kPenalty.
 double volume_compliance(const Muscle& muscle);
 

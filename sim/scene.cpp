@@ -202,9 +202,14 @@ void read_solver(TomlValue& table, Scene& scene) {
   read(table, "integrator", scene.solver.integrator,
        {"explicit", "xpbd", "local_global", "quasi_static"});
   read(table, "volume", scene.solver.volume,
-       {"none", "penalty", "printed", "linear", "exact", "exact_always"});
+       {"none", "penalty", "printed", "linear", "exact", "exact_always", "zonal"});
   read(table, "substeps", scene.solver.substeps, 1, 1000000);
   read(table, "iterations", scene.solver.iterations, 1, 10000);
+  const std::string& integrator = scene.solver.integrator;
+  if (scene.solver.volume == "zonal" && (integrator == "xpbd" || integrator == "explicit")) {
+    refuse(*find(table, "volume"), "take integrator = \"local_global\" or \"quasi_static\"",
+           ", which \"" + integrator + "\" cannot hold");
+  }
   if (TomlValue* tolerance = find(table, "tolerance")) read_tolerance(table, *tolerance, scene);
 }
 

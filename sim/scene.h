@@ -82,6 +82,7 @@ struct SceneMuscle {
   std::vector<std::array<double, 2>> activation;  ///< (frame, 0..1); empty: 0
   SpringMaterial material;
   Vec3 colour = Vec3(0.62, 0.16, 0.13);
+  int zones = 4;  ///< solver.volume = "zonal": each keeps its volume
 };
 
 struct SceneView {
@@ -164,8 +165,9 @@ struct Scene {
     /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
     std::optional<SceneTolerance> tolerance;
     std::string integrator = "local_global";  ///< explicit | xpbd | local_global | quasi_static
-    std::string volume = "exact";  ///< none | penalty | printed | linear | exact | exact_always
-    int substeps = 1;              ///< a frame; explicit: each in as many as its stability asks for
+    /// none | penalty | printed | linear | exact | exact_always | zonal
+    std::string volume = "exact";
+    int substeps = 1;  ///< a frame; explicit: each in as many as its stability asks for
     int iterations = 3;
     Place place;
   } solver;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "muscles/volume_zones.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "sim/scene_values.h"
@@ -211,6 +212,7 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
   read(table, "damping", muscle.damping, kNotNegative);
   if (TomlValue* material = find(table, "material")) read_material(*material, muscle.material);
   read(table, "colour", muscle.colour, kShare);
+  read(table, "zones", muscle.zones, 1, kMostZones);
   return muscle;
 }
 

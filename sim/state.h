@@ -25,6 +25,7 @@ struct MuscleMotion {
   double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
   int unreached = 0;                    ///< substeps in which the volume could not be reached
   int weight_fallbacks = 0;             ///< iterations in which even weights had to stand in
+  int zone_fallbacks = 0;               ///< iterations in which the whole volume alone was held
   Vec3 impulse = Vec3::Zero();          ///< N s, given by contact since the start (explicit)
   Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
 };
@@ -49,6 +50,9 @@ struct MuscleState : MuscleMotion {
   double moved = 0.0;  ///< m, the most that a node moved in the iteration before
   Rows base;           ///< what of the right-hand side stays the same in a step, N
   Rows forces, gradient, weighted, direction;
+  std::vector<double> zone_targets;   ///< m^3, see zone_targets()
+  std::vector<Rows> zone_directions;  ///< by cut, then the whole's
+  ZoneScratch zone_scratch;
   std::vector<double> mobility;  ///< weight over mass, 1/kg
   RowPairs pairs;
   SkylineFactor factor;

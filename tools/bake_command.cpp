@@ -88,6 +88,7 @@ Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result)
   row.vertices = static_cast<int>(muscle.rest.vertices.size());
   row.triangles = static_cast<int>(muscle.rest.triangles.size());
   row.rest_volume_m3 = muscle.rest_volume;
+  row.zones = muscle.zones.count();
   for (const FrameMeasures& frame : result.measures) {
     const MuscleMeasures& at = frame.muscles[m];
     row.volume_error.push_back(at.volume_error);
@@ -95,6 +96,7 @@ Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result)
     row.belly_area_ratio.push_back(at.area_ratio);
     row.max_substep_volume_error = std::max(row.max_substep_volume_error, at.substep_volume_error);
     row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
+    row.max_zone_error = std::max(row.max_zone_error, at.zone_error);
   }
   row.max_volume_error = largest(row.volume_error);
   return row;
@@ -134,10 +136,11 @@ std::vector<std::string> warnings_of(const Model& model, const BakeResult& resul
                   result.settled.seconds, result.settled.speed);
     warnings.push_back(line);
   }
-  int unreached = 0, fallbacks = 0;
+  int unreached = 0, fallbacks = 0, zones = 0;
   for (const FrameMeasures& frame : result.measures) {
     unreached += frame.unreached;
     fallbacks += frame.weight_fallbacks;
+    zones += frame.zone_fallbacks;
   }
   if (unreached > 0) {
     warnings.push_back("the volume could not be reached in " + std::to_string(unreached) +
@@ -146,6 +149,10 @@ std::vector<std::string> warnings_of(const Model& model, const BakeResult& resul
   if (fallbacks > 0) {
     warnings.push_back("even weights stood in for the authored ones in " +
                        std::to_string(fallbacks) + " iterations");
+  }
+  if (zones > 0) {
+    warnings.push_back("the volume as a whole, not that of each zone, was held in " +
+                       std::to_string(zones) + " iterations");
   }
   return warnings;
 }

@@ -211,7 +211,8 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
     if (point.is_default) order.insert(order.begin(), i);
     order.push_back(i);
     const std::string colour = family_of(point).colour;
-    const bool exact = point.setting.volume.starts_with("exact");
+    const std::string& volume = point.setting.volume;
+    const bool exact = volume.starts_with("exact") || volume.starts_with("zonal");
     const std::string place = "cx=\"" + svg_px(px) + "\" cy=\"" + svg_px(py) + "\"";
     marks += "<circle " + place + " r=\"4.5\" fill=\"" + (exact ? colour : "#fff") +
              "\" stroke=\"" + colour + "\" stroke-width=\"1.8\"><title>" +

@@ -249,6 +249,12 @@ std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, con
 
 }  // namespace
 
+namespace {
+
+std::string held_volume(const std::string& volume) { return volume == "zonal" ? volume : "exact"; }
+
+}  // namespace
+
 std::string setting_name(const ChartSetting& setting) {
   std::string counts = " " + std::to_string(setting.substeps);
   if (setting.integrator == "quasi_static") {
@@ -263,14 +269,15 @@ std::string point_name(const ChartPoint& point) {
   return point.peer.empty() ? setting_name(point.setting) : point.peer + ", " + point.label;
 }
 
-// The exact volume, whatever the scene's: what a method without it lacks is its error.
-std::vector<Refinement> chart_refinements(int explicit_limit) {
+// The exact volume, whatever the scene's: what a method without it lacks is its error. Zones are
+// one more thing to hold.
+std::vector<Refinement> chart_refinements(int explicit_limit, const std::string& volume) {
   std::vector<Refinement> refinements(3);
   refinements[0].integrator = "local_global";
   refinements[1].integrator = "xpbd";
   refinements[2].integrator = "explicit";
   for (const int part : {1, 2, 4, 8}) {
-    refinements[0].settings.push_back({"local_global", "exact", part, 40});
+    refinements[0].settings.push_back({"local_global", held_volume(volume), part, 40});
     refinements[1].settings.push_back({"xpbd", "exact", 8 * part, 40});
     if (part == 8) continue;
     refinements[2].settings.push_back({"explicit", "exact", explicit_limit * part, 1});
@@ -289,16 +296,20 @@ std::vector<ChartSetting> chart_settings(const Scene& scene) {
   const bool iterates = own.integrator == "local_global" || own.integrator == "xpbd";
   add({own.integrator, own.volume, own.integrator == "quasi_static" ? 1 : own.substeps,
        iterates ? own.iterations : 1});
+  const std::string held = held_volume(own.volume);
   for (const int substeps : {1, 2, 4}) {
     for (const int iterations : {1, 2, 3, 5, 10}) {
-      add({"local_global", "exact", substeps, iterations});
+      add({"local_global", held, substeps, iterations});
     }
   }
+  for (const int iterations : {1, 3, 10}) add({"local_global", "exact", 1, iterations});
   for (const int substeps : {4, 16}) {
     for (const int iterations : {1, 4, 16}) add({"xpbd", "exact", substeps, iterations});
   }
   add({"xpbd", "exact", 64, 1});
-  add({"quasi_static", "exact", 1, 1});
+  for (const std::string& volume : {held, std::string("exact")}) {
+    add({"quasi_static", volume, 1, 1});
+  }
   for (const int substeps : {1, 4, 16}) add({"explicit", "exact", substeps, 1});
   for (const char* volume : {"linear", "exact_always"}) add({"explicit", volume, 1, 1});
   for (const char* volume : {"none", "penalty", "printed", "linear"}) {
@@ -344,7 +355,7 @@ Chart lay_out(const ChartAsk& ask, const Scene& scene) {
     limit = std::max(limit, explicit_substeps(model, m, 1.0 / scene.fps));
   }
   chart.points = points_of(chart_settings(scene), scene);
-  chart.refinements = chart_refinements(limit);
+  chart.refinements = chart_refinements(limit, scene.solver.volume);
   chart.reference = chart.refinements.front().settings.back();
   give_up_slow(scene, chart.reference, ask.longest_run, chart);
   return chart;

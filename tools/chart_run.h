@@ -59,8 +59,8 @@ struct Chart {
 };
 
 /// The steps by which each integrator is refined; the first is the reference's. `explicit_limit`:
-/// the most parts of a frame that any of the muscles needs to be stable.
-std::vector<Refinement> chart_refinements(int explicit_limit);
+/// the most parts of a frame that any of the muscles needs to be stable; `volume`: the scene's.
+std::vector<Refinement> chart_refinements(int explicit_limit, const std::string& volume);
 
 /// The table: the scene's own setting and all that are worth a point.
 std::vector<ChartSetting> chart_settings(const Scene& scene);

@@ -52,12 +52,11 @@ TriMesh paper_ball(int triangles) {
   return mesh;
 }
 
-TriMesh paper_probe(int n) {
+TriMesh ringed_ball(int rings, int around) {
   TriMesh mesh;
-  const int around = 2 * n;
   mesh.vertices.push_back({0, 1, 0});
-  for (int ring = 1; ring <= n; ++ring) {
-    const SinCos down = sin_cos(kPi * ring / (n + 1));
+  for (int ring = 1; ring <= rings; ++ring) {
+    const SinCos down = sin_cos(kPi * ring / (rings + 1));
     for (int k = 0; k < around; ++k) {
       const SinCos turn = sin_cos(2.0 * kPi * (k + 0.5 * (ring % 2)) / around);
       mesh.vertices.push_back({down.sin * turn.cos, down.cos, down.sin * turn.sin});
@@ -68,8 +67,8 @@ TriMesh paper_probe(int n) {
   const int last = static_cast<int>(mesh.vertices.size()) - 1;
   for (int k = 0; k < around; ++k) {
     mesh.triangles.push_back({0, node(1, k + 1), node(1, k)});
-    mesh.triangles.push_back({last, node(n, k), node(n, k + 1)});
-    for (int ring = 1; ring < n; ++ring) {
+    mesh.triangles.push_back({last, node(rings, k), node(rings, k + 1)});
+    for (int ring = 1; ring < rings; ++ring) {
       const int a = node(ring, k), b = node(ring, k + 1);
       const int c = node(ring + 1, k), d = node(ring + 1, k + 1);
       if (ring % 2) {  // odd rings stand half a step ahead
@@ -80,6 +79,31 @@ TriMesh paper_probe(int n) {
         mesh.triangles.push_back({b, d, c});
       }
     }
+  }
+  return mesh;
+}
+
+TriMesh rounded_plate(double length, double width, double thickness, double radius) {
+  constexpr int kSteps = 12;
+  std::vector<Vec3> rim = {{-length, 0, 0}};
+  for (int i = 0; i <= kSteps; ++i) {
+    const SinCos turn = sin_cos(0.5 * kPi * i / kSteps);
+    rim.push_back({radius * turn.sin, radius * (1.0 - turn.cos), 0});
+  }
+  rim.push_back({radius, thickness, 0});
+  rim.push_back({-length, thickness, 0});
+  TriMesh mesh;
+  const int n = static_cast<int>(rim.size());
+  for (double z : {0.5 * width, -0.5 * width}) {
+    for (const Vec3& p : rim) mesh.vertices.push_back(p + Vec3(0, 0, z));
+  }
+  for (int i = 0; i < n; ++i) {
+    const int j = (i + 1) % n;
+    mesh.triangles.push_back({i, n + i, n + j});
+    mesh.triangles.push_back({i, n + j, j});
+    if (i == 0 || j == 0) continue;
+    mesh.triangles.push_back({0, i, j});
+    mesh.triangles.push_back({n, n + j, n + i});
   }
   return mesh;
 }

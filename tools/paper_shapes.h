@@ -12,8 +12,11 @@ namespace thew {
 
 /// Unit ball: `triangles` (even) on points of a Fibonacci spiral.
 TriMesh paper_ball(int triangles);
-/// Unit ball: `n` rings of 2 n nodes and two poles, for the probe.
-TriMesh paper_probe(int n);
+/// Unit ball: rings about y of `around` nodes each, and two poles.
+TriMesh ringed_ball(int rings, int around);
+/// A plate below y = thickness whose edge at x = 0 is rounded by `radius`, all convex: its flat
+/// face is y = 0 from x = -length to 0, its width is along z.
+TriMesh rounded_plate(double length, double width, double thickness, double radius);
 /// Unit cube about the origin, n x n squares a face, of two triangles or of four each.
 TriMesh paper_cube(int n, bool four);
 /// Ring of radius `radius` about y, tube of radius `tube`.

@@ -13,15 +13,18 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json muscle_as_json(const Report::Muscle& muscle) {
-  return {{"name", muscle.name},
-          {"vertices", muscle.vertices},
-          {"triangles", muscle.triangles},
-          {"rest_volume_m3", muscle.rest_volume_m3},
-          {"max_volume_error", muscle.max_volume_error},
-          {"max_substep_volume_error", muscle.max_substep_volume_error},
-          {"max_attachment_gap_m", muscle.max_attachment_gap_m},
-          {"length_m", muscle.length_m},
-          {"belly_area_ratio", muscle.belly_area_ratio}};
+  ordered_json out = {{"name", muscle.name},
+                      {"vertices", muscle.vertices},
+                      {"triangles", muscle.triangles},
+                      {"rest_volume_m3", muscle.rest_volume_m3},
+                      {"max_volume_error", muscle.max_volume_error},
+                      {"max_substep_volume_error", muscle.max_substep_volume_error},
+                      {"max_attachment_gap_m", muscle.max_attachment_gap_m},
+                      {"length_m", muscle.length_m},
+                      {"belly_area_ratio", muscle.belly_area_ratio}};
+  if (muscle.zones > 0)
+    out.update({{"zones", muscle.zones}, {"max_zone_error", muscle.max_zone_error}});
+  return out;
 }
 
 double saved(double work, double uniform) { return uniform > 0.0 ? 1.0 - work / uniform : 0.0; }

@@ -32,6 +32,8 @@ struct Report {
     int vertices = 0, triangles = 0;
     double rest_volume_m3 = 0.0;
     double max_volume_error = 0.0, max_substep_volume_error = 0.0;  ///< |V - V0| / V0
+    int zones = 0;                ///< 0: one multiplier for the whole
+    double max_zone_error = 0.0;  ///< of any zone, over its own volume at rest
     double max_attachment_gap_m = 0.0;
     std::vector<double> length_m, belly_area_ratio,
         volume_error;  ///< by frame; the last for the chart

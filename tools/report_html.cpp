@@ -165,7 +165,7 @@ std::string charts(const Report& report) {
 
 std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
 
-std::string row(const Report::Muscle& muscle, std::size_t index) {
+std::string row(const Report::Muscle& muscle, std::size_t index, bool zoned) {
   std::string length = "–", section = "–";
   if (!muscle.length_m.empty()) {
     const auto [low, high] = std::minmax_element(muscle.length_m.begin(), muscle.length_m.end());
@@ -181,17 +181,23 @@ std::string row(const Report::Muscle& muscle, std::size_t index) {
          cell(std::to_string(muscle.vertices)) + cell(std::to_string(muscle.triangles)) +
          cell(readable(1e6 * muscle.rest_volume_m3, 4)) + cell(readable(muscle.max_volume_error)) +
          cell(readable(muscle.max_substep_volume_error)) +
+         (zoned ? cell(muscle.zones > 0 ? readable(muscle.max_zone_error) : "–") : "") +
          cell(readable(1e3 * muscle.max_attachment_gap_m)) + cell(length) + cell(section) +
          "</tr>\n";
 }
 
 std::string table(const Report& report) {
+  const bool zoned = std::any_of(report.muscles.begin(), report.muscles.end(),
+                                 [](const Report::Muscle& muscle) { return muscle.zones > 0; });
   std::string html =
       "<h2>Muscles</h2>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Vertices</th>"
       "<th>Triangles</th><th>Rest volume<br>cm³</th><th>Volume error<br>in frames</th>"
-      "<th>Volume error<br>in substeps</th><th>Attachment gap<br>mm</th><th>Length<br>mm</th>"
+      "<th>Volume error<br>in substeps</th>";
+  if (zoned) html += "<th>Volume error<br>of a zone</th>";
+  html +=
+      "<th>Attachment gap<br>mm</th><th>Length<br>mm</th>"
       "<th>Largest section<br>of rest</th></tr></thead><tbody>\n";
-  for (std::size_t i = 0; i < report.muscles.size(); ++i) html += row(report.muscles[i], i);
+  for (std::size_t i = 0; i < report.muscles.size(); ++i) html += row(report.muscles[i], i, zoned);
   return html +
          "</tbody></table></div>\n<p class=\"soft\">Errors and gaps are the largest of all "
          "frames.</p>\n";

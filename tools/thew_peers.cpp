@@ -3,7 +3,8 @@
 // thew_peers ARM.toml: Debian's Bullet soft body beside our muscles, on the same meshes, masses and
 // motion in one run, as one JSON object. CPU milliseconds a frame of one thread, medians of
 // interleaved runs. thew_peers --chart DIR: the ball's speed against its accuracy, ours, Bullet's
-// and finite elements.
+// and finite elements. thew_peers --bar DIR: one multiplier and zones, each with its own, beside
+// finite elements.
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -14,6 +15,7 @@
 #include "tools/paper_run.h"
 #include "tools/paper_shapes.h"
 #include "tools/peers/ball_chart.h"
+#include "tools/peers/bar_chart.h"
 #include "tools/peers/peer_runs.h"
 
 namespace thew {
@@ -177,11 +179,16 @@ int run(const std::string& arm, const std::string& chart) {
 
 int main(int argc, char** argv) {
   const bool charts = argc == 3 && std::string_view(argv[1]) == "--chart";
-  if (argc != 2 && !charts) {
-    std::fprintf(stderr, "usage: thew_peers ARM.toml | --chart DIR\n");
+  const bool bar = argc == 3 && std::string_view(argv[1]) == "--bar";
+  if (argc != 2 && !charts && !bar) {
+    std::fprintf(stderr, "usage: thew_peers ARM.toml | --chart DIR | --bar DIR\n");
     return 2;
   }
   try {
+    if (bar) {
+      thew::draw_bar_chart(argv[2]);
+      return 0;
+    }
     return charts ? thew::run("", argv[2]) : thew::run(argv[1], "");
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_peers: %s\n", error.what());

@@ -70,6 +70,7 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.material.bending, 2e-4);
   EXPECT_EQ(tube.material.density, 1050);
   EXPECT_EQ(tube.colour, Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(tube.zones, 6);
 
   EXPECT_EQ(scene.muscles[1].mesh, fs::canonical(file.parent_path() / "skin.obj"));
   EXPECT_EQ(scene.muscles[1].node_weights, (std::vector<double>{0, 0.5, 1, 2}));
@@ -97,7 +98,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const fs::path file = kScenes / "every_key/scene.toml";
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.skin.mesh, fs::canonical(file.parent_path() / "skin.obj"));
-  EXPECT_EQ(scene.skin.place, file.string() + ":48");
+  EXPECT_EQ(scene.skin.place, file.string() + ":49");
   EXPECT_EQ(scene.skin.settings.thickness, 0.003);
   EXPECT_EQ(scene.skin.settings.smoothing, 0.25);
   EXPECT_EQ(scene.skin.settings.iterations, 7);
@@ -106,7 +107,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
-  EXPECT_EQ(scene.solver.place, file.string() + ":55");
+  EXPECT_EQ(scene.solver.place, file.string() + ":56");
   EXPECT_FALSE(scene.contact.enabled);
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);

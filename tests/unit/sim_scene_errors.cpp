@@ -59,6 +59,13 @@ TEST_F(SceneFile, WrongValues) {
        "you"},
       {"[solver]\nintegrator = 3\n", ":14: solver.integrator is 3; give one of"},
       {"[solver]\nvolume = \"exakt\"\n", ":14: solver.volume is \"exakt\"; give one of"},
+      {"[solver]\nvolume = \"zonal\"\nintegrator = \"explicit\"\n",
+       ":14: solver.volume is \"zonal\", which \"explicit\" cannot hold; take integrator = "
+       "\"local_global\" or \"quasi_static\""},
+      {"[solver]\nintegrator = \"xpbd\"\nvolume = \"zonal\"\n",
+       ":15: solver.volume is \"zonal\", which \"xpbd\" cannot hold"},
+      {"zones = 17\n", ":13: muscle.biceps.zones is 17; give a whole number from 1 to 16"},
+      {"zones = 0\n", ":13: muscle.biceps.zones is 0; give a whole number from 1 to 16"},
       {"shape = \"targt\"\n", ":13: muscle.biceps.shape is \"targt\"; give one of"},
       {"weights = \"lefft\"\n", ":13: muscle.biceps.weights is \"lefft\"; give one of"},
       {"weights = {}\n", ":13: [muscle.biceps.weights] has none of"},

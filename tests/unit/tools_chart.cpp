@@ -38,6 +38,27 @@ TEST(ChartSettings, HaveTheScenesOwnOnce) {
   EXPECT_EQ(chart_settings(scene).size(), settings.size() - 1);
 }
 
+TEST(ChartSettings, HaveZonesWhereTheSceneAsksForThem) {
+  Scene scene;
+  const auto zonal = [&] {
+    const std::vector<ChartSetting> settings = chart_settings(scene);
+    return std::count_if(settings.begin(), settings.end(), [](const ChartSetting& setting) {
+      return setting.volume == "zonal";
+    });
+  };
+  EXPECT_EQ(zonal(), 0);
+  EXPECT_EQ(chart_refinements(8, "linear")[0].settings.back().volume, "exact");
+  scene.solver.volume = "zonal";
+  EXPECT_EQ(zonal(), 16);  // the grid of local_global, the scene's own in it, and quasi_static
+  for (const ChartSetting& setting : chart_settings(scene)) {
+    if (setting.volume != "zonal") continue;
+    EXPECT_TRUE(setting.integrator == "local_global" || setting.integrator == "quasi_static");
+  }
+  const std::vector<Refinement> refinements = chart_refinements(8, "zonal");
+  EXPECT_EQ(refinements[0].settings.back().volume, "zonal");
+  EXPECT_EQ(refinements[1].settings.back().volume, "exact");  // xpbd knows no zones
+}
+
 TEST(Chart, SaysWhatFailed) {
   Chart chart;
   chart.points = {point(1, 2), point(0, 0, "node 3 of \"biceps\" is not finite")};

@@ -313,9 +313,14 @@ struct StepTerms {
   std::vector<Vec3> start, guess;
   double inertia, drag;
 
-  double beyond(int i) const {  // m, signed, outside the planes
-    const double y = body.x[i].y();
-    return y > step.high ? y - step.high : y < step.low ? y - step.low : 0.0;
+  // m, outside the planes, along the direction in which that grows.
+  Vec3 beyond(int i) const {
+    const double x = body.x[i].x(), y = body.x[i].y();
+    const double depth = y > step.high ? y - step.high : y < step.low ? y - step.low : 0.0;
+    if (depth == 0.0 || x <= step.edge) return {0.0, depth, 0.0};
+    const double round = step.rounding;
+    const Vec3 out(x - step.edge, std::copysign(std::min(std::abs(depth) - round, 0.0), -depth), 0);
+    return std::min(1.0 - round / out.norm(), 0.0) * out;
   }
 
   double energy() const {
@@ -325,9 +330,23 @@ struct StepTerms {
              (inertia * (body.x[i] - guess[i]).squaredNorm() +
               drag * (body.x[i] - start[i]).squaredNorm());
       if (!body.load.empty()) sum -= body.load[i].dot(body.x[i]);
-      if (body.surface[i]) sum += 0.5 * step.firmness * beyond(i) * beyond(i);
+      if (body.surface[i]) sum += 0.5 * step.firmness * beyond(i).squaredNorm();
     }
     return sum;
+  }
+
+  // Without the edge's curvature, so that the matrix stays positive.
+  void add_plane(int i, Eigen::SparseMatrix<double>& matrix, Eigen::VectorXd& gradient) const {
+    const Vec3 depth = beyond(i);
+    if (depth.isZero(0.0)) return;
+    gradient.segment<3>(3 * i) += step.firmness * depth;
+    const Vec3 n = depth.normalized();
+    for (int a = 0; a < 2; ++a) {
+      for (int b = 0; b < 2; ++b) {
+        if (n[a] * n[b] == 0.0) continue;
+        matrix.coeffRef(3 * i + a, 3 * i + b) += step.firmness * n[a] * n[b];
+      }
+    }
   }
 
   void add(Eigen::SparseMatrix<double>& matrix, Eigen::VectorXd& gradient) const {
@@ -336,10 +355,7 @@ struct StepTerms {
       gradient.segment<3>(3 * i) +=
           m * (inertia * (body.x[i] - guess[i]) + drag * (body.x[i] - start[i]));
       if (!body.load.empty()) gradient.segment<3>(3 * i) -= body.load[i];
-      if (body.surface[i] && beyond(i) != 0.0) {
-        gradient[3 * i + 1] += step.firmness * beyond(i);
-        matrix.coeffRef(3 * i + 1, 3 * i + 1) += step.firmness;
-      }
+      if (body.surface[i]) add_plane(static_cast<int>(i), matrix, gradient);
       for (size_t d = 3 * i; d < 3 * i + 3; ++d) {
         matrix.coeffRef(d, d) += m * (inertia + drag);
         if (!body.fixed[d]) continue;
@@ -390,7 +406,7 @@ FemResult solve_step(FemBody& body, const FemStep& step) {
   for (int i = 0; i < nodes; ++i) {
     if (step.h > 0.0) body.v[i] = (body.x[i] - terms.start[i]) / step.h;
     if (body.surface[i]) {
-      result.penetration = std::max(result.penetration, std::abs(terms.beyond(i)));
+      result.penetration = std::max(result.penetration, terms.beyond(i).norm());
     }
   }
   return result;

@@ -52,6 +52,8 @@ struct FemStep {
   double damping = 0.0;                                   ///< 1/s
   double low = -std::numeric_limits<double>::infinity();  ///< m, planes across y
   double high = std::numeric_limits<double>::infinity();
+  /// m, where the planes end along x, in an edge rounded by `rounding` away from the body
+  double edge = std::numeric_limits<double>::infinity(), rounding = 0.0;
   double firmness = 1e5;    ///< N/m of the planes at a node
   bool direct = false;      ///< Cholesky, else conjugate gradients
   int iterations = 10;      ///< of Newton, at most

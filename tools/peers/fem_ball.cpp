@@ -104,6 +104,20 @@ FemBody linear_ball(const TriMesh& surface, int tetrahedra, const FemMaterial& m
   return body;
 }
 
+void add_element(std::array<std::array<int, 3>, 4> c,
+                 const std::function<int(const std::array<int, 3>&)>& node, FemBody& body) {
+  const auto side = [&](int k) {
+    return Vec3(c[k][0] - c[0][0], c[k][1] - c[0][1], c[k][2] - c[0][2]);
+  };
+  if (side(1).cross(side(2)).dot(side(3)) < 0.0) std::swap(c[2], c[3]);
+  for (const auto& corner : c) body.elements.push_back(node(corner));
+  for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}) {
+    std::array<int, 3> middle;
+    for (int k = 0; k < 3; ++k) middle[k] = (c[a][k] + c[b][k]) / 2;
+    body.elements.push_back(node(middle));
+  }
+}
+
 FemBody octant_ball(double radius, int n, const FemMaterial& material) {
   // The tetrahedron i + j + k <= 2n of lattice points, twice as fine as the elements; a point at
   // distance s in the sum norm goes to distance s in the Euclidean.
@@ -122,18 +136,6 @@ FemBody octant_ball(double radius, int n, const FemMaterial& material) {
     }
     return found->second;
   };
-  const auto add = [&](std::array<std::array<int, 3>, 4> c) {
-    const auto side = [&](int k) {
-      return Vec3(c[k][0] - c[0][0], c[k][1] - c[0][1], c[k][2] - c[0][2]);
-    };
-    if (side(1).cross(side(2)).dot(side(3)) < 0.0) std::swap(c[2], c[3]);
-    for (const auto& corner : c) body.elements.push_back(node(corner));
-    for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}) {
-      std::array<int, 3> middle;
-      for (int k = 0; k < 3; ++k) middle[k] = (c[a][k] + c[b][k]) / 2;
-      body.elements.push_back(node(middle));
-    }
-  };
   // Kuhn's tetrahedra of the lattice of partial sums u >= v >= w: each lies within the octant.
   constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   for (int u = 0; u < n; ++u) {
@@ -148,7 +150,7 @@ FemBody octant_ball(double radius, int n, const FemMaterial& material) {
             inside = inside && at[0] >= at[1] && at[1] >= at[2];
             c[k] = {2 * (at[0] - at[1]), 2 * (at[1] - at[2]), 2 * at[2]};
           }
-          if (inside) add(c);
+          if (inside) add_element(c, node, body);
         }
       }
     }

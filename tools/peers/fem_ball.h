@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "tools/peers/delaunay.h"
 #include "tools/peers/fem.h"
 
@@ -13,6 +15,11 @@ TetMesh fill_ball(const TriMesh& surface, int tetrahedra);
 
 /// Linear elasticity with the paper's penalty on such a filling.
 FemBody linear_ball(const TriMesh& surface, int tetrahedra, const FemMaterial& material);
+
+/// Adds the quadratic tetrahedron of four points of a lattice (even, so that their middles are of
+/// it too), turned outward; `node` numbers a point.
+void add_element(std::array<std::array<int, 3>, 4> corners,
+                 const std::function<int(const std::array<int, 3>&)>& node, FemBody& body);
 
 /// One eighth of a ball (x, y, z >= 0) of quadratic curved tetrahedra, n^3 of them, its three
 /// planes of symmetry fixed. Neo-Hookean.

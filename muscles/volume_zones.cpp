@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "muscles/volume_zones.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "muscles/volume.h"
+#include "rig/math.h"
+#include "rig/vectorise.h"
+
+namespace thew {
+namespace {
+
+// Of all volume: no zone may be smaller at rest, or rounding would be all of its error.
+constexpr double kLeastZone = 1e-4;
+// Of a zone's length: how far its weight fades on either side of a cut. 0.25 is nearer to finite
+// elements by a tenth where two bellies meet (the bar of thew_peers), but asks for finer meshes
+// than the arm's.
+constexpr double kOverlap = 0.5;
+
+Rows rows_of(const std::vector<Vec3>& points) {
+  Rows rows;
+  for (const Vec3& p : points) rows.push_back(to_row(p));
+  return rows;
+}
+
+VolumeZones::Cut make_cut(const TriMesh& rest, const std::vector<double>& along, int cut,
+                          int count) {
+  VolumeZones::Cut out;
+  std::vector<double> before;
+  for (double u : along) {
+    before.push_back(1.0 - smoothstep((cut - kOverlap) / count, (cut + kOverlap) / count, u));
+  }
+  // Nodes in the middle of the section count most, by the surface that they stand for.
+  std::vector<double> centre(along.size(), 0.0);
+  double sum = 0.0;
+  for (int t = 0; t < static_cast<int>(rest.triangles.size()); ++t) {
+    const auto& [i, j, k] = rest.triangles[t];
+    const std::vector<Vec3>& x = rest.vertices;
+    const double area = (x[j] - x[i]).cross(x[k] - x[i]).norm();
+    for (int node : {i, j, k}) {
+      const double share = area * before[node] * (1.0 - before[node]);
+      centre[node] += share;
+      sum += share;
+    }
+    const double part = (before[i] + before[j] + before[k]) / 3.0;
+    if (part > 0.0) out.parts.push_back({t, part});
+  }
+  if (!(sum > 0.0)) {
+    throw std::invalid_argument("no node lies near the cut between zones " + std::to_string(cut) +
+                                " and " + std::to_string(cut + 1) + " of " + std::to_string(count) +
+                                "; give fewer zones, or a finer mesh");
+  }
+  for (int i = 0; i < static_cast<int>(centre.size()); ++i) {
+    if (centre[i] > 0.0) out.section.push_back({i, centre[i] / sum});
+  }
+  return out;
+}
+
+[[gnu::always_inline]] inline Row centre_of(const VolumeZones::Cut& cut, const Rows& x) {
+  Row centre = {};
+  for (const auto& [node, share] : cut.section) centre += share * x[node];
+  return centre;
+}
+
+THEW_VECTORISED
+double volume_before(const VolumeZones::Cut& cut, const Rows& x,
+                     const std::vector<Triangle>& triangles) {
+  const Row centre = centre_of(cut, x);
+  Row volume = {};
+  for (const auto& [triangle, before] : cut.parts) {
+    const auto& [i, j, k] = triangles[triangle];
+    const Row a = x[i];
+    volume += before * (a - centre) * cross3(x[j] - a, x[k] - a);
+  }
+  return sum3(volume) / 6.0;
+}
+
+// dL/dx1 = before (x2 - a) x (x3 - a) / 6 and cyclic; dL/da = -sum before N / 6, with N the cross
+// product of two edges, which the nodes of the section share.
+THEW_VECTORISED
+void gradient_before(const VolumeZones::Cut& cut, const Rows& x,
+                     const std::vector<Triangle>& triangles, Rows& gradient) {
+  const Row centre = centre_of(cut, x);
+  gradient.assign(x.size(), Row{});
+  Row pull = {};
+  for (const auto& [triangle, before] : cut.parts) {
+    const auto& [i, j, k] = triangles[triangle];
+    const Row a = x[i] - centre, b = x[j] - centre, c = x[k] - centre;
+    const double part = before / 6.0;
+    const Row bc = part * cross3(b, c), ca = part * cross3(c, a), ab = part * cross3(a, b);
+    gradient[i] += bc;
+    gradient[j] += ca;
+    gradient[k] += ab;
+    pull += (bc + ca) + ab;  // N, whatever the origin
+  }
+  for (const auto& [node, share] : cut.section) gradient[node] -= share * pull;
+}
+
+}  // namespace
+
+VolumeZones make_volume_zones(const TriMesh& rest, const std::vector<double>& along, int count) {
+  VolumeZones zones;
+  for (int cut = 1; cut < count; ++cut) zones.cuts.push_back(make_cut(rest, along, cut, count));
+  volumes_before(zones, rows_of(rest.vertices), rest.triangles, zones.rest_before);
+  for (int j = 0; j < count; ++j) {
+    const double volume = zones.rest_before[j] - (j > 0 ? zones.rest_before[j - 1] : 0.0);
+    if (volume > kLeastZone * zones.rest_before.back()) continue;
+    throw std::invalid_argument("zone " + std::to_string(j + 1) + " of " + std::to_string(count) +
+                                " holds next to no volume at rest; give fewer zones");
+  }
+  return zones;
+}
+
+std::vector<double> longest_axis_coordinates(const TriMesh& mesh) {
+  Vec3 centre = Vec3::Zero();
+  for (const Vec3& p : mesh.vertices) centre += p / static_cast<double>(mesh.vertices.size());
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& p : mesh.vertices) spread += (p - centre) * (p - centre).transpose();
+  const Mat3 axes = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvectors();
+  Vec3 axis = axes.col(2);  // of the largest
+  int main = 0;
+  axis.cwiseAbs().maxCoeff(&main);
+  if (axis[main] < 0.0) axis = -axis;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  std::vector<double> along;
+  for (const Vec3& p : mesh.vertices) {
+    along.push_back(axis.dot(p));
+    low = std::min(low, along.back());
+    high = std::max(high, along.back());
+  }
+  for (double& u : along) u = (u - low) / (high - low);
+  return along;
+}
+
+void volumes_before(const VolumeZones& zones, const Rows& x, const std::vector<Triangle>& triangles,
+                    std::vector<double>& before) {
+  before.clear();
+  for (const VolumeZones::Cut& cut : zones.cuts) before.push_back(volume_before(cut, x, triangles));
+  before.push_back(enclosed_volume(x, triangles));
+}
+
+void gradients_before(const VolumeZones& zones, const Rows& x,
+                      const std::vector<Triangle>& triangles, std::vector<Rows>& gradients) {
+  const size_t cuts = zones.cuts.size();
+  gradients.resize(cuts + 1);
+  for (size_t c = 0; c < cuts; ++c) gradient_before(zones.cuts[c], x, triangles, gradients[c]);
+  volume_gradient(x, triangles, gradients[cuts]);
+}
+
+double zone_error(const VolumeZones& zones, const std::vector<double>& before,
+                  const std::vector<double>& wanted) {
+  double largest = 0.0;
+  for (int j = 0; j < zones.count(); ++j) {
+    const auto zone = [&](const std::vector<double>& l) { return l[j] - (j > 0 ? l[j - 1] : 0.0); };
+    largest = std::max(largest, std::abs(zone(before) - zone(wanted)) / zone(zones.rest_before));
+  }
+  return largest;
+}
+
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostZones, kMostZones>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostZones, 1>;
+
+THEW_VECTORISED
+double product(const Rows& a, const Rows& b) {
+  Row sum = {};
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum3(sum);
+}
+
+THEW_VECTORISED
+void move(const Rows& direction, double way, Rows& x) {
+  for (size_t i = 0; i < x.size(); ++i) x[i] += way * direction[i];
+}
+
+// Row i: how the volume before cut i grows along each direction.
+Matrix slopes(const VolumeZones& zones, const std::vector<Triangle>& triangles,
+              const std::vector<Rows>& directions, const Rows& x, std::vector<Rows>& gradients) {
+  gradients_before(zones, x, triangles, gradients);
+  Matrix out(zones.count(), zones.count());
+  for (int i = 0; i < zones.count(); ++i) {
+    for (int j = 0; j < zones.count(); ++j) out(i, j) = product(gradients[i], directions[j]);
+  }
+  return out;
+}
+
+}  // namespace
+
+bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triangles,
+                   const std::vector<double>& wanted, const std::vector<Rows>& directions,
+                   ZoneScratch& scratch, Rows& x) {
+  constexpr int kMostPasses = 20;
+  constexpr double kHeld = 1e-13;      // of all volume
+  constexpr double kSingular = 1e-11;  // of the largest pivot
+  // As long as a pass leaves less than this of the error, the next one goes on with the same
+  // slopes: they cost more than it.
+  constexpr double kFast = 0.1;
+  const int count = zones.count();
+  scratch.start = x;
+  Vector missing(count);
+  Eigen::FullPivLU<Matrix> system(count, count);
+  system.setThreshold(kSingular);
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    volumes_before(zones, x, triangles, scratch.before);
+    for (int i = 0; i < count; ++i) missing[i] = wanted[i] - scratch.before[i];
+    const double error = missing.cwiseAbs().maxCoeff();
+    if (error <= kHeld * wanted.back()) return true;
+    if (!(error < before)) break;
+    const bool fast = pass > 0 && error < kFast * before;
+    before = error;
+    if (!fast) {
+      const Matrix now = slopes(zones, triangles, directions, x, scratch.gradients);
+      if (!now.allFinite()) break;
+      // Of no full rank where a zone is held: that is no matter as long as its volume is right.
+      system.compute(now);
+    }
+    const Vector way = system.solve(missing);
+    for (int j = 0; j < count; ++j) move(directions[j], way[j], x);
+  }
+  x = scratch.start;
+  return false;
+}
+
+}  // namespace thew

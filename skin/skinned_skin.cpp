@@ -218,6 +218,16 @@ void stay_out_of_flesh(const SkinnedSkin& skin, const std::vector<Wall>& walls,
   }
 }
 
+// The corners of a wide triangle go farther than what they are asked for at a point within.
+void keep_near(const SkinnedSkin& skin, const Rows& carried, SkinState& state) {
+  const double most = kMostWay * skin.settings.reach;
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    const Row by = state.x[i] - carried[i];
+    const double way = norm(by);
+    if (way > most) state.x[i] = carried[i] + (most / way) * by;
+  }
+}
+
 }  // namespace
 
 Vec3 place_of(const SkinnedSkin::Anchor& anchor, const std::vector<Collider>& below) {
@@ -257,6 +267,7 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
   ride_on_flesh(skin, walls, state);
   add_smoothed(skin, skin.passes, state);
   stay_out_of_flesh(skin, walls, below, state);
+  keep_near(skin, carried, state);
 }
 
 double deepest_of(const Rows& points, const std::vector<Collider>& below) {

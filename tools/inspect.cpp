@@ -114,18 +114,19 @@ Found inspect_scene(const fs::path& file) {
   const Scene scene = read_scene(file);
   ordered_json muscles = ordered_json::array();
   for (const SceneMuscle& muscle : scene.muscles) muscles.push_back(muscle.name);
-  ordered_json found = {{"kind", "scene"},
-                        {"name", scene.name},
-                        {"fps", scene.fps},
-                        {"frames", {scene.first_frame, scene.last_frame}},
-                        {"rig", scene.rig.string()},
-                        {"muscles", muscles},
-                        {"skin", scene.skin.mesh.string()},
-                        {"integrator", scene.solver.integrator},
-                        {"volume", scene.solver.volume},
-                        {"substeps", scene.solver.substeps},
-                        {"bounds", scene.bounds.size()},
-                        {"warnings", scene.warnings}};
+  ordered_json found = {
+      {"kind", "scene"},
+      {"name", scene.name},
+      {"fps", scene.fps},
+      {"frames", {scene.first_frame, scene.last_frame}},
+      {"rig", scene.rig.string()},
+      {"muscles", muscles},
+      {"skin", scene.skin.skinned ? "the character's own" : scene.skin.mesh.string()},
+      {"integrator", scene.solver.integrator},
+      {"volume", scene.solver.volume},
+      {"substeps", scene.solver.substeps},
+      {"bounds", scene.bounds.size()},
+      {"warnings", scene.warnings}};
   if (const auto& tolerance = scene.solver.tolerance) {  // which stands for these two
     found.erase("integrator");
     found.erase("substeps");

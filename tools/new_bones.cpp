@@ -192,6 +192,14 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
   const std::vector<std::string> known = {"clavicle", "humerus", "forearm", "hand"};
   for (const auto& [key, body] : map) {
     std::string part = key;
+    const bool sided = key.starts_with("left_") || key.starts_with("right_");
+    if (sided ? key.starts_with(side == "left" ? "right_" : "left_") && side != "both"
+              : side == "both") {
+      throw Error(ExitCode::kUsage, "--map " + key + "=" + body + ": " +
+                                        (sided ? "is not on the side asked for; give --side both"
+                                               : "on which side? Give left_" + key + " or right_" +
+                                                     key + ", or --side"));
+    }
     for (const char* begin : {"left_", "right_"}) {
       if (part.starts_with(begin)) part = part.substr(std::string(begin).size());
     }

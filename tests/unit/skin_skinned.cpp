@@ -28,11 +28,11 @@ struct Sheet {
     return act(std::vector<Collider>{{&surface, &bvh, &x, nullptr}});
   }
 
-  Sheet() {
-    for (Vec3& p : muscle.vertices) p = p.cwiseProduct(Vec3(0.12, 0.01, 0.12));
+  explicit Sheet(double edge = 0.008, double radius = 0.12) {
+    for (Vec3& p : muscle.vertices) p = p.cwiseProduct(Vec3(radius, 0.01, radius));
     for (int i = 0; i < kSide * kSide; ++i) {
-      mesh.vertices.emplace_back(0.008 * (i % kSide - kSide / 2), 0.012,
-                                 0.008 * (i / kSide - kSide / 2));
+      mesh.vertices.emplace_back(edge * (i % kSide - kSide / 2), 0.012,
+                                 edge * (i / kSide - kSide / 2));
       map_back.push_back(i);
       weights.first.push_back(i);
       weights.link.push_back(0);
@@ -53,8 +53,8 @@ struct Sheet {
     });
   }
 
-  // The sheet's middle, with the body and then the muscle moved.
-  Vec3 middle(const Vec3& body, const Vec3& by) const {
+  // The sheet, with the body and then the muscle moved.
+  Rows moved(const Vec3& body, const Vec3& by) const {
     SkinState state = initial_skinned(skin);
     Affine place = Affine::Identity();
     place.translation() = body;
@@ -62,7 +62,10 @@ struct Sheet {
       step_skinned(skin, {place}, below, state);
       return 0;
     });
-    return to_vec(state.x[kSide * kSide / 2]);
+    return state.x;
+  }
+  Vec3 middle(const Vec3& body, const Vec3& by) const {
+    return to_vec(moved(body, by)[kSide * kSide / 2]);
   }
 };
 
@@ -77,6 +80,27 @@ TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
   const Sheet sheet;
   for (const double way : {0.004, 0.015, 0.028}) {
     EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0, way, 0)).y(), 0.012 + way, 1e-3) << way;
+  }
+}
+
+// Further than its reach, as the weights of a bent elbow do.
+TEST(SkinnedSkin, StaysOutsideWhereItsWeightsSinkIn) {
+  const Sheet sheet;
+  for (const double way : {0.01, 0.025, 0.045, 0.06}) {
+    EXPECT_NEAR(sheet.middle(Vec3(0, -way, 0), Vec3(0, way, 0)).y(), 0.012, 1e-3) << way;
+  }
+}
+
+// A muscle that comes up in the middle of a triangle with no vertex near it.
+TEST(SkinnedSkin, CoversAMuscleBetweenItsVertices) {
+  const Sheet sheet(0.06, 0.01);
+  const int a = (kSide + 1) * (kSide / 2);  // the muscle's top is under this cell's diagonal
+  for (const double way : {0.0, 0.004, 0.012, 0.02}) {
+    const Vec3 to(0.025, way, 0.02);
+    const Rows x = sheet.moved(Vec3::Zero(), to);
+    const double u = to.x() / 0.06, v = to.z() / 0.06;  // u > v: the triangle a, b + 1, a + 1
+    const double y = (1.0 - u) * x[a][1] + v * x[a + kSide + 1][1] + (u - v) * x[a + 1][1];
+    EXPECT_GT(y, 0.01 + way - 1e-3) << way;
   }
 }
 

@@ -6,7 +6,9 @@
 #include "rig/text.h"
 #include "rig_temp.h"
 #include "sim/model.h"
+#include "sim/step.h"
 #include "tools/commands.h"
+#include "tools/inspect.h"
 #include "tools/new_arm.h"
 
 namespace thew {
@@ -140,6 +142,34 @@ TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
   EXPECT_GT(volume, 600e-6);  // of the template's 1710, in arms 0.8 of its length
   const std::string text = read_whole(options.out, 1 << 20);
   EXPECT_HAS(text, "mm or more under the skin");
+  EXPECT_HAS(inspect(options.out, false).text, "the character's own");
+}
+
+// The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.
+TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
+  NewOptions options;
+  options.character = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
+  options.out = folder / "figure.toml";
+  options.side = "right";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(options.out));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  StageSeconds seconds;
+  settle(model, parallel, state);
+  for (int frame = 1; frame < 36; ++frame) {
+    step_frame(model, frame / 24.0, parallel, state, seconds);
+  }
+  TriMesh skin = model.character->character.mesh;
+  for (size_t i = 0; i < skin.vertices.size(); ++i) skin.vertices[i] = to_vec(state.skin.x[i]);
+  double deepest = 0.0;
+  for (const MuscleState& muscle : state.muscles) {
+    for (const Row& x : muscle.x) {
+      if (winding(skin, to_vec(x)) < 0.5) deepest = std::max(deepest, distance(skin, to_vec(x)));
+    }
+  }
+  std::printf("%.2f mm outside\n", 1e3 * deepest);
+  EXPECT_LT(deepest, 2e-3);
 }
 
 TEST_F(NewScene, DoubtIsToldWithItsCandidates) {
@@ -158,6 +188,18 @@ TEST_F(NewScene, DoubtIsToldWithItsCandidates) {
   EXPECT_HAS(message(robot, {{"humerus", "UpperArmR"}}), "did you mean \"UpperArm.R\"");
   EXPECT_HAS(message(robot, {{"humerous", "UpperArm.R"}}), "did you mean \"humerus\"");
   EXPECT_HAS(message(robot, {{"forearm", "Neck"}}), "does not hang on");
+  // None is passed over in silence.
+  const auto both = [&](const BoneMap& map, const std::string& side) -> std::string {
+    try {
+      find_arms(robot, side, map, "x.glb", notes);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_HAS(both({{"humerus", "UpperArm.R"}}, "both"), "on which side?");
+  EXPECT_HAS(both({{"left_humerus", "UpperArm.L"}}, "right"), "not on the side asked for");
+  EXPECT_EQ(both({{"left_humerus", "UpperArm.L"}, {"right_humerus", "UpperArm.R"}}, "both"), "");
   Character nameless = robot;
   for (std::string& name : nameless.skeleton.body_names) name = "b" + name.substr(name.size() - 1);
   nameless.mesh.vertices.clear();

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a skinned skin keeps of the rest pose: its points, their levels and their muscles.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "rig/math.h"
+#include "skin/skinned_skin.h"
+
+namespace thew {
+namespace {
+
+constexpr double kSmoothed = 0.01;  // m, over which the displacement is evened out
+constexpr int kMostPasses = 50;
+constexpr int kFewestPasses = 4;     // neighbours may be anchored to muscles that part ...
+constexpr double kSpread = 0.02;     // m, ... but no farther than this, or it is flattened
+constexpr double kFlattened = 1e-6;  // determinant of a blend that has no inverse worth having
+constexpr double kSpacing = 0.01;    // m, from point to point within a triangle ...
+constexpr int kMostAlong = 16;       // ... of which no edge gets more than these
+
+void find_neighbours(SkinnedSkin& skin) {
+  std::vector<std::set<int>> around(skin.mesh.vertices.size());
+  for (const Triangle& t : skin.mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = skin.map_back[t[k]], b = skin.map_back[t[(k + 1) % 3]];
+      if (a == b) continue;
+      around[a].insert(b);
+      around[b].insert(a);
+    }
+  }
+  skin.first_neighbour.push_back(0);
+  for (const std::set<int>& one : around) {
+    skin.neighbours.insert(skin.neighbours.end(), one.begin(), one.end());
+    skin.first_neighbour.push_back(static_cast<int>(skin.neighbours.size()));
+  }
+}
+
+// m, the mean edge near the muscles; 0 where there are none.
+double mean_edge(const SkinnedSkin& skin) {
+  double sum = 0.0;
+  int count = 0;
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    for (int k = skin.first_neighbour[i]; k < skin.first_neighbour[i + 1]; ++k) {
+      if (skin.share[i] <= 0.0) continue;
+      sum += to_vec(skin.rest[i] - skin.rest[skin.neighbours[k]]).norm();
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
+// n passes of half its own, half its neighbours' mean spread a value over e sqrt(n / 2), e the mean
+// edge: none where the mesh is coarser than that.
+int passes_over(double width, double edge, int most) {
+  if (edge <= 0.0) return 0;
+  const double ratio = width / edge;
+  return static_cast<int>(std::min(2.0 * ratio * ratio, 1.0 * most));
+}
+
+// Vertices, then what lies between them: a triangle's points on the grid that its longest edge asks
+// for, those on an edge with one of its two triangles.
+void add_points(SkinnedSkin& skin) {
+  const auto add = [&](const Triangle& corners, const std::array<double, 3>& shares) {
+    skin.points.push_back({corners, shares, 0.0, 0.0, {}});
+  };
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    const int v = static_cast<int>(i);
+    if (skin.map_back[i] == v) add({v, v, v}, {1.0, 0.0, 0.0});
+  }
+  for (const Triangle& t : skin.mesh.triangles) {
+    const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
+    if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(longest, to_vec(skin.rest[c[k]] - skin.rest[c[(k + 1) % 3]]).norm());
+    }
+    const int along = std::min(static_cast<int>(std::ceil(longest / kSpacing)), kMostAlong);
+    for (int i = 0; i < along; ++i) {
+      for (int j = 0; i + j <= along; ++j) {
+        const int k = along - i - j;
+        const int zeros = (i == 0) + (j == 0) + (k == 0);
+        const bool theirs =
+            (i == 0 && c[1] > c[2]) || (j == 0 && c[2] > c[0]) || (k == 0 && c[0] > c[1]);
+        if (zeros == 2 || theirs) continue;
+        add(c, {1.0 * i / along, 1.0 * j / along, 1.0 * k / along});
+      }
+    }
+  }
+}
+
+// Drops points that no muscle can come near.
+void find_levels(const std::vector<Collider>& below, SkinnedSkin& skin) {
+  const SkinSettings& settings = skin.settings;
+  std::vector<SkinnedSkin::Point> near;
+  FleshPlanes planes;
+  planes.planes.resize(1);
+  planes.count.resize(1);
+  for (SkinnedSkin::Point& point : skin.points) {
+    std::vector<int> hints(below.size() + 1, -1);
+    const Vec3 x = place_of(point, skin.rest);
+    find_flesh(below, x, kMostNear * settings.reach, settings.bridging, 0, hints, planes);
+    const FleshValue flesh = flesh_value(planes, 0, x, settings.bridging);
+    if (!flesh.found) continue;
+    point.level = flesh.level;
+    point.share = 1.0 - smoothstep(0.5 * settings.reach, settings.reach, flesh.nearest);
+    near.push_back(point);
+  }
+  skin.points.swap(near);
+}
+
+void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& below,
+                  SkinnedSkin& skin) {
+  std::vector<Affine> of_links;
+  link_transforms(skin.weights, rest, of_links);
+  skin.from_rest.assign(skin.rest.size(), Mat3::Identity());
+  std::vector<char> known(skin.rest.size(), 0);  // 2: has no inverse
+  for (SkinnedSkin::Point& point : skin.points) {
+    double nearest = kMostNear * skin.settings.reach;
+    SkinnedSkin::Anchor& anchor = point.anchor;
+    for (size_t m = 0; m < below.size(); ++m) {
+      const ClosestPoint near = closest_point(*below[m].surface, *below[m].bvh, *below[m].x,
+                                              place_of(point, skin.rest), nearest);
+      if (near.triangle < 0) continue;
+      nearest = std::abs(near.distance);
+      anchor.muscle = static_cast<int>(m), anchor.triangle = near.triangle;
+      std::copy(near.barycentric, near.barycentric + 3, anchor.share.begin());
+    }
+    if (anchor.muscle < 0) continue;
+    anchor.out = place_of(point, skin.rest) - place_of(anchor, below);
+    for (const int v : point.corners) {
+      if (known[v] == 0) {
+        const Mat3 blend = blended_transform(skin.weights, of_links, v).linear();
+        known[v] = std::abs(blend.determinant()) < kFlattened ? 2 : 1;
+        if (known[v] == 1) skin.from_rest[v] = blend.inverse();
+      }
+      if (known[v] == 2) anchor.muscle = -1;
+    }
+  }
+}
+
+}  // namespace
+
+SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
+                         const SkinWeights& weights, const std::vector<Affine>& rest,
+                         const std::vector<Collider>& below, const SkinSettings& settings) {
+  SkinnedSkin skin;
+  skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
+  skin_vertices(weights, mesh, rest, skin.rest);
+  find_neighbours(skin);
+  add_points(skin);
+  find_levels(below, skin);
+  skin.share.assign(skin.rest.size(), 0.0);
+  for (const SkinnedSkin::Point& point : skin.points) {
+    if (point.corners[0] == point.corners[1]) skin.share[point.corners[0]] = point.share;
+  }
+  skin.near.assign(skin.rest.size(), 0);
+  for (const SkinnedSkin::Point& point : skin.points) {
+    for (const int v : point.corners) skin.near[v] = 1;
+  }
+  bind_anchors(rest, below, skin);
+  const double edge = mean_edge(skin);
+  skin.passes = passes_over(kSmoothed, edge, kMostPasses);
+  skin.first_passes = std::max(skin.passes, passes_over(kSpread, edge, kFewestPasses));
+  return skin;
+}
+
+}  // namespace thew

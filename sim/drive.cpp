@@ -96,6 +96,7 @@ std::vector<Collider> muscles_of(const Model& model, const State& state) {
     const MuscleState& now = state.muscles[m];
     colliders.push_back({&muscle.surface, &now.bvh, &now.x, &muscle.free_nodes});
     colliders.back().held_points = &muscle.held_points;
+    colliders.back().thickness = muscle.thickness;
   }
   return colliders;
 }
@@ -105,6 +106,7 @@ std::vector<Collider> colliders_of(const Model& model, const State& state) {
   for (size_t b = 0; b < model.bones.size(); ++b) {
     colliders.push_back({&model.bones[b].surface, &state.bones[b].bvh, &state.bones[b].x, nullptr});
     colliders.back().held_points = &model.bones[b].held_points;
+    colliders.back().thickness = model.bones[b].thickness;
   }
   return colliders;
 }
@@ -196,12 +198,15 @@ void keep_pushes(MuscleState& now) {
 }  // namespace
 
 void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
-  const ContactSettings& settings = model.scene.contact.settings;
+  ContactSettings settings = model.scene.contact.settings;
   const auto searches = [&](int m) { return has_forces(state.muscles[m].level); };
   bool any = false;
   for (int m = 0; m < state.count(); ++m) any = any || searches(m);
   if (!model.scene.contact.enabled || !any) return;
   std::vector<Collider> colliders = colliders_of(model, state);
+  double thickest = 0.0;
+  for (const Collider& collider : colliders) thickest = std::max(thickest, collider.thickness);
+  settings.margin += 2.0 * thickest;
   for (size_t c = 0; c < colliders.size(); ++c) {
     const size_t b = c - state.muscles.size();
     const bool is_bone = c >= state.muscles.size();

@@ -28,7 +28,8 @@ Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
     before = to_row(pose_before[bone.body] * point);
     after = to_row(state.pose[bone.body] * point);
   }
-  const double from = normal.dot(to_vec(before)) + model.scene.contact.settings.gap + contact.offset;
+  const double from =
+      normal.dot(to_vec(before)) + model.scene.contact.settings.gap + contact.offset;
   return {.normal = to_row(normal),
           .from = from,
           .way = normal.dot(to_vec(after - before)),

@@ -97,7 +97,8 @@ Fidelity uniform(const Model& model, int substeps, Level level, int iterations) 
 std::vector<double> work_of(const State& state) {
   std::vector<double> work;
   for (const MuscleState& muscle : state.muscles) {
-    work.push_back(static_cast<double>(muscle.node_iterations + muscle.memory.searches));
+    work.push_back(static_cast<double>(muscle.node_iterations + muscle.memory.searches +
+                                       muscle.face_memory.searches));
   }
   return work;
 }

@@ -246,21 +246,31 @@ void find_held_points(Model& model) {
   }
 }
 
-std::vector<std::vector<char>> ignored_pairs(const Model& model) {
+// Which collider it is.
+size_t collider_named(const Model& model, const char* key, const std::string& name) {
   std::vector<std::string> names;
   for (const Muscle& muscle : model.muscles) names.push_back(muscle.name);
   for (const Bone& bone : model.bones) names.push_back(bone.name);
-  std::vector<std::vector<char>> ignore(model.muscles.size(), std::vector<char>(names.size(), 0));
-  const auto index = [&](const std::string& name) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found != names.end()) return static_cast<size_t>(found - names.begin());
-    const std::string near = nearest_name(name, names);
-    throw Error(ExitCode::kUsage, model.scene.file.string() + ": [contact] ignore names \"" + name +
-                                      "\", which is no muscle or bone" +
-                                      (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
-  };
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<size_t>(found - names.begin());
+  const std::string near = nearest_name(name, names);
+  throw Error(ExitCode::kUsage, model.scene.file.string() + ": [contact] " + key + " names \"" +
+                                    name + "\", which is no muscle or bone" +
+                                    (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+}
+
+void set_thickness(Model& model) {
+  for (const auto& [name, metres] : model.scene.contact.thickness) {
+    const size_t i = collider_named(model, "thickness", name), muscles = model.muscles.size();
+    (i < muscles ? model.muscles[i].thickness : model.bones[i - muscles].thickness) = metres;
+  }
+}
+
+std::vector<std::vector<char>> ignored_pairs(const Model& model) {
+  std::vector<std::vector<char>> ignore(model.muscles.size(),
+                                        std::vector<char>(model.colliders(), 0));
   for (const auto& [a, b] : model.scene.contact.ignore) {
-    const size_t i = index(a), j = index(b);
+    const size_t i = collider_named(model, "ignore", a), j = collider_named(model, "ignore", b);
     if (i < ignore.size()) ignore[i][j] = 1;
     if (j < ignore.size()) ignore[j][i] = 1;
   }
@@ -387,6 +397,7 @@ Model build_model(const Scene& scene) {
   load_character_bones(scene, model);
   find_held_points(model);
   model.ignore = ignored_pairs(model);
+  set_thickness(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);
   if (scene.skin.skinned) build_skinned(model);
   hash_model(model);

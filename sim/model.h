@@ -32,6 +32,7 @@ struct Muscle {
   std::vector<double> mass;  ///< kg
   std::vector<char> driven, free_nodes;
   std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
+  double thickness = 0.0;                 ///< m, that contact keeps free over it
   std::vector<int> bodies;                ///< that move it, each once
   std::vector<double> weights;            ///< authored; sum n over all nodes, 0 where driven
   double weight_floor = 0.0;              ///< added to all, where the authored lie on too few nodes
@@ -46,7 +47,8 @@ struct Bone {
   int body = -1;
   TriMesh in_body;
   Surface surface;
-  std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
+  std::vector<SurfacePoint> held_points;  ///< as a muscle's
+  double thickness = 0.0;                 ///< m
 };
 
 enum class Integrator { kExplicit, kXpbd, kLocalGlobal, kQuasiStatic };

@@ -49,14 +49,13 @@ class PartedHash {
 
 void add_settings(const Scene& scene, PartedHash& hash) {
   hash.add("thew 0.1.0");
-  for (double value :
-       {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
-        1.0 * scene.first_frame, 1.0 * scene.solver.substeps, 1.0 * scene.solver.iterations,
-        1.0 * scene.contact.enabled, scene.contact.settings.margin,
-        scene.contact.settings.max_depth, scene.contact.settings.gap,
-        scene.contact.settings.spacing, scene.skin.settings.thickness,
-        scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
-        scene.skin.settings.fold_gap}) {
+  for (double value : {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(),
+                       scene.gravity.z(), 1.0 * scene.first_frame, 1.0 * scene.solver.substeps,
+                       1.0 * scene.solver.iterations, 1.0 * scene.contact.enabled,
+                       scene.contact.settings.margin, scene.contact.settings.max_depth,
+                       scene.contact.settings.gap, scene.contact.settings.spacing,
+                       scene.skin.settings.thickness, scene.skin.settings.smoothing,
+                       1.0 * scene.skin.settings.iterations, scene.skin.settings.fold_gap}) {
     hash.number(value);
   }
   hash.add(scene.solver.integrator);
@@ -143,6 +142,11 @@ void hash_model(Model& model) {
   hash.end_part("the bones' meshes", model);
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
   hash.end_part("contact.ignore", model);
+  for (const auto& [name, metres] : model.scene.contact.thickness) {
+    hash.add(name);
+    hash.number(metres);
+  }
+  hash.end_part("contact.thickness", model);
   for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   hash.faces(model.skin.surface.triangles);
   hash.end_part("the skin's mesh", model);

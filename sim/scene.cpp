@@ -219,6 +219,16 @@ void read_contact(TomlValue& table, Scene& scene) {
   read(table, "max_depth", scene.contact.settings.max_depth, kNotNegative);
   read(table, "gap", scene.contact.settings.gap, kNotNegative);
   read(table, "spacing", scene.contact.settings.spacing, kPositive);
+  if (TomlValue* thickness = find(table, "thickness")) {
+    if (thickness->type != TomlValue::Type::kTable) {
+      refuse(*thickness, "name surfaces, { humerus = 0.001 }");
+    }
+    for (const std::string& name : thickness->keys) {
+      double metres = 0.0;
+      read(*thickness, name.c_str(), metres, kNotNegative);
+      scene.contact.thickness.push_back({name, metres});
+    }
+  }
   TomlValue* ignore = find(table, "ignore");
   if (!ignore) return;
   scene.contact.place = ignore->place;

@@ -176,6 +176,7 @@ struct Scene {
     ContactSettings settings;
     std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
     Place place;                                              ///< of `ignore`
+    std::vector<std::pair<std::string, double>> thickness;    ///< m, of muscles or bones
   } contact;
   SceneRender render;
   struct {

@@ -118,6 +118,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       const Vec3 normal = steady_normal(own, contact_normal(found, p));
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
+      contact.offset = self.thickness + target.thickness;
       contacts.push_back(contact);
     }
   }

@@ -24,6 +24,7 @@ struct Collider {
   double travelled = 0.0;
   NodeBox box = {};  ///< of the nodes; what is not near needs no tree
   const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
+  double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
@@ -48,7 +49,7 @@ struct Contact {
   double barycentric[3] = {0, 0, 0};
   Vec3 normal = Vec3::UnitZ();  ///< out of the other surface
   double distance = 0.0;        ///< signed, when found
-  double offset = 0.0;          ///< m, 0 but for a share in a face's contact
+  double offset = 0.0;          ///< m: both thicknesses, and a share in a face's contact
   bool of_face = false;         ///< of a face of which the node is a corner, with a held point
 };
 

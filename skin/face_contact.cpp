@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <map>
 
+#include "rig/vectorise.h"
+
 namespace thew {
 namespace {
 
@@ -145,43 +147,48 @@ bool same_place(const Share& a, const Share& b) {
   return a.contact.node == b.contact.node && a.contact.other == b.contact.other;
 }
 
-// C = n . (sum w_k x_k - y) >= gap, w of a face's point, y the held one. The shortest way of the
-// free corners to there is (gap - C) w_k / sum w^2 along n, for each a contact of its own: together
-// they hold C, whether it is open or not. `with`: all but the node and its place.
+// C = n . (sum w_k x_k - y) >= gap, w of a face's point, y the held one, for each free corner as a
+// contact of its own; together they hold C. Where it is violated each goes (gap - C) w_k / sum w^2
+// along n, the shortest way; where it is open each may come nearer by (C - gap) / sum w, or corners
+// far from the point would be held back by it. `with`: all but the node and its place.
 void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
                const Contact& with, std::vector<Share>& shares) {
   constexpr double kLeast = 0.1;  // below it a corner, or all of the face, is as good as held
   const Triangle& t = self.surface->triangles[face.triangle];
-  double squares = 0.0;
+  const auto& w = face.barycentric;
+  double sum = 0.0, squares = 0.0;
   for (int k = 0; k < 3; ++k) {
-    if ((*self.free_nodes)[t[k]]) squares += face.barycentric[k] * face.barycentric[k];
+    if (!(*self.free_nodes)[t[k]]) continue;
+    sum += w[k];
+    squares += w[k] * w[k];
   }
   if (squares < kLeast) return;
-  const double missing = gap - with.normal.dot(face.point - y);
+  const double missing = gap + with.offset - with.normal.dot(face.point - y);
   for (int k = 0; k < 3; ++k) {
-    if (!(*self.free_nodes)[t[k]] || face.barycentric[k] < kLeast) continue;
+    if (!(*self.free_nodes)[t[k]] || w[k] < kLeast) continue;
     Contact contact = with;
     contact.node = t[k];
     contact.distance = with.normal.dot(to_vec((*self.x)[t[k]]) - y);
-    const double way = missing * face.barycentric[k] / squares;
+    const double way = missing > 0.0 ? missing * w[k] / squares : missing / sum;
     contact.offset = contact.distance - gap + way;
     shares.push_back({way, contact});
   }
 }
 
 // Of the faces that have a free corner: no other can give way.
-NodeBox box_of_free(const Collider& collider) {
+THEW_VECTORISED
+NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
   NodeBox box;
-  box.low = -box.low, box.high = -box.high;
-  for (const Triangle& t : collider.surface->triangles) {
-    const auto is_free = [&](int node) { return (*collider.free_nodes)[node] != 0; };
-    if (!is_free(t[0]) && !is_free(t[1]) && !is_free(t[2])) continue;
-    for (const int node : t) {
-      const Row& p = (*collider.x)[node];
-      box.low = p < box.low ? p : box.low;
-      box.high = p > box.high ? p : box.high;
+  Row low = -box.low, high = box.low;
+  for (const auto& [i, j, k] : surface.triangles) {
+    if (!is_free[i] && !is_free[j] && !is_free[k]) continue;
+    for (const int node : {i, j, k}) {
+      const Row p = x[node];
+      low = p < low ? p : low;
+      high = p > high ? p : high;
     }
   }
+  box.low = low, box.high = high;
   return box;
 }
 
@@ -211,7 +218,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const double reach = std::max(settings.margin, settings.max_depth);
-  const NodeBox box = box_of_free(self);
+  const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
   memory.others.resize(colliders.size());
   std::vector<Share> shares;
   for (const int other : near) {
@@ -245,6 +252,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       Contact with{-1, other, points[i].triangle, {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
+      with.offset = self.thickness + them.thickness;
       share_out(self, found, y, settings.gap, with, shares);
     }
   }

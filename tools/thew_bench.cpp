@@ -379,7 +379,9 @@ int scale(const std::string& scene, const std::string& picture) {
     const Model model = copies_of(one, count, 1.0);
     const Run run = simulate(model);
     std::int64_t searches = 0;
-    for (const MuscleState& muscle : run.state.muscles) searches += muscle.memory.searches;
+    for (const MuscleState& muscle : run.state.muscles) {
+      searches += muscle.memory.searches + muscle.face_memory.searches;
+    }
     const int last = static_cast<int>(model.muscles.size() - one.muscles.size());
     const Row apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
     const double milliseconds = 1e3 * run.seconds.contact / frames, nodes = count * nodes_of_one;

@@ -142,6 +142,30 @@ TEST_F(Contacts, ABallThatIsThroughInOneFrame) {
   EXPECT_LT(through.contact_penetration, 0.006);
 }
 
+// A covered ball keeps the muscle off by gap and cover, a covered muscle by both covers.
+TEST_F(Contacts, AThicknessIsKeptFree) {
+  constexpr double kBall = 0.045;
+  const std::filesystem::path scene = shot(kBall, "{ left = [[1, 0], [12, 0.235], [48, 0.235]] }");
+  const double gap = ContactSettings{}.gap;
+  double last = -1.0;
+  for (const auto& [cover, kept] : std::vector<std::pair<std::string, double>>{
+           {"{}", 0.0}, {"{ left = 0.004 }", 0.004}, {"{ left = 0.004, biceps = 0.002 }", 0.006}}) {
+    Motion run(scene, {"contact.thickness=" + cover});
+    run.go_to(40);
+    const Vec3 centre = run.state.pose[find_body(run.model.skeleton, "left")].translation();
+    double off = 1.0;
+    for (const Row& x : run.state.muscles[0].x) {
+      off = std::min(off, (to_vec(x) - centre).norm() - kBall);
+    }
+    std::printf("thickness %s: nearest node %.3f mm off the ball\n", cover.c_str(), 1e3 * off);
+    // The ball's flat faces lie 0.3 mm within its sphere, and normals lean to the muscle's own.
+    EXPECT_GT(off, gap + kept - 5e-4);
+    EXPECT_GT(off, last);
+    last = off;
+  }
+  EXPECT_THROW(Motion(scene, {"contact.thickness={ lefty = 0.004 }"}), Error);
+}
+
 TEST_F(Contacts, PinchedBetweenTwoBones) {
   constexpr double kBall = 0.02;
   // Of 36 mm 10 are left, then 4.

@@ -116,6 +116,8 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const std::vector<std::pair<std::string, std::string>> ignore = {{"tube", "by_mesh"},
                                                                    {"tube", "zoned"}};
   EXPECT_EQ(scene.contact.ignore, ignore);
+  const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
+  EXPECT_EQ(scene.contact.thickness, thickness);
   EXPECT_EQ(scene.contact.place, file.string() + ":68");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
@@ -141,7 +143,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":91");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":92");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

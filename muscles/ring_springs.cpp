@@ -149,8 +149,8 @@ struct RingPass {
   }
 
   // The gradient is a third of the ring's area: cut into quads from its first corner, twice the
-  // area of each the product of its diagonals. Each as soon as its corners are there: only the first
-  // and the last two need to stay in registers.
+  // area of each the product of its diagonals. Each as soon as its corners are there: only the
+  // first and the last two need to stay in registers.
   template <bool kGradient, int kDegree>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
     const int degree = kDegree > 0 ? kDegree : at.degree;

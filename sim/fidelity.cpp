@@ -53,6 +53,7 @@ void lie_down(const Muscle& muscle, MuscleState& now) {
   now.start = now.seen = now.x;
   refit_bvh(muscle.surface, now.x, now.bvh);
   now.memory.others.clear();  // what comes nearer meanwhile is not noted
+  now.face_memory.others.clear();
 }
 
 }  // namespace

@@ -194,8 +194,8 @@ ordered_json worst_entry(const char* layers, const WorstCrossings& worst,
 const char* const kCrossingsNote =
     "triangle pairs with a common point, by exact tests; bone against bone is left out; what of "
     "bone and muscle crosses within 15 mm of the muscle's first or last vertex, where the tendon "
-    "enters the bone, or of two muscles within 15 mm of such ends of both, where their tendons are "
-    "one, is counted apart as at attachments; depth is that of vertices inside a closed mesh "
+    "enters the bone, is counted apart as at attachments; depth is that of vertices inside a "
+    "closed mesh "
     "(of bone and muscle: outside the skin, which may have a few holes), and not measured of a "
     "mesh with itself";
 

@@ -82,15 +82,11 @@ bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
   return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
 }
 
-/// Of bone and muscle where the tendon enters its bone, of two muscles where both do: there their
-/// tendons are one.
+/// Of bone and muscle where the tendon enters its bone.
 bool is_attached(const Vec3& p, int a, int b, const std::vector<BakeMesh>& meshes,
                  const std::vector<std::vector<Vec3>>& x) {
-  const auto may_pass = [&](int mesh) {
-    return meshes[mesh].kind == Kind::kBone ||
-           (meshes[mesh].kind == Kind::kMuscle && near_pole(x[mesh], p));
-  };
-  return may_pass(a) && may_pass(b);
+  if (layer_pair(meshes[a].kind, meshes[b].kind) != 0) return false;
+  return near_pole(x[meshes[a].kind == Kind::kMuscle ? a : b], p);
 }
 
 /// Where the edges of s pass through t.

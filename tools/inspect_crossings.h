@@ -11,7 +11,7 @@ inline constexpr double kAttachmentReach = 0.015;
 /// What two layers have of each other in one frame. Meshes are indices of BakeInfo::meshes.
 struct Crossings {
   int pairs = 0;     ///< pairs of triangles with a common point
-  int attached = 0;  ///< those within kAttachmentReach of where tendons end, not in `pairs`
+  int attached = 0;  ///< those of bone and muscle within kAttachmentReach, not in `pairs`
   int mesh_a = -1, triangle_a = -1, mesh_b = -1, triangle_b = -1;  ///< the first of `pairs`
   Vec3 at = Vec3::Zero();                                          ///< a corner of triangle_a (m)
   double depth = 0.0;  ///< of the deepest vertex (m); between two meshes only

@@ -131,8 +131,8 @@ TEST(Zonal, SameBytesForAnyThreadsAndFromAnyFrame) {
   EXPECT_EQ(pack_state(later), pack_state(now));
 }
 
-// Most of the squeezed belly has no weights: no motion that they allow gives its volume back. The whole
-// keeps its own then, and it is told how often.
+// Most of the squeezed belly has no weights: no motion that they allow gives its volume back. The
+// whole keeps its own then, and it is told how often.
 TEST(Zonal, WhereAZoneCannotBeHeldTheWholeIs) {
   const Motion held = run(kBar, {"muscle.bar.weights={ profile = [[0.4, 0], [0.41, 1]] }"}, 20);
   EXPECT_GT(held.fallbacks, 0);

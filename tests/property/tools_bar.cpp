@@ -12,9 +12,6 @@ namespace {
 const std::string kScene = THEW_SOURCE_DIR "/assets/paper/bar.toml";
 
 TEST(Bar, ZonesAreNearerToFiniteElementsWhereTwoBelliesMeet) {
-#ifdef THEW_SANITIZED
-  GTEST_SKIP() << "minutes there of what other tests run as well";
-#endif
   const TrueBar truth = squeeze_true_bar({.neck = kNeck}, 2);
   ASSERT_TRUE(truth.result.converged);
   EXPECT_EQ(truth.result.inverted, 0);

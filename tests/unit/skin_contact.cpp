@@ -166,7 +166,7 @@ TEST(FaceContact, AnOpenOnePullsNothing) {
   for (const Contact& c : open.faces) EXPECT_LT(BetweenNodes::way(c), 0.0);
 }
 
-// What is flatter than some five spacings is for nodes alone; what does not face the face is left out.
+// What is flatter than some five spacings is for nodes alone.
 TEST(FaceContact, OnlyWhatIsSharpAndShallow) {
   EXPECT_TRUE(BetweenNodes(0.04, 0.008).points.empty());
   EXPECT_TRUE(BetweenNodes(0.15).faces.empty()) << "deeper than half of max_depth";

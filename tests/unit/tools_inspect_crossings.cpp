@@ -113,6 +113,14 @@ TEST(Crossings, WhereATendonEntersItsBoneIsCountedApart) {
   EXPECT_EQ(at_end[0].pairs, 0);
   EXPECT_GT(at_end[0].attached, 0);
   EXPECT_EQ(at_end[0].depth, 0.0);
+  // By where they cross, however far the triangles reach: rings 50 mm apart.
+  const TriMesh coarse = spindle(0.0, 0.2, 16, 4, [](double, double) { return 0.002; });
+  for (const double bone : {0.008, 0.03}) {
+    const auto found =
+        crossings_of(coarse, Kind::kMuscle, ball(bone, Vec3(0, 0, 0), 24, 23), Kind::kBone);
+    EXPECT_EQ(found[0].attached > 0, bone < kAttachmentReach) << bone;
+    EXPECT_EQ(found[0].pairs > 0, bone > kAttachmentReach) << bone;
+  }
   const auto in_belly =
       crossings_of(muscle, Kind::kMuscle, ball(0.008, Vec3(0, 0.1, 0), 24, 23), Kind::kBone);
   EXPECT_EQ(in_belly[0].attached, 0);

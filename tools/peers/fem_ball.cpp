@@ -137,11 +137,10 @@ FemBody octant_ball(double radius, int n, const FemMaterial& material) {
     return found->second;
   };
   // Kuhn's tetrahedra of the lattice of partial sums u >= v >= w: each lies within the octant.
-  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   for (int u = 0; u < n; ++u) {
     for (int v = 0; v <= u; ++v) {
       for (int w = 0; w <= v; ++w) {
-        for (const auto& order : kOrders) {
+        for (const auto& order : kKuhnOrders) {
           std::array<std::array<int, 3>, 4> c;
           int at[3] = {u, v, w};
           bool inside = true;

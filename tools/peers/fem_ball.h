@@ -16,6 +16,9 @@ TetMesh fill_ball(const TriMesh& surface, int tetrahedra);
 /// Linear elasticity with the paper's penalty on such a filling.
 FemBody linear_ball(const TriMesh& surface, int tetrahedra, const FemMaterial& material);
 
+/// Kuhn's six tetrahedra of a cube: the order of its axes along which each goes to the far corner.
+inline constexpr int kKuhnOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                          {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 /// Adds the quadratic tetrahedron of four points of a lattice (even, so that their middles are of
 /// it too), turned outward; `node` numbers a point.
 void add_element(std::array<std::array<int, 3>, 4> corners,

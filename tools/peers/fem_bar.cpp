@@ -33,10 +33,9 @@ FemBody quarter_bar(const BarShape& shape, int n, int m, const FemMaterial& mate
     return found->second;
   };
   // Kuhn's tetrahedra of the partial sums u >= v, and of the layers.
-  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   for (int cell = 0; cell < n * n * m; ++cell) {
     const int u = cell % n, v = cell / n % n, w = cell / (n * n);
-    for (const auto& order : kOrders) {
+    for (const auto& order : kKuhnOrders) {
       std::array<std::array<int, 3>, 4> c;
       int at[3] = {u, v, w};
       bool inside = true;

@@ -41,6 +41,19 @@ std::string read_note(const std::filesystem::path& folder) {
   return note;
 }
 
+// Pictures and movies half written, and the lists that ffmpeg was to read.
+std::vector<std::filesystem::path> left_by_a_kill(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> left;
+  if (!std::filesystem::exists(folder)) return left;
+  for (const std::filesystem::path& file : paths_in(folder)) {
+    const std::string name = file.filename().string();
+    for (const char* ending : {".png.tmp", ".mp4.tmp", ".mp4.list"}) {
+      if (name.ends_with(ending)) left.push_back(file);
+    }
+  }
+  return left;
+}
+
 }  // namespace
 
 std::vector<SceneView> views_of(const BakeReader& bake) {
@@ -116,6 +129,7 @@ void Pictures::draw(const BakeFrame& frame) {
 
 bool Pictures::complete(const std::vector<int>& frames) const {
   if (!views_.empty() && read_note(folder_) != drawn_) return false;
+  if (!left_by_a_kill(folder_).empty()) return false;  // its movie may be missing
   for (int frame : frames) {
     for (const SceneView& view : views_) {
       if (!std::filesystem::exists(file_of(view, frame))) return false;
@@ -124,7 +138,10 @@ bool Pictures::complete(const std::vector<int>& frames) const {
   return true;
 }
 
-void Pictures::finish() { writer_.finish(); }
+void Pictures::finish() {
+  writer_.finish();
+  for (const std::filesystem::path& file : left_by_a_kill(folder_)) remove_durably(file);
+}
 
 std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
   std::string wrong;

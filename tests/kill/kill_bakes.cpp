@@ -77,6 +77,25 @@ TEST_F(Kill, NoCompletedFrameIsLost) {
   EXPECT_GT(among_frames, kills_wanted / 4);
 }
 
+// As a kill leaves them that comes while the movie is made: the bake is complete, the report old.
+TEST_F(Kill, WhatAMovieLeftIsTakenAway) {
+  const fs::path out = root_ / "movie";
+  resume(out);
+  for (const bool draws : {false, true}) {
+    fs::create_directories(out / "frames");
+    for (const char* name : {"skin.mp4.tmp", "skin.mp4.list", "skin.0001.png.tmp"}) {
+      std::ofstream(out / "frames" / name) << "half";
+    }
+    if (draws) {
+      EXPECT_EQ(BakeProcess(out, {"--resume"}).wait().code, 0);
+      expect_whole(out);
+    } else {
+      resume(out);
+    }
+    EXPECT_FALSE(fs::exists(out / "frames/skin.mp4.list"));
+  }
+}
+
 TEST_F(Kill, SignalsFinishTheFrameAndSayTryAgain) {
   for (const int signal : {SIGTERM, SIGINT}) {
     const fs::path out = root_ / ("signal" + std::to_string(signal));

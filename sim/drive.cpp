@@ -180,9 +180,10 @@ void take_faces(const Model& model, int m, State& state) {
 }
 
 // Contacts that go on keep their multipliers; both lists are sorted by node, collider and kind.
-void keep_pushes(MuscleState& now) {
+void keep_pushes(bool friction, MuscleState& now) {
   const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
   now.push.assign(now.contacts.size(), 0.0);
+  if (friction) now.grip.assign(now.contacts.size(), Row{});
   size_t old = 0;
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     while (old < now.contacts_before.size() &&
@@ -191,6 +192,7 @@ void keep_pushes(MuscleState& now) {
     }
     if (old < now.contacts_before.size() && key(now.contacts_before[old]) == key(now.contacts[c])) {
       now.push[c] = now.push_before[old];
+      if (old < now.grip_before.size()) now.grip[c] = now.grip_before[old];
     }
   }
 }
@@ -231,6 +233,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     if (!searches(m)) return;
     now.contacts_before.swap(now.contacts);
     now.push_before.swap(now.push);
+    now.grip_before.swap(now.grip);
     now.pressing.clear();
     for (size_t c = 0; c < now.contacts_before.size(); ++c) {
       if (now.push_before[c] > 0.0) now.pressing.push_back(now.contacts_before[c]);
@@ -239,7 +242,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     find_face_contacts(colliders, m, near[m], settings, now.pressing, now.face_memory,
                        now.contacts);
     take_faces(model, m, state);
-    keep_pushes(now);
+    keep_pushes(model.scene.contact.friction > 0.0, now);
   });
 }
 

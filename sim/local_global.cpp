@@ -3,6 +3,7 @@
 
 #include "muscles/volume.h"
 #include "rig/vectorise.h"
+#include "sim/implicit_contact.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
@@ -115,13 +116,13 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   now.gradient.resize(nodes);
   now.direction.assign(nodes, Row{});
+  begin_contacts(model, m, h, state);
   if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.zone_targets);
 }
 
 void iterate_local_global(const Model& model, int m, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const double gap = model.scene.contact.settings.gap;
   now.node_iterations += static_cast<std::int64_t>(now.x.size());
   Rows& f = now.forces;
   f = now.base;
@@ -129,17 +130,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
   if (is_quasi_static(model, m)) {
     for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
   }
-  // Contact, by alternating directions: the node is drawn to where it does not penetrate, `push`
-  // being the accumulated multiplier over the stiffness.
-  for (size_t c = 0; c < now.contacts.size(); ++c) {
-    const Contact& contact = now.contacts[c];
-    const Row n = to_row(contact.normal);
-    const double before = now.push[c];
-    const double open = contact_gap(model, state, contact, now.x[contact.node], gap);
-    now.push[c] = std::max(0.0, before - open);
-    f[contact.node] += contact_stiffness(muscle, contact.node) *
-                       (now.x[contact.node] + (2.0 * now.push[c] - before) * n);
-  }
+  add_contacts(model, m, state, f);
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
   Rows& weighted = now.weighted;
   weighted.resize(now.x.size());

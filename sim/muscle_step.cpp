@@ -125,15 +125,21 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
   if (!(sum > 0.0)) state.weights = muscle.weights;
 }
 
+const Surface& other_surface(const Model& model, const Contact& contact) {
+  const int muscles = static_cast<int>(model.muscles.size());
+  return contact.other < muscles ? model.muscles[contact.other].surface
+                                 : model.bones[contact.other - muscles].surface;
+}
+
+const Rows& other_seen(const State& state, const Contact& contact) {
+  return contact.other < state.count() ? state.muscles[contact.other].seen
+                                       : state.bones[contact.other - state.count()].x;
+}
+
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
                    double wanted) {
-  const int muscles = static_cast<int>(model.muscles.size());
-  const bool soft = contact.other < muscles;
-  const Surface& surface =
-      soft ? model.muscles[contact.other].surface : model.bones[contact.other - muscles].surface;
-  const Rows& other =
-      soft ? state.muscles[contact.other].seen : state.bones[contact.other - muscles].x;
-  const Triangle& t = surface.triangles[contact.triangle];
+  const Rows& other = other_seen(state, contact);
+  const Triangle& t = other_surface(model, contact).triangles[contact.triangle];
   const Row d = x - contact.barycentric[0] * other[t[0]] - contact.barycentric[1] * other[t[1]] -
                 contact.barycentric[2] * other[t[2]];
   return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] -

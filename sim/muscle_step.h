@@ -25,6 +25,9 @@ double contact_stiffness(const Muscle& muscle, int node);
 
 /// Whether the other side is soft too, and goes half of the way.
 bool is_shared(const Model& model, const Contact& contact);
+/// What a contact is with, and where it is seen.
+const Surface& other_surface(const Model& model, const Contact& contact);
+const Rows& other_seen(const State& state, const Contact& contact);
 /// Signed gap (m) of a contact beyond `wanted`, with the other surface where it is seen.
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
                    double wanted);

@@ -219,6 +219,12 @@ void read_contact(TomlValue& table, Scene& scene) {
   read(table, "max_depth", scene.contact.settings.max_depth, kNotNegative);
   read(table, "gap", scene.contact.settings.gap, kNotNegative);
   read(table, "spacing", scene.contact.settings.spacing, kPositive);
+  read(table, "friction", scene.contact.friction, kNotNegative);
+  const std::string& integrator = scene.solver.integrator;
+  if (scene.contact.friction > 0.0 && (integrator == "xpbd" || integrator == "explicit")) {
+    refuse(*find(table, "friction"), "take integrator = \"local_global\" or \"quasi_static\"",
+           ", which \"" + integrator + "\" does not know");
+  }
   if (TomlValue* thickness = find(table, "thickness")) {
     if (thickness->type != TomlValue::Type::kTable) {
       refuse(*thickness, "name surfaces, { humerus = 0.001 }");

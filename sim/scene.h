@@ -174,6 +174,7 @@ struct Scene {
   struct {
     bool enabled = true;
     ContactSettings settings;
+    double friction = 0.0;                                    ///< coefficient, of all surfaces
     std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
     Place place;                                              ///< of `ignore`
     std::vector<std::pair<std::string, double>> thickness;    ///< m, of muscles or bones

@@ -82,6 +82,7 @@ void walk(Archive& archive, State& state) {
     walk(archive, muscle.rest_length);
     walk(archive, muscle.contacts);
     walk(archive, muscle.push);
+    walk(archive, muscle.grip);
     archive.number(muscle.pose.path_length);
     archive.number(muscle.zone_radius);
     walk(archive, muscle.weights);

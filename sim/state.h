@@ -17,6 +17,7 @@ struct MuscleMotion {
   CarriedPose pose;
   std::vector<Contact> contacts;
   std::vector<double> push;     ///< by contact: force over the contact stiffness, m
+  Rows grip;                    ///< the same of friction; empty without
   double zone_radius = 0.0;     ///< m, of the automatic deformation zone
   std::vector<double> weights;  ///< of the volume correction: the authored ones, or the zone's
   int rested = 0;               ///< steps in a row before which it moved next to nothing
@@ -45,7 +46,9 @@ struct MuscleState : MuscleMotion {
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
   std::vector<double> push_before;
+  Rows grip_before;
   Rows start;          ///< x when the step began
+  Rows apart;          ///< by contact: the node from its point when the step began (friction)
   Rows seen;           ///< x when the iteration began, as the others see it
   double moved = 0.0;  ///< m, the most that a node moved in the iteration before
   Rows base;           ///< what of the right-hand side stays the same in a step, N

@@ -266,12 +266,14 @@ int run(const std::string& scene) {
   const int first = model.scene.first_frame, last = model.scene.last_frame;
   const Model none = model_with(scene, {"solver.volume=none"});
   const Model free = model_with(scene, {"contact.enabled=false"});
-  std::vector<double> whole, without_volume, without_contact, rig, contact, muscles;
+  const Model rough = model_with(scene, {"contact.friction=0.3"});
+  std::vector<double> whole, without_volume, without_contact, with_friction, rig, contact, muscles;
   for (int i = 0; i < kRuns; ++i) {
     const Run a = simulate(model);
     whole.push_back(a.milliseconds);
     without_volume.push_back(simulate(none).milliseconds);
     without_contact.push_back(simulate(free).milliseconds);
+    with_friction.push_back(simulate(rough).milliseconds);
     const double per_frame = 1e3 / (last - first);
     rig.push_back(per_frame * a.seconds.rig);
     contact.push_back(per_frame * a.seconds.contact);
@@ -286,6 +288,7 @@ int run(const std::string& scene) {
       {"rig", median(rig)}, {"contact", median(contact)}, {"muscles", median(muscles)}};
   out["ratio_to_no_volume"] = median(whole) / median(without_volume);
   out["ratio_to_no_contact"] = median(whole) / median(without_contact);
+  out["ratio_of_friction"] = median(with_friction) / median(whole);
   out["sag_mm"] = sag(scene);
   // Against the same model, step and iterations refined: all nodes, all frames.
   const Distance error =

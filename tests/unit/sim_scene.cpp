@@ -103,7 +103,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.skin.settings.smoothing, 0.25);
   EXPECT_EQ(scene.skin.settings.iterations, 7);
   EXPECT_EQ(scene.skin.settings.fold_gap, 1e-3);
-  EXPECT_EQ(scene.solver.integrator, "explicit");
+  EXPECT_EQ(scene.solver.integrator, "quasi_static");
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
@@ -113,12 +113,13 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
   EXPECT_EQ(scene.contact.settings.gap, 1e-4);
   EXPECT_EQ(scene.contact.settings.spacing, 0.007);
+  EXPECT_EQ(scene.contact.friction, 0.3);
   const std::vector<std::pair<std::string, std::string>> ignore = {{"tube", "by_mesh"},
                                                                    {"tube", "zoned"}};
   EXPECT_EQ(scene.contact.ignore, ignore);
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
-  EXPECT_EQ(scene.contact.place, file.string() + ":68");
+  EXPECT_EQ(scene.contact.place, file.string() + ":69");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -143,7 +144,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":92");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":93");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

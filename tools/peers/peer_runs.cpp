@@ -127,12 +127,15 @@ std::string name_of(const BulletSetting& setting) {
 BestPeer most_accurate(int steps, const std::function<Outcome(const BulletSetting&)>& run) {
   BestPeer best;
   for (const double links : {0.01, 0.1, 1.0}) {
+    bool held = false;  // too soft it collapses, too stiff it blows up
     for (const double stiffness : {1e4, 1e5, 1e6, 1e7, 3e7, 1e8, 2e8, 4e8, 8e8, 2e9}) {
       const BulletSetting setting{steps, stiffness, links};
       const Outcome outcome = run(setting);
       std::fprintf(stderr, "%s: %s%.2g, %.3g ms\n", name_of(setting).c_str(),
                    outcome.stable ? "" : "unstable ", outcome.volume_error, outcome.milliseconds);
-      if (!outcome.stable) break;
+      if (!outcome.stable && held) break;
+      if (!outcome.stable) continue;
+      held = true;
       if (outcome.volume_error < best.volume_error) best = {setting, outcome.volume_error};
     }
   }

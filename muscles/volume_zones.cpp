@@ -21,12 +21,6 @@ constexpr double kLeastZone = 1e-4;
 // than the arm's.
 constexpr double kOverlap = 0.5;
 
-Rows rows_of(const std::vector<Vec3>& points) {
-  Rows rows;
-  for (const Vec3& p : points) rows.push_back(to_row(p));
-  return rows;
-}
-
 VolumeZones::Cut make_cut(const TriMesh& rest, const std::vector<double>& along, int cut,
                           int count) {
   VolumeZones::Cut out;
@@ -105,7 +99,7 @@ void gradient_before(const VolumeZones::Cut& cut, const Rows& x,
 VolumeZones make_volume_zones(const TriMesh& rest, const std::vector<double>& along, int count) {
   VolumeZones zones;
   for (int cut = 1; cut < count; ++cut) zones.cuts.push_back(make_cut(rest, along, cut, count));
-  volumes_before(zones, rows_of(rest.vertices), rest.triangles, zones.rest_before);
+  volumes_before(zones, to_rows(rest.vertices), rest.triangles, zones.rest_before);
   for (int j = 0; j < count; ++j) {
     const double volume = zones.rest_before[j] - (j > 0 ? zones.rest_before[j - 1] : 0.0);
     if (volume > kLeastZone * zones.rest_before.back()) continue;

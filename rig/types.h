@@ -37,6 +37,11 @@ using Rows = std::vector<Row, AlignedAllocator<Row>>;
 
 [[gnu::always_inline]] inline Row to_row(const Vec3& p) { return Row{p.x(), p.y(), p.z(), 0.0}; }
 inline Vec3 to_vec(const Row& r) { return {r[0], r[1], r[2]}; }
+inline Rows to_rows(const std::vector<Vec3>& points) {
+  Rows rows;
+  for (const Vec3& p : points) rows.push_back(to_row(p));
+  return rows;
+}
 inline double dot(const Row& a, const Row& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline double norm(const Row& r) { return std::sqrt(dot(r, r)); }
 // Always inlined: called across two instruction sets, vectors would be passed in different

@@ -93,7 +93,7 @@ void build_skinned(Model& model) {
   std::vector<Collider> below;
   for (size_t m = 0; m < count; ++m) {
     const Muscle& muscle = model.muscles[m];
-    for (const Vec3& p : muscle.rest.vertices) rows[m].push_back(to_row(p));
+    rows[m] = to_rows(muscle.rest.vertices);
     trees.push_back(build_bvh(muscle.surface, rows[m]));
     below.push_back({&muscle.surface, &trees[m], &rows[m], nullptr});
   }

@@ -145,40 +145,6 @@ void note_motion(const Rows& x, Rows& searched, double& travelled) {
   travelled += most;
 }
 
-// Whether the surface is flat round a point of a triangle, as far as `reach` (m).
-bool is_flat(const Surface& surface, const Rows& x, int triangle, const double* barycentric,
-             double reach) {
-  const Triangle& t = surface.triangles[triangle];
-  const Vec3 face = face_normal(surface, x, triangle);
-  const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
-  const double twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
-  for (int k = 0; k < 3; ++k) {
-    const double edge = (corner[(k + 1) % 3] - corner[k]).norm();
-    if (barycentric[(k + 2) % 3] * twice_area > reach * edge) continue;
-    const int across = surface.neighbours[triangle][k];
-    if (across < 0 || face.dot(face_normal(surface, x, across)) < 1.0 - 1e-9) return false;
-  }
-  return true;
-}
-
-// On a wide flat face of a bone its own normal counts, so that nothing is left inside it when it
-// slides along.
-void take_faces(const Model& model, int m, State& state) {
-  MuscleState& now = state.muscles[m];
-  for (Contact& contact : now.contacts) {
-    const int b = contact.other - state.count();
-    if (b < 0 || contact.of_face) continue;
-    const Surface& surface = model.bones[b].surface;
-    const Rows& y = state.bones[b].x;
-    const auto& w = contact.barycentric;
-    if (!is_flat(surface, y, contact.triangle, w, model.scene.contact.settings.margin)) continue;
-    const Triangle& t = surface.triangles[contact.triangle];
-    const Row away = now.x[contact.node] - (w[0] * y[t[0]] + w[1] * y[t[1]] + w[2] * y[t[2]]);
-    contact.normal = face_normal(surface, y, contact.triangle);
-    contact.distance = contact.normal.dot(to_vec(away));
-  }
-}
-
 // Contacts that go on keep their multipliers; both lists are sorted by node, collider and kind.
 void keep_pushes(bool friction, MuscleState& now) {
   const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
@@ -241,7 +207,6 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     find_contacts(colliders, m, near[m], settings, now.pressing, now.memory, now.contacts);
     find_face_contacts(colliders, m, near[m], settings, now.pressing, now.face_memory,
                        now.contacts);
-    take_faces(model, m, state);
     keep_pushes(model.scene.contact.friction > 0.0, now);
   });
 }

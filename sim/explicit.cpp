@@ -236,11 +236,10 @@ void note_volume(const Muscle& muscle, double volume, MuscleState& now) {
 
 // dV/dx . W dV/dx / m over the compliance, 1/s^2, at rest.
 double penalty_frequency_squared(const Muscle& muscle) {
-  Rows x, gradient;
-  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
-  volume_gradient(x, muscle.rest.triangles, gradient);
+  Rows gradient;
+  volume_gradient(to_rows(muscle.rest.vertices), muscle.rest.triangles, gradient);
   double sum = 0.0;
-  for (size_t i = 0; i < x.size(); ++i) {
+  for (size_t i = 0; i < gradient.size(); ++i) {
     sum += muscle.weights[i] / muscle.mass[i] * sum3(gradient[i] * gradient[i]);
   }
   return sum / volume_compliance(muscle);
@@ -276,8 +275,7 @@ void carry_within(double t, double frame, const MuscleState& now, RingSprings& r
 
 int explicit_substeps(const Model& model, int m, double h) {
   const Muscle& muscle = model.muscles[m];
-  double squared = (1.0 + muscle.settings.material.shape) *
-                       highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven) +
+  double squared = (1.0 + muscle.settings.material.shape) * muscle.highest_frequency_squared +
                    muscle.settings.guide;
   if (model.volume == VolumeMethod::kPenalty) squared += penalty_frequency_squared(muscle);
   const double omega = std::sqrt(squared);

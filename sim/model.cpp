@@ -142,9 +142,10 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   muscle.rings = make_ring_springs(muscle.rest.triangles,
                                    static_cast<int>(muscle.rest.vertices.size()), muscle.springs);
   muscle.mass = lumped_masses(muscle.rest, material.density);
+  muscle.highest_frequency_squared =
+      highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven);
   muscle.weights = node_weights(muscle, imported, place);
-  Rows x;
-  for (const Vec3& p : muscle.rest.vertices) x.push_back(to_row(p));
+  const Rows x = to_rows(muscle.rest.vertices);
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
   spread_weights(x, muscle);
   try {
@@ -230,19 +231,16 @@ std::vector<Bone> load_bones(const Skeleton& skeleton) {
   return bones;
 }
 
-void find_held_points(Model& model) {
+void prepare_contact(Model& model) {
   const double spacing = model.scene.contact.settings.spacing;
-  const auto rows = [](const std::vector<Vec3>& points) {
-    Rows x;
-    for (const Vec3& p : points) x.push_back(to_row(p));
-    return x;
-  };
   for (Muscle& muscle : model.muscles) {
     muscle.held_points =
-        held_points(muscle.surface, rows(muscle.rest.vertices), &muscle.free_nodes, spacing);
+        held_points(muscle.surface, to_rows(muscle.rest.vertices), &muscle.free_nodes, spacing);
   }
   for (Bone& bone : model.bones) {
-    bone.held_points = held_points(bone.surface, rows(bone.in_body.vertices), nullptr, spacing);
+    const Rows x = to_rows(bone.in_body.vertices);
+    bone.held_points = held_points(bone.surface, x, nullptr, spacing);
+    bone.surface.convex = is_convex(bone.surface, x);
   }
 }
 
@@ -395,7 +393,7 @@ Model build_model(const Scene& scene) {
   }
   model.bones = load_bones(model.skeleton);
   load_character_bones(scene, model);
-  find_held_points(model);
+  prepare_contact(model);
   model.ignore = ignored_pairs(model);
   set_thickness(model);
   if (!scene.skin.mesh.empty()) build_skin(bind_pose, model);

@@ -28,8 +28,9 @@ struct Muscle {
   VolumeZones zones;         ///< empty: one multiplier for all of it
   CarriedShape shape;
   Springs springs;
-  RingSprings rings;         ///< the same by node, for explicit steps
-  std::vector<double> mass;  ///< kg
+  RingSprings rings;                       ///< the same by node, for explicit steps
+  std::vector<double> mass;                ///< kg
+  double highest_frequency_squared = 0.0;  ///< 1/s^2, of the springs at rest
   std::vector<char> driven, free_nodes;
   std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
   double thickness = 0.0;                 ///< m, that contact keeps free over it

@@ -104,14 +104,13 @@ State initial_state(const Model& model) {
   state.muscles.resize(model.muscles.size());
   state.bones.resize(model.bones.size());
   for (size_t b = 0; b < model.bones.size(); ++b) {
-    Rows& x = state.bones[b].x;
-    for (const Vec3& p : model.bones[b].in_body.vertices) x.push_back(to_row(p));
-    state.bones[b].bvh = build_bvh(model.bones[b].surface, x);
+    state.bones[b].x = to_rows(model.bones[b].in_body.vertices);
+    state.bones[b].bvh = build_bvh(model.bones[b].surface, state.bones[b].x);
   }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     MuscleState& now = state.muscles[m];
-    for (const Vec3& p : model.muscles[m].rest.vertices) now.x.push_back(to_row(p));
+    now.x = to_rows(model.muscles[m].rest.vertices);
     now.v.assign(now.x.size(), Row{});
     now.target = now.x;
     now.target_velocity = now.v;

@@ -101,9 +101,16 @@ int skin_steps(const Model& model, double time, const State& state) {
   return std::max(1, static_cast<int>(std::ceil(turn_until(model, time, state) / kMostTurn)));
 }
 
+// s. Frames of one length to the last bit, so that a factor of the step's matrix goes on to count.
+double frame_length(const Model& model, double time, const State& state) {
+  constexpr double kRounding = 1e-9;
+  const double frames = (time - state.time) * model.scene.fps, whole = std::round(frames);
+  return (std::abs(frames - whole) < kRounding ? whole : frames) / model.scene.fps;
+}
+
 std::optional<Trouble> try_frame(const Model& model, double time, int substeps, int skin_steps,
                                  Parallel& parallel, State& state, StageSeconds& seconds) {
-  const double frame = time - state.time;
+  const double frame = frame_length(model, time, state);
   for (int i = 1; i <= substeps; ++i) {
     const double left = frame * (substeps - i) / substeps;
     auto trouble = solver_trouble(

@@ -179,6 +179,15 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
   return face_normal(surface, x, triangle);
 }
 
+// Outside a convex surface, over the inside of a face: nothing else of it is as near.
+bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& near, const Vec3& p) {
+  const double* b = near.barycentric;
+  if (!(b[0] > 0.0 && b[1] > 0.0 && b[2] > 0.0)) return false;
+  const Triangle& t = surface.triangles[near.triangle];
+  const Vec3 a = to_vec(x[t[0]]);
+  return (to_vec(x[t[1]]) - a).cross(to_vec(x[t[2]]) - a).dot(p - a) > 0.0;
+}
+
 }  // namespace
 
 THEW_VECTORISED
@@ -266,13 +275,14 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x
     std::copy(near.b, near.b + 3, best.barycentric);
   };
   if (hint >= 0 && hint < static_cast<int>(surface.triangles.size())) look(hint);
+  const bool found = surface.convex && best.triangle >= 0 && is_over_face(surface, x, best, p);
   struct Entry {
     int node;
     float distance2;
   } stack[kStack];
   const BoxQuery query(p);
   int top = 0;
-  if (!bvh.order.empty()) stack[top++] = {0, box_distance2(bvh.nodes[0], query)};
+  if (!bvh.order.empty() && !found) stack[top++] = {0, box_distance2(bvh.nodes[0], query)};
   while (top > 0) {
     const Entry entry = stack[--top];
     if (entry.distance2 > best2) continue;

@@ -7,11 +7,29 @@
 namespace thew {
 namespace {
 
+constexpr double kTouching = 1e-7;  // m; nearer, rounding would set a direction
+
 bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
   if (bvh.order.empty()) return false;
   const Bvh::Node& root = bvh.nodes[0];
   for (int k = 0; k < 3; ++k) {
     if (p[k] < root.lo[k] - reach || p[k] > root.hi[k] + reach) return false;
+  }
+  return true;
+}
+
+// Whether the surface is flat round a point of a triangle, as far as `reach` (m).
+bool is_flat(const Surface& surface, const Rows& x, int triangle, const double* barycentric,
+             double reach) {
+  const Triangle& t = surface.triangles[triangle];
+  const Vec3 face = face_normal(surface, x, triangle);
+  const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
+  const double twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
+  for (int k = 0; k < 3; ++k) {
+    const double edge = (corner[(k + 1) % 3] - corner[k]).norm();
+    if (barycentric[(k + 2) % 3] * twice_area > reach * edge) continue;
+    const int across = surface.neighbours[triangle][k];
+    if (across < 0 || face.dot(face_normal(surface, x, across)) < 1.0 - 1e-9) return false;
   }
   return true;
 }
@@ -69,10 +87,25 @@ std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
 }
 
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
-  constexpr double kTouching = 1e-7;  // m; nearer, rounding would set the direction
   if (std::abs(near.distance) < kTouching) return near.normal;
   return (p - near.point) / near.distance;
 }
+
+namespace {
+
+// On a wide flat face of a bone its own normal counts, so that nothing is left inside it when it
+// slides along; not where the node has come from the other side.
+Vec3 normal_against(const Collider& self, int node, const Collider& target,
+                    const ClosestPoint& found, const Vec3& p, double reach) {
+  const bool flat = target.free_nodes == nullptr &&
+                    is_flat(*target.surface, *target.x, found.triangle, found.barycentric, reach);
+  const Vec3 face = flat ? face_normal(*target.surface, *target.x, found.triangle) : Vec3::Zero();
+  if (flat && found.distance > -kTouching) return face;
+  const Vec3 own = node_normal(*self.surface, *self.x, node);
+  return flat && own.dot(face) < 0.0 ? face : steady_normal(own, contact_normal(found, p));
+}
+
+}  // namespace
 
 void find_contacts(const std::vector<Collider>& colliders, int mover, const std::vector<int>& near,
                    const ContactSettings& settings, const std::vector<Contact>& pressing,
@@ -114,8 +147,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       if (found.triangle < 0) continue;
       hint = found.triangle;
       if (found.distance >= margin || found.distance <= -settings.max_depth) continue;
-      const Vec3 own = node_normal(*self.surface, *self.x, node);
-      const Vec3 normal = steady_normal(own, contact_normal(found, p));
+      const Vec3 normal = normal_against(self, node, target, found, p, settings.margin);
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contact.offset = self.thickness + target.thickness;

@@ -199,11 +199,18 @@ NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<cha
   return true;
 }
 
-// Whether such a contact bore a force in the step before, at this node or (-1) anywhere.
-bool is_pressed(const std::vector<Contact>& pressing, int other, int node) {
-  return std::any_of(pressing.begin(), pressing.end(), [&](const Contact& c) {
-    return c.of_face && c.other == other && (node < 0 || c.node == node);
-  });
+double distance_to(const NodeBox& box, const Row& p) {
+  const Row zero = {}, below = box.low - p, above = p - box.high;
+  return norm((below > zero ? below : zero) + (above > zero ? above : zero));
+}
+
+// The nodes at which such a contact bore a force in the step before, ascending.
+std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other) {
+  std::vector<int> nodes;
+  for (const Contact& c : pressing) {
+    if (c.of_face && c.other == other) nodes.push_back(c.node);
+  }
+  return nodes;
 }
 
 }  // namespace
@@ -226,7 +233,8 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
     const std::vector<SurfacePoint>& points = *them.held_points;
     ContactMemory::Other& known = memory.others[other];
     const double owed = recall(self, them, static_cast<int>(points.size()), known);
-    const double farthest = is_pressed(pressing, other, -1) ? reach : settings.margin;
+    const std::vector<int> pressed = pressed_nodes(pressing, other);
+    const double farthest = pressed.empty() ? settings.margin : reach;
     const Row around = {farthest, farthest, farthest, 0.0};
     const NodeBox within = {box.low - around, box.high + around};
     for (size_t i = 0; i < points.size(); ++i) {
@@ -234,7 +242,10 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       clear -= owed;
       if (clear >= farthest) continue;
       const Row place = place_of(them, points[i]);
-      if (!is_within(within, place)) continue;
+      if (!is_within(within, place)) {
+        clear = distance_to(box, place);
+        continue;
+      }
       const Vec3 y = to_vec(place);
       ++memory.searches;
       const ClosestPoint found =
@@ -243,9 +254,10 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       if (found.triangle < 0) continue;
       known.triangle[i] = found.triangle;
       const Triangle& t = self.surface->triangles[found.triangle];
-      const bool pressed = std::any_of(t.begin(), t.end(),
-                                       [&](int node) { return is_pressed(pressing, other, node); });
-      if (found.distance >= (pressed ? reach : settings.margin)) continue;
+      const bool goes_on = std::any_of(t.begin(), t.end(), [&](int node) {
+        return std::binary_search(pressed.begin(), pressed.end(), node);
+      });
+      if (found.distance >= (goes_on ? reach : settings.margin)) continue;
       if (found.distance <= -kShallow * settings.max_depth) continue;
       const Vec3 out = contact_normal(found, y), own = normal_at(them, points[i]);
       if (own.dot(out) > -0.5) continue;  // the far side of something thin
@@ -256,6 +268,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       share_out(self, found, y, settings.gap, with, shares);
     }
   }
+  if (shares.empty()) return;
   std::stable_sort(shares.begin(), shares.end(), comes_before);
   shares.erase(std::unique(shares.begin(), shares.end(), same_place), shares.end());
   for (const Share& share : shares) contacts.push_back(share.contact);

@@ -185,7 +185,7 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
                     const SkinSettings& settings) {
   SkinModel model;
   model.surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-  for (const Vec3& p : mesh.vertices) model.rest.push_back(to_row(p));
+  model.rest = to_rows(mesh.vertices);
   model.bind_pose = bind_pose;
   model.settings = settings;
   const Edges edges = weighted_edges(model);

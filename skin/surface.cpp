@@ -43,6 +43,18 @@ Surface make_surface(std::vector<Triangle> triangles, int nodes) {
   return surface;
 }
 
+bool is_convex(const Surface& surface, const Rows& x) {
+  constexpr double kRounding = 1e-9;  // m
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    const Row n = to_row(face_normal(surface, x, static_cast<int>(t)));
+    const Row corner = x[surface.triangles[t][0]];
+    for (const Row& p : x) {
+      if (dot(n, p - corner) > kRounding) return false;
+    }
+  }
+  return true;
+}
+
 Vec3 face_normal(const Surface& surface, const Rows& x, int triangle) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 a = to_vec(x[t[0]]);

@@ -13,8 +13,11 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::vector<std::array<int, 3>> neighbours;  ///< triangle across each edge (k, k+1)
   std::vector<std::vector<int>> vertex_triangles;
+  bool convex = false;  ///< and rigid, so that it stays so
 };
 Surface make_surface(std::vector<Triangle> triangles, int nodes);
+/// Whether no node lies outside a face.
+bool is_convex(const Surface& surface, const Rows& x);
 
 /// Outward unit normal of a triangle (zero where it has no area), and of a node, weighted by angle.
 Vec3 face_normal(const Surface& surface, const Rows& x, int triangle);

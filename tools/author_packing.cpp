@@ -295,7 +295,7 @@ struct Measured {
   std::vector<std::array<int, 2>> edges;
   explicit Measured(TriMesh m) : mesh(std::move(m)) {
     surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-    for (const Vec3& p : mesh.vertices) x.push_back(to_row(p));
+    x = to_rows(mesh.vertices);
     bvh = build_bvh(surface, x);
     for (const Triangle& t : mesh.triangles) {
       for (int k = 0; k < 3; ++k) {

@@ -42,8 +42,7 @@ FemResult squeeze_true_ball(int n, FemBody& rest, FemBody& squeezed) {
 Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant) {
   const TriMesh truth = octant_surface(octant);
   const Surface surface = make_surface(truth.triangles, static_cast<int>(truth.vertices.size()));
-  Rows x;
-  for (const Vec3& p : truth.vertices) x.push_back(to_row(p));
+  const Rows x = to_rows(truth.vertices);
   const Bvh bvh = build_bvh(surface, x);
   Distance out;
   for (const Vec3& point : points) {

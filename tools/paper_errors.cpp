@@ -14,12 +14,6 @@
 namespace thew {
 namespace {
 
-Rows rows_of(const TriMesh& mesh) {
-  Rows x;
-  for (const Vec3& p : mesh.vertices) x.push_back(to_row(p));
-  return x;
-}
-
 double dot(const Rows& a, const Rows& b) {
   double sum = 0.0;
   for (size_t i = 0; i < a.size(); ++i) sum += to_vec(a[i]).dot(to_vec(b[i]));
@@ -30,7 +24,7 @@ double dot(const Rows& a, const Rows& b) {
 // over G G; the gradient times `factor`.
 std::vector<double> errors_by_step(const TriMesh& mesh, const std::vector<double>& weights,
                                    bool printed, double factor, int steps) {
-  Rows x = rows_of(mesh), g;
+  Rows x = to_rows(mesh.vertices), g;
   const double wanted = enclosed_volume(x, mesh.triangles);
   const Vec3 centre = to_vec(x[0]);
   for (Row& p : x) p = to_row(centre) + 0.983 * (p - to_row(centre));  // 5 % too small
@@ -76,7 +70,7 @@ std::vector<double> belly_weights(const TriMesh& mesh) {
 
 void add_sidebar(const TriMesh& cow, PaperTable& table) {
   const std::vector<double> even(cow.vertices.size(), 1.0);
-  Rows x = rows_of(cow), g;
+  Rows x = to_rows(cow.vertices), g;
   const double volume = enclosed_volume(x, cow.triangles);
   volume_gradient(x, cow.triangles, g);
   table.rows.push_back({"sidebar A: x . dV/dx over V (3 by Euler's identity)",
@@ -89,7 +83,7 @@ void add_sidebar(const TriMesh& cow, PaperTable& table) {
 void add_weights(const std::string& name, const TriMesh& mesh, PaperTable& table) {
   const std::vector<double> weights = belly_weights(mesh);
   Rows g, d;
-  volume_gradient(rows_of(mesh), mesh.triangles, g);
+  volume_gradient(to_rows(mesh.vertices), mesh.triangles, g);
   d = g;
   for (size_t i = 0; i < d.size(); ++i) d[i] *= weights[i];
   table.rows.push_back(
@@ -108,7 +102,7 @@ void add_zone(PaperTable& table) {
 
 // Weights about the first vertex, which leave a net force.
 void add_ghost_force(const TriMesh& cow, PaperTable& table) {
-  Rows x = rows_of(cow), g;
+  Rows x = to_rows(cow.vertices), g;
   volume_gradient(x, cow.triangles, g);
   std::vector<double> mass(x.size(), 1.0), near_head;
   for (const Vec3& p : cow.vertices) {

@@ -144,8 +144,7 @@ Json compare_arm(const std::string& scene) {
   };
   targets.emplace_back();
   for (const Muscle& muscle : model.muscles) {
-    Rows& rows = targets.back().emplace_back();
-    for (const Vec3& p : muscle.rest.vertices) rows.push_back(to_row(p));
+    targets.back().push_back(to_rows(muscle.rest.vertices));
   }
   run_ours(model, keep);
   const auto peer = [&](const BulletSetting& setting) {

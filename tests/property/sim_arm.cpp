@@ -174,8 +174,7 @@ int folds_beyond_90(const Muscle& muscle, const Rows& x) {
 TEST(Arm, NoFoldsAndNoSelfIntersection) {
   for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
     const Muscle& muscle = arm().model.muscles[m];
-    Rows rest;
-    for (const Vec3& p : muscle.rest.vertices) rest.push_back(to_row(p));
+    const Rows rest = to_rows(muscle.rest.vertices);
     const int rest_folds = folds_beyond_90(muscle, rest);
     Bvh bvh = build_bvh(muscle.surface, rest);
     for (size_t f = 0; f < arm().x.size(); ++f) {

@@ -38,8 +38,7 @@ Pressed press(const std::vector<std::string>& overrides) {
 // Largest relative swelling of sections more than 7 cm from the bar; the belly spans 24 cm.
 double swelling_far_away(const Pressed& run) {
   const Muscle& muscle = run.model.muscles[0];
-  Rows rest;
-  for (const Vec3& p : muscle.rest.vertices) rest.push_back(to_row(p));
+  const Rows rest = to_rows(muscle.rest.vertices);
   double most = 0.0;
   for (const double u : {0.1, 0.15, 0.2, 0.8, 0.85, 0.9}) {
     const CarriedPose& pose = run.state.muscles[0].pose;

@@ -11,12 +11,6 @@
 
 namespace thew {
 
-inline Rows to_rows(const std::vector<Vec3>& points) {
-  Rows rows;
-  for (const Vec3& p : points) rows.push_back(to_row(p));
-  return rows;
-}
-
 inline double dot(const Rows& a, const Rows& b) {
   double sum = 0.0;
   for (size_t i = 0; i < a.size(); ++i) sum += to_vec(a[i]).dot(to_vec(b[i]));

@@ -10,12 +10,6 @@
 
 namespace thew {
 
-inline Rows to_rows(const std::vector<Vec3>& points) {
-  Rows rows;
-  for (const Vec3& p : points) rows.push_back(to_row(p));
-  return rows;
-}
-
 /// A mesh with what searches need.
 struct Shape {
   TriMesh mesh;

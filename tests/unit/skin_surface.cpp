@@ -95,6 +95,30 @@ TEST(ClosestPoint, HintChangesNothing) {
   }
 }
 
+TEST(ClosestPoint, AConvexSurfaceIsDoneWithItsHintAlone) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+  EXPECT_FALSE(is_convex(make_shape(torus(1.0, 0.4, 40, 24)).surface,
+                         to_rows(torus(1.0, 0.4, 40, 24).vertices)));
+  for (const TriMesh& mesh : {cube(1.0), ball(1.0, {0, 0, 0}, 16, 7)}) {
+    const Shape plain = make_shape(mesh);
+    Shape known = plain;
+    known.surface.convex = is_convex(plain.surface, plain.x);
+    ASSERT_TRUE(known.surface.convex);
+    for (int i = 0; i < 400; ++i) {
+      Vec3 p(coordinate(random), coordinate(random), coordinate(random));
+      if (i % 3 == 0) p.x() = 1.0;  // on a face of the cube, or beyond
+      const ClosestPoint a = closest_point(plain.surface, plain.bvh, plain.x, p, 10.0);
+      for (const int hint : {a.triangle, i % static_cast<int>(mesh.triangles.size())}) {
+        const ClosestPoint b = closest_point(known.surface, known.bvh, known.x, p, 10.0, hint);
+        EXPECT_EQ(a.triangle, b.triangle);
+        EXPECT_EQ(a.distance, b.distance);
+        EXPECT_EQ(a.normal, b.normal);
+      }
+    }
+  }
+}
+
 TEST(Bvh, RefitHoldsAllAndEqualsARebuild) {
   Shape ring = make_shape(torus(1.0, 0.4, 40, 24));
   for (Row& p : ring.x) p = Row{p[0] + 10.0, 2.0 * p[1] - p[2], p[2] * p[0], 0.0};

@@ -39,7 +39,7 @@ Part make_part(const std::string& name, const fs::path& file, const Vec3& shift)
   Part part{name, import_closed_mesh(file), {}, {}, {}};
   for (Vec3& p : part.mesh.vertices) p += shift;
   part.surface = make_surface(part.mesh.triangles, static_cast<int>(part.mesh.vertices.size()));
-  for (const Vec3& p : part.mesh.vertices) part.x.push_back(to_row(p));
+  part.x = to_rows(part.mesh.vertices);
   part.bvh = build_bvh(part.surface, part.x);
   return part;
 }

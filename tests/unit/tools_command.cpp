@@ -65,13 +65,9 @@ TEST_F(Command, ABakeLeavesCacheAndReport) {
   // The volume again, from the file.
   const BakeReader reader(options.out / "bake.h5");
   const BakeMesh& mesh = reader.info().meshes.at(0);
-  Rows rest;
-  for (const Vec3& p : mesh.rest.vertices) rest.push_back(to_row(p));
-  const double volume = enclosed_volume(rest, mesh.rest.triangles);
+  const double volume = enclosed_volume(to_rows(mesh.rest.vertices), mesh.rest.triangles);
   for (int i = 0; i < 24; ++i) {
-    Rows x;
-    const BakeFrame frame = reader.read(i);
-    for (const Vec3& p : frame.positions.at(0)) x.push_back(to_row(p));
+    const Rows x = to_rows(reader.read(i).positions.at(0));
     EXPECT_NEAR(enclosed_volume(x, mesh.rest.triangles) / volume, 1.0, 1e-12);
   }
 }

@@ -29,7 +29,7 @@ struct TrueSurface {
 
   explicit TrueSurface(const FemBody& body) : mesh(octant_surface(body)) {
     surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-    for (const Vec3& p : mesh.vertices) x.push_back(to_row(p));
+    x = to_rows(mesh.vertices);
     bvh = build_bvh(surface, x);
   }
   double distance(const Vec3& point) const {

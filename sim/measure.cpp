@@ -158,8 +158,9 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   out.muscles.resize(count);
   refit_all(model, parallel, state);
   const std::vector<Collider> colliders = colliders_of(model, state);
-  std::vector<double> deepest(count, 0.0);
+  std::vector<double> deepest(count, 0.0), outside(count, 0.0);
   std::vector<int> pairs(count, 0);
+  if (model.skinned) refit_bvh(model.skinned->surface, state.skin.x, state.skin.bvh);
   parallel.each(count, [&](int m) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
@@ -171,6 +172,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.length = now.pose.path_length;
     measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
+    if (model.skinned) outside[m] = farthest_outside(*model.skinned, state.skin, now.x);
     if (!model.scene.contact.enabled) return;
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
@@ -200,6 +202,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   }
   if (model.skinned) {
     out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
+    out.skin.max_poke_through = *std::max_element(outside.begin(), outside.end());
   } else if (model.has_skin) {
     out.skin = measure_skin(model.skin, colliders, state.skin);
   }

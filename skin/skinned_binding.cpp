@@ -36,6 +36,19 @@ void find_neighbours(SkinnedSkin& skin) {
   }
 }
 
+Surface surface_of(const SkinnedSkin& skin) {
+  TriMesh welded;
+  for (const Row& x : skin.rest) welded.vertices.push_back(to_vec(x));
+  for (const Triangle& t : skin.mesh.triangles) {
+    const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
+    if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) welded.triangles.push_back(c);
+  }
+  if (enclosed_volume(welded) < 0.0) {  // inside out
+    for (Triangle& t : welded.triangles) std::swap(t[1], t[2]);
+  }
+  return make_surface(std::move(welded.triangles), static_cast<int>(skin.rest.size()));
+}
+
 // m, the mean edge near the muscles; 0 where there are none.
 double mean_edge(const SkinnedSkin& skin) {
   double sum = 0.0;
@@ -148,6 +161,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
   skin_vertices(weights, mesh, rest, skin.rest);
   find_neighbours(skin);
+  skin.surface = surface_of(skin);
   add_points(skin);
   find_levels(below, skin);
   skin.share.assign(skin.rest.size(), 0.0);

@@ -251,6 +251,7 @@ SkinState initial_skinned(const SkinnedSkin& skin) {
   state.slip = state.offset;
   state.planes.planes.resize(skin.points.size());
   state.planes.count.resize(skin.points.size());
+  state.bvh = build_bvh(skin.surface, state.x);
   return state;
 }
 
@@ -282,6 +283,21 @@ double deepest_of(const Rows& points, const std::vector<Collider>& below) {
       hint = near.triangle;
       most = std::max(most, -near.distance);
     }
+  }
+  return most;
+}
+
+double farthest_outside(const SkinnedSkin& skin, const SkinState& state, const Rows& points) {
+  constexpr double kFarthest = 0.1;  // m
+  double most = 0.0;
+  int hint = -1;
+  for (const Row& row : points) {
+    const Vec3 p = to_vec(row);
+    const ClosestPoint near = closest_point(skin.surface, state.bvh, state.x, p, kFarthest, hint);
+    hint = near.triangle;
+    const double distance = near.triangle < 0 ? kFarthest : near.distance;
+    // Outside of the nearest shell it may still be inside of another.
+    if (distance > most && winding_number(skin.surface, state.x, p) < 0.5) most = distance;
   }
   return most;
 }

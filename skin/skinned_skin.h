@@ -31,7 +31,8 @@ struct SkinnedSkin {
     double share;                  ///< of the muscles' displacement: 1 near them, 0 beyond reach
     Anchor anchor;
   };
-  TriMesh mesh;  ///< in the bind pose, the user's vertex order
+  TriMesh mesh;     ///< in the bind pose, the user's vertex order
+  Surface surface;  ///< of the first vertices of their places, outwards
   SkinWeights weights;
   std::vector<int> map_back;  ///< of each vertex the first one at the same place
   Rows rest;                  ///< in the muscles' rest pose
@@ -61,5 +62,8 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
 
 /// m, deepest of the points inside a surface.
 double deepest_of(const Rows& points, const std::vector<Collider>& below);
+/// m, farthest of the points outside the skin, up to 0.1; of a skin of several shells that overlap
+/// outside all of them. state.bvh has to fit.
+double farthest_outside(const SkinnedSkin& skin, const SkinState& state, const Rows& points);
 
 }  // namespace thew

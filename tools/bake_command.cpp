@@ -103,17 +103,12 @@ Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result)
 }
 
 // The largest of the whole bake.
-double measured(const std::string& quantity, const Report& report, const BakeResult& result) {
+double measured(const std::string& quantity, const Report& report) {
   if (quantity == "penetration") {
     return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
   }
+  if (quantity == "poke_through") return report.skin.max_poke_through_m;
   double most = 0.0;
-  if (quantity == "poke_through") {
-    for (const FrameMeasures& frame : result.measures) {
-      most = std::max(most, frame.skin.max_poke_through);
-    }
-    return most;
-  }
   for (const Report::Muscle& row : report.muscles) {
     most = std::max(most, quantity == "volume_error"           ? row.max_volume_error
                           : quantity == "substep_volume_error" ? row.max_substep_volume_error
@@ -173,14 +168,16 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {
     report.skin.penetration_m.push_back(frame.skin.max_penetration);
+    report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
     report.contact.max_penetration_m =
         std::max(report.contact.max_penetration_m, frame.contact_penetration);
     report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
   }
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
+  report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
   for (const Bound& bound : scene.bounds) {
     report.bounds.push_back(
-        {bound.quantity, measured(bound.quantity, report, result), bound.limit});
+        {bound.quantity, measured(bound.quantity, report), bound.limit});
   }
   report.warnings = warnings_of(model, result);
   return report;

@@ -41,7 +41,8 @@ Report sample() {
     }
     report.muscles.push_back(muscle);
   }
-  report.skin = {9984, 1.5e-4, std::vector<double>(120, 1e-4)};
+  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4),
+                 std::vector<double>(120, 2e-4)};
   report.contact = {2e-4, std::vector<int>(120, 0)};
   report.seconds = {10.0, 0.1, 5.0, 2.0, 1.5, 0.9, 0.5};
   report.bounds = {{"volume_error", 3e-15, 1e-9}, {"penetration", 1.5e-4, 5e-4}};
@@ -75,7 +76,7 @@ TEST(ReportJson, HasWhatIsPromised) {
   EXPECT_EQ(keys(read["seconds"]),
             Words({"contact", "muscles", "render", "rig", "skin", "total", "write"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
-  EXPECT_EQ(keys(read["skin"]), Words({"max_penetration_m", "triangles"}));
+  EXPECT_EQ(keys(read["skin"]), Words({"max_penetration_m", "max_poke_through_m", "triangles"}));
   EXPECT_EQ(keys(read["contact"]), Words({"intersecting_triangle_pairs", "max_penetration_m"}));
   EXPECT_EQ(read["scene"], report.scene);
   EXPECT_EQ(read["frames"], report.frames);
@@ -108,7 +109,7 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   EXPECT_EQ(count(html, "http"), count(html, "xmlns=\"http://www.w3.org/2000/svg\""));
   EXPECT_EQ(count(html, "<figure"), count(html, "</figure>"));
   EXPECT_EQ(count(html, "<svg"), 6u);
-  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 2u);
+  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 3u);
   EXPECT_EQ(count(html, "arm <&"), 0u);
   EXPECT_GE(count(html, "arm &lt;&amp; co&gt;"), 2u);
   EXPECT_EQ(count(html, "nan"), 0u);

@@ -5,6 +5,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 #include "rig_temp.h"
+#include "sim/drive.h"
 #include "sim/measure.h"
 #include "sim/model.h"
 #include "sim/step.h"
@@ -185,6 +186,56 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
               1e3 * measured());
   EXPECT_GT(farthest(), 0.01);
   EXPECT_NEAR(measured(), farthest(), 1e-3);
+}
+
+// The displacement on top of the character's own weights goes with pose and muscles, and does not
+// leap: between two frames, of which the muscles are interpolated, it goes in steps as small as
+// theirs, also in the fold beyond 90 degrees.
+TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
+  NewOptions options;
+  options.character = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
+  options.out = folder / "figure.toml";
+  options.side = "right";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(options.out));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  StageSeconds seconds;
+  settle(model, parallel, state);
+  for (int frame = 1; frame <= 26; ++frame) {
+    step_frame(model, frame / 24.0, parallel, state, seconds);
+  }
+  constexpr int kFine = 64;
+  Rows carried, before, before_fine;
+  double coarse = 0.0, fine = 0.0;  // m, most in 1/8 and in 1/64 of a frame
+  for (int frame = 27; frame <= 35; ++frame) {
+    State between = state;
+    step_frame(model, frame / 24.0, parallel, state, seconds);
+    const std::vector<MuscleState> from = between.muscles;
+    for (int k = 1; k <= kFine; ++k) {
+      const double share = 1.0 * k / kFine;
+      drive_bones(model, (frame - 1 + share) / 24.0, between);
+      for (size_t m = 0; m < from.size(); ++m) {
+        Rows& x = between.muscles[m].x;
+        for (size_t i = 0; i < x.size(); ++i) {
+          x[i] = (1.0 - share) * from[m].x[i] + share * state.muscles[m].x[i];
+        }
+      }
+      step_skinned(*model.skinned, between.bodies, muscles_of(model, between), between.skin);
+      skin_vertices(model.skinned->weights, model.skinned->mesh, between.bodies, carried);
+      Rows now = between.skin.x;
+      for (size_t i = 0; i < now.size(); ++i) now[i] -= carried[i];
+      if (!before_fine.empty()) fine = std::max(fine, largest_distance(now, before_fine));
+      if (k % 8 == 0) {
+        if (!before.empty()) coarse = std::max(coarse, largest_distance(now, before));
+        before = now;
+      }
+      before_fine.swap(now);
+    }
+  }
+  std::printf("%.3f mm in 1/8 of a frame, %.3f mm in 1/64\n", 1e3 * coarse, 1e3 * fine);
+  EXPECT_LT(fine, coarse / 4.0);
+  EXPECT_LT(coarse, 0.0025);
 }
 
 TEST_F(NewScene, DoubtIsToldWithItsCandidates) {

@@ -116,7 +116,10 @@ std::vector<std::string> rest_overlaps(const Model& model) {
       const Row& x = state.muscles[m].x[i];
       const ClosestPoint near =
           closest_point(*them.surface, *them.bvh, *them.x, to_vec(x), kLooked);
-      if (near.triangle >= 0 && -near.distance > deepest) deepest = -near.distance, at = x;
+      if (near.triangle < 0 || -near.distance <= deepest) continue;
+      // One sliver of a bone turned over by a fit has much around it "inside".
+      if (winding_number(*them.surface, *them.x, to_vec(x)) < 0.5) continue;
+      deepest = -near.distance, at = x;
     }
   };
   for (int m = 0; m < state.count(); ++m) {

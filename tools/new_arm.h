@@ -68,10 +68,12 @@ struct ArmFit {
   bool mirrored = false;
   GirthField girth;
 
-  Vec3 hinge_axis;                 ///< unit, world, rest pose
-  double at_bind = 0.0;            ///< rad
-  Vec3 along;                      ///< unit, world, bind pose: from elbow to wrist
-  double roll = 0.0;               ///< rad about it, from the bind pose to the rest pose
+  Vec3 hinge_axis;       ///< unit, world, rest pose
+  double at_bind = 0.0;  ///< rad
+  Vec3 along;            ///< unit, world, bind pose: from elbow to wrist
+  double roll = 0.0;     ///< rad about it, from the bind pose to the rest pose
+  /// Animations that roll the forearm farther from the rest pose than an arm's turns.
+  std::vector<std::string> wringing;
   Mat3 frame;                      ///< turn (or turn and mirror) of the upper arm
   double along_upper, along_fore;  ///< over the template's
 };

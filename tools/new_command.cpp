@@ -371,6 +371,13 @@ void say_fit(const Target& to, double scale) {
     std::printf("  its animations roll the forearm by %.0f deg from the bind pose: made so\n",
                 to.fit.roll / kDegree);
   }
+  for (const std::string& name : to.fit.wringing) {
+    std::fprintf(stderr,
+                 "warning: animation \"%s\" rolls the %s forearm by more than the 80 deg that an "
+                 "arm's turns, and wrings the muscles across the elbow; if a bake of it ends with "
+                 "exit 5 there, give --set contact.enabled=false\n",
+                 name.c_str(), to.side.c_str());
+  }
   if (length >= kShortestHumerus && length <= kLongestHumerus) return;
   std::fprintf(stderr,
                "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "

@@ -14,6 +14,7 @@ namespace {
 constexpr double kSureBend = 20.0 * kDegree;  // beyond it the bind pose shows where the elbow bends
 constexpr double kUsedBend = 0.2;             // its sine; or the animations show it
 constexpr double kRolled = 45.0 * kDegree;    // beyond it the bind pose is not how an arm is held
+constexpr double kWringing = 80.0 * kDegree;  // to either side is all that a forearm turns
 constexpr double kLeastBend = 3.0 * kDegree;  // beyond it, if it is forwards as well
 
 Vec3 across(const Vec3& v, const Vec3& axis) { return v - v.dot(axis) * axis; }
@@ -37,8 +38,9 @@ Vec3 forward_of(const Character& character, const ArmBodies& arm, const Vec3& sh
 
 // How the character's own animations hold the arm, in the mean, with the upper arm as it is bound.
 struct InUse {
-  Vec3 forearm = Vec3::Zero();  // its direction; zero where there are none
-  double roll = 0.0;            // rad, about its own length, from the bind pose
+  Vec3 forearm = Vec3::Zero();             // its direction; zero where there are none
+  double roll = 0.0;                       // rad, about its own length, from the bind pose
+  std::vector<std::vector<double>> rolls;  // by animation
 };
 
 InUse find_use(const Character& character, const ArmBodies& arm, const Vec3& forearm) {
@@ -51,6 +53,7 @@ InUse find_use(const Character& character, const ArmBodies& arm, const Vec3& for
   int count = 0;
   std::vector<Affine> world;
   for (const BodyClip& clip : character.animations) {
+    std::vector<double>& rolls = mean.rolls.emplace_back();
     for (double time = 0.0; time <= clip.duration; time += kStep, ++count) {
       animated_bodies(character, clip, time, world);
       const Mat3 turned = upper * rigid_part(world[arm.humerus]).linear().transpose() *
@@ -59,6 +62,7 @@ InUse find_use(const Character& character, const ArmBodies& arm, const Vec3& for
       // Of the turn in the body's frame the part about `along`.
       const Eigen::Quaterniond turn(Mat3(fore.transpose() * turned));
       const double roll = 2.0 * arc_tan2(turn.vec().dot(along), turn.w());
+      rolls.push_back(roll);
       cosine += sin_cos(roll).cos;
       sine += sin_cos(roll).sin;
     }
@@ -142,6 +146,15 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTempla
   const Vec3 bend = bend_direction(character, arm, shoulder, down, forearm, in_use);
   fit.along = forearm;
   if (std::abs(in_use.roll) > kRolled) fit.roll = in_use.roll;
+  for (size_t c = 0; c < in_use.rolls.size(); ++c) {
+    const auto is_far = [&](double roll) {
+      const SinCos off = sin_cos(roll - fit.roll);
+      return std::abs(arc_tan2(off.sin, off.cos)) > kWringing;
+    };
+    if (std::any_of(in_use.rolls[c].begin(), in_use.rolls[c].end(), is_far)) {
+      fit.wringing.push_back(character.animations[c].name);
+    }
+  }
   const Vec3 out = down.cross(bend);
   Mat3 axes;
   axes << bend, -down, (arm.left ? -out : out);

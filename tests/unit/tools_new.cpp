@@ -82,7 +82,11 @@ TEST_F(NewScene, TheRobotsOwnAnimationsBake) {
   options.character = data("robot.glb");
   options.out = folder / "robot.toml";
   options.scale = 0.4;
+  testing::internal::CaptureStderr();
   ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const std::string warned = testing::internal::GetCapturedStderr();
+  EXPECT_HAS(warned, "animation \"Robot_Wave\" rolls the right forearm");
+  EXPECT_EQ(warned.find("Robot_Walking"), std::string::npos);
   for (const char* name : {"Robot_Idle", "Robot_Walking", "Robot_Sitting"}) {
     const Model model = build_model(read_scene(
         options.out,

@@ -255,18 +255,23 @@ TEST(Chart, NumbersAreReadable) {
   EXPECT_EQ(readable(0.0), "0");
 }
 
-TEST(Chart, LabelsDoNotLieOnOneAnother) {
-  LineChart chart{"t", "", {1, 2}, {}, false, {}};
-  for (int i = 0; i < 12; ++i) chart.lines.push_back({"line", {0.0, 1.0}});
-  const std::string svg = draw_chart(chart);
-  std::vector<double> heights;
-  for (std::size_t at = 0; (at = svg.find("class=\"label\"", at)) != std::string::npos; ++at) {
-    const std::size_t y = svg.rfind(" y=\"", at) + 4;
-    heights.push_back(std::stod(svg.substr(y)));
+TEST(Chart, LabelsDoNotLieOnOneAnotherNorBesideThePaper) {
+  const std::string name = "extensor carpi radialis longus right";
+  for (const std::size_t lines : {12, 24}) {
+    LineChart chart{"t", "", {1, 2}, {}, false, {}};
+    for (std::size_t i = 0; i < lines; ++i) chart.lines.push_back({name, {0.0, 1.0}});
+    const std::string svg = draw_chart(chart);
+    std::vector<double> heights;
+    for (std::size_t at = 0; (at = svg.find("class=\"label\"", at)) != std::string::npos; ++at) {
+      heights.push_back(std::stod(svg.substr(svg.rfind(" y=\"", at) + 4)));
+      const double x = std::stod(svg.substr(svg.rfind(" x=\"", at) + 4));
+      EXPECT_LE(x + 6.0 * static_cast<double>(name.size()), 640.0);
+    }
+    ASSERT_EQ(heights.size(), lines);
+    std::sort(heights.begin(), heights.end());
+    for (std::size_t i = 1; i < lines; ++i) EXPECT_GE(heights[i] - heights[i - 1], 13.5);
+    EXPECT_GE(heights[0], 20.0);  // below the title
   }
-  ASSERT_EQ(heights.size(), 12u);
-  std::sort(heights.begin(), heights.end());
-  for (int i = 1; i < 12; ++i) EXPECT_GE(heights[i] - heights[i - 1], 13.5);
 }
 
 }  // namespace

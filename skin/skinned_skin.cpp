@@ -152,7 +152,9 @@ constexpr double kBeside = 0.008;  // m, from a point's line, within which a sam
 double half_of(const SkinnedSkin& skin) {
   return 0.5 * (skin.settings.bridging + skin.settings.thickness);
 }
-double ball_of(const SkinnedSkin& skin) { return std::hypot(half_of(skin), kBeside); }
+double ball_of(const SkinnedSkin& skin) {
+  return std::sqrt(half_of(skin) * half_of(skin) + kBeside * kBeside);
+}
 
 std::array<int, 3> cell_of(const Vec3& p, double size) {
   std::array<int, 3> cell;

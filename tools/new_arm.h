@@ -96,6 +96,9 @@ double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,
                   const std::vector<ArmFit>& fits);
 
+/// The scene's views of an arm in that pose.
+std::string views_text(const ArmBodies& arm, const ArmFit& fit, const Pose& rest);
+
 /// The character's skin in that pose, vertices at one place made one.
 TriMesh skin_at_rest(const Character& character, const Pose& rest);
 

@@ -286,47 +286,6 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
               "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
 }
 
-std::string view_text(const std::string& name, const char* show, const Vec3& eye,
-                      const Vec3& target) {
-  return "[[render.view]]\nname = " + quoted(name) + "\nshow = " + quoted(show) + "\neye = [" +
-         metres(eye, ", ") + "]\ntarget = [" + metres(target, ", ") + "]\nfield_of_view = 30\n\n";
-}
-
-// From before the breast and a little above, as near to the first arm as shows it whole, straight
-// and flexed.
-std::string views_text(const Target& to) {
-  constexpr double kAspect = 16.0 / 9.0, kFill = 0.9;
-  constexpr double kHand = 0.4;    // of the forearm, beyond the wrist
-  constexpr double kFlesh = 0.06;  // of the arm, around its bones
-  const double tangent = sin_cos(15.0 * kDegree).sin / sin_cos(15.0 * kDegree).cos;
-  const Vec3 shoulder = to.rest[to.arm.humerus].translation();
-  const Vec3 elbow = to.fit.elbow, bend = to.fit.frame.col(0);
-  const Vec3 wrist = to.rest[to.arm.hand].translation();
-  const double size = (shoulder - elbow).norm() + (wrist - elbow).norm();
-  const double way = (bend - bend.y() * Vec3::UnitY()).norm();
-  Vec3 from = way > 0.3 ? Vec3(bend.x(), 0.0, bend.z()).normalized() : Vec3::UnitZ();
-  const Vec3 out = to.fit.frame.col(2) - to.fit.frame.col(2).y() * Vec3::UnitY();
-  from = (from + 0.8 * out + 0.25 * Vec3::UnitY()).normalized();
-  const Vec3 right = Vec3::UnitY().cross(from).normalized(), up = from.cross(right);
-  Mat3 axes;
-  axes << right, up, from;
-  Eigen::AlignedBox3d box;
-  const auto show = [&](const Vec3& p) {
-    const Vec3 seen = axes.transpose() * p;
-    box.extend(Vec3(seen + Vec3::Constant(kFlesh * size)));
-    box.extend(Vec3(seen - Vec3::Constant(kFlesh * size)));
-  };
-  show(shoulder), show(elbow);
-  for (const double degrees : {0.0, 60.0, 120.0}) {
-    const Mat3 turn = rotation_about(to.fit.hinge_axis, degrees * kDegree);
-    show(elbow + (1.0 + kHand) * (turn * (wrist - elbow)));
-  }
-  const Vec3 half = 0.5 * box.sizes(), target = axes * box.center();
-  const double distance = std::max(half.x() / kAspect, half.y()) / (kFill * tangent) + half.z();
-  const Vec3 eye = target + distance * from;
-  return view_text("skin", "skin", eye, target) + view_text("muscles", "muscles", eye, target);
-}
-
 std::string clip_text(const Written& written, const Character& character) {
   std::string text = "[rig.clip]\nunit = \"deg\"\nkeys = { " + written.keys + " }\n";
   if (!character.animations.empty()) {
@@ -459,7 +418,7 @@ ExitCode new_command(const NewOptions& options) {
     stop_if_interrupted();
     say_fit(to, options.scale);
     write_arm(to, folder, written);
-    if (!views) views = views_text(to);
+    if (!views) views = views_text(arms[i], fits[i], rest);
   }
   say_flesh(written);
   write_durably(options.out,

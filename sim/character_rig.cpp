@@ -22,10 +22,11 @@ void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
   const int body = body_of(skeleton, hinge.body, hinge.place);
   skeleton.joint_names[body] = hinge.name;
   skeleton.joint_types[body] = Skeleton::JointType::kRevolute;
-  skeleton.joint_axes[body] = hinge.axis;
+  const Mat3 roll = rotation_about(hinge.along, hinge.roll);
+  skeleton.joint_axes[body] = roll.transpose() * hinge.axis;
   skeleton.lower[body] = hinge.range[0];
   skeleton.upper[body] = hinge.range[1];
-  skeleton.joint_in_parent[body].linear() *= rotation_about(hinge.axis, -hinge.at_bind);
+  skeleton.joint_in_parent[body].linear() *= rotation_about(hinge.axis, -hinge.at_bind) * roll;
 }
 
 BodyClip named_animation(const Scene& scene, const Character& character) {

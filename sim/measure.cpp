@@ -116,7 +116,10 @@ std::vector<std::string> rest_overlaps(const Model& model) {
       const Row& x = state.muscles[m].x[i];
       const ClosestPoint near =
           closest_point(*them.surface, *them.bvh, *them.x, to_vec(x), kLooked);
-      if (near.triangle >= 0 && -near.distance > deepest) deepest = -near.distance, at = x;
+      if (near.triangle < 0 || -near.distance <= deepest) continue;
+      // One sliver of a bone turned over by a fit has much around it "inside".
+      if (winding_number(*them.surface, *them.x, to_vec(x)) < 0.5) continue;
+      deepest = -near.distance, at = x;
     }
   };
   for (int m = 0; m < state.count(); ++m) {
@@ -158,8 +161,9 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   out.muscles.resize(count);
   refit_all(model, parallel, state);
   const std::vector<Collider> colliders = colliders_of(model, state);
-  std::vector<double> deepest(count, 0.0);
+  std::vector<double> deepest(count, 0.0), outside(count, 0.0);
   std::vector<int> pairs(count, 0);
+  if (model.skinned) refit_bvh(model.skinned->surface, state.skin.x, state.skin.bvh);
   parallel.each(count, [&](int m) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
@@ -171,6 +175,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.length = now.pose.path_length;
     measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
+    if (model.skinned) outside[m] = farthest_outside(*model.skinned, state.skin, now.x);
     if (!model.scene.contact.enabled) return;
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
@@ -200,6 +205,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   }
   if (model.skinned) {
     out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
+    out.skin.max_poke_through = *std::max_element(outside.begin(), outside.end());
   } else if (model.has_skin) {
     out.skin = measure_skin(model.skin, colliders, state.skin);
   }

@@ -267,10 +267,13 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
     if (zoned) restore_zones(muscle, now);
     if (!restore_volume(muscle, model.volume, freed.back(), 0.0, now.x)) {
       now.unreached += !restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
+      moves = false;
       break;
     }
     moves = push_out(model, state, m, false, gap, freed);
   }
+  // Pinched between two there is no end to the rounds: the volume has the last word.
+  if (exact && moves) restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   const double volume = enclosed_volume(now.x, muscle.rest.triangles);
   const double error = std::abs(volume / muscle.rest_volume - 1.0);

@@ -105,8 +105,10 @@ struct SceneRender {
 /// A joint that turns a body of a character about one axis, so that keys can drive it.
 struct SceneHinge {
   std::string name, body;
-  Vec3 axis = Vec3::UnitX();  ///< unit, in the body's frame
-  double at_bind = 0.0;       ///< rad, its angle in the bind pose; muscles are made at 0
+  Vec3 axis = Vec3::UnitX();   ///< unit, in the body's frame
+  double at_bind = 0.0;        ///< rad, its angle in the bind pose; muscles are made at 0
+  Vec3 along = Vec3::UnitY();  ///< unit, in the body's frame: its length
+  double roll = 0.0;  ///< rad about it from the bind pose, in the pose that the muscles are made in
   std::array<double, 2> range = {-3.2, 3.2};  ///< rad
   Place place;
 };

@@ -11,13 +11,18 @@ SceneHinge read_hinge(TomlValue& table) {
   hinge.place = table.place;
   hinge.name = text_of(require(table, "name"));
   hinge.body = text_of(require(table, "body"));
-  TomlValue& axis = require(table, "axis");
-  hinge.axis = vector_of(axis);
-  if (hinge.axis.norm() < 1e-9) refuse(axis, "give a direction, which is not zero");
-  hinge.axis.normalize();
+  const auto direction = [](TomlValue& value) -> Vec3 {
+    const Vec3 direction = vector_of(value);
+    if (direction.norm() < 1e-9) refuse(value, "give a direction, which is not zero");
+    return direction.normalized();
+  };
+  hinge.axis = direction(require(table, "axis"));
   constexpr Range kTurn{-360.0, 360.0};
   read(table, "at_bind", hinge.at_bind, kTurn);
   hinge.at_bind *= kDegree;
+  read(table, "roll", hinge.roll, kTurn);
+  hinge.roll *= kDegree;
+  if (hinge.roll != 0.0) hinge.along = direction(require(table, "along"));
   if (TomlValue* range = find(table, "range")) {
     const std::vector<TomlValue>& ends = items_of(*range, "degrees, [from, to]", 2, 2);
     hinge.range = {number_of(ends[0], kTurn) * kDegree, number_of(ends[1], kTurn) * kDegree};

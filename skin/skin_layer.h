@@ -84,7 +84,7 @@ struct SkinState : SkinMotion {
 
 struct SkinMetrics {
   double max_penetration = 0.0;   ///< m, skin nodes inside muscle or bone
-  double max_poke_through = 0.0;  ///< m, muscle or bone nodes outside the skin
+  double max_poke_through = 0.0;  ///< m, muscle or (of our own skin) bone nodes outside the skin
   int intersecting_pairs = 0;     ///< skin with itself
 };
 

@@ -17,6 +17,7 @@ constexpr int kFewestPasses = 4;     // neighbours may be anchored to muscles th
 constexpr double kSpread = 0.02;     // m, ... but no farther than this, or it is flattened
 constexpr double kFlattened = 1e-6;  // determinant of a blend that has no inverse worth having
 constexpr double kSpacing = 0.01;    // m, from point to point within a triangle ...
+constexpr double kSampled = 0.008;   // m, longest edge of what a sample of a muscle stands for
 constexpr int kMostAlong = 16;       // ... of which no edge gets more than these
 
 void find_neighbours(SkinnedSkin& skin) {
@@ -34,6 +35,19 @@ void find_neighbours(SkinnedSkin& skin) {
     skin.neighbours.insert(skin.neighbours.end(), one.begin(), one.end());
     skin.first_neighbour.push_back(static_cast<int>(skin.neighbours.size()));
   }
+}
+
+Surface surface_of(const SkinnedSkin& skin) {
+  TriMesh welded;
+  for (const Row& x : skin.rest) welded.vertices.push_back(to_vec(x));
+  for (const Triangle& t : skin.mesh.triangles) {
+    const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
+    if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) welded.triangles.push_back(c);
+  }
+  if (enclosed_volume(welded) < 0.0) {  // inside out
+    for (Triangle& t : welded.triangles) std::swap(t[1], t[2]);
+  }
+  return make_surface(std::move(welded.triangles), static_cast<int>(skin.rest.size()));
 }
 
 // m, the mean edge near the muscles; 0 where there are none.
@@ -62,7 +76,7 @@ int passes_over(double width, double edge, int most) {
 // for, those on an edge with one of its two triangles.
 void add_points(SkinnedSkin& skin) {
   const auto add = [&](const Triangle& corners, const std::array<double, 3>& shares) {
-    skin.points.push_back({corners, shares, 0.0, 0.0, {}});
+    skin.points.push_back({corners, shares});
   };
   for (size_t i = 0; i < skin.rest.size(); ++i) {
     const int v = static_cast<int>(i);
@@ -89,34 +103,52 @@ void add_points(SkinnedSkin& skin) {
   }
 }
 
-// Drops points that no muscle can come near.
-void find_levels(const std::vector<Collider>& below, SkinnedSkin& skin) {
-  const SkinSettings& settings = skin.settings;
-  std::vector<SkinnedSkin::Point> near;
-  FleshPlanes planes;
-  planes.planes.resize(1);
-  planes.count.resize(1);
-  for (SkinnedSkin::Point& point : skin.points) {
-    std::vector<int> hints(below.size() + 1, -1);
-    const Vec3 x = place_of(point, skin.rest);
-    find_flesh(below, x, kMostNear * settings.reach, settings.bridging, 0, hints, planes);
-    const FleshValue flesh = flesh_value(planes, 0, x, settings.bridging);
-    if (!flesh.found) continue;
-    point.level = flesh.level;
-    point.share = 1.0 - smoothstep(0.5 * settings.reach, settings.reach, flesh.nearest);
-    near.push_back(point);
+// Halves of halves of a triangle, across the longest side, until they are small.
+void add_samples(const Vec3 (&corner)[3], const std::array<Vec3, 3>& shares,
+                 const SkinnedSkin::Place& of, std::vector<SkinnedSkin::Place>& samples) {
+  Vec3 place[3];
+  for (int k = 0; k < 3; ++k) {
+    place[k] = shares[k][0] * corner[0] + shares[k][1] * corner[1] + shares[k][2] * corner[2];
   }
-  skin.points.swap(near);
+  int longest = 0;
+  const auto length = [&](int k) { return (place[(k + 1) % 3] - place[k]).norm(); };
+  for (int k = 1; k < 3; ++k) {
+    if (length(k) > length(longest)) longest = k;
+  }
+  if (length(longest) <= kSampled) {
+    const Vec3 middle = (shares[0] + shares[1] + shares[2]) / 3.0;
+    samples.push_back({of.muscle, of.triangle, {middle[0], middle[1], middle[2]}});
+    return;
+  }
+  const int a = longest, b = (longest + 1) % 3, c = (longest + 2) % 3;
+  const Vec3 half = 0.5 * (shares[a] + shares[b]);
+  add_samples(corner, {shares[a], half, shares[c]}, of, samples);
+  add_samples(corner, {half, shares[b], shares[c]}, of, samples);
 }
 
+void sample_muscles(const std::vector<Collider>& below, SkinnedSkin& skin) {
+  const std::array<Vec3, 3> whole = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+  for (size_t m = 0; m < below.size(); ++m) {
+    const std::vector<Triangle>& triangles = below[m].surface->triangles;
+    for (size_t t = 0; t < triangles.size(); ++t) {
+      Vec3 corner[3];
+      for (int k = 0; k < 3; ++k) corner[k] = to_vec((*below[m].x)[triangles[t][k]]);
+      add_samples(corner, whole, {static_cast<int>(m), static_cast<int>(t), {}}, skin.samples);
+    }
+  }
+}
+
+// Drops points that no muscle can come near.
 void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& below,
                   SkinnedSkin& skin) {
   std::vector<Affine> of_links;
   link_transforms(skin.weights, rest, of_links);
   skin.from_rest.assign(skin.rest.size(), Mat3::Identity());
   std::vector<char> known(skin.rest.size(), 0);  // 2: has no inverse
+  std::vector<SkinnedSkin::Point> anchored;
   for (SkinnedSkin::Point& point : skin.points) {
-    double nearest = kMostNear * skin.settings.reach;
+    const double reach = skin.settings.reach;
+    double nearest = kMostNear * reach;
     SkinnedSkin::Anchor& anchor = point.anchor;
     for (size_t m = 0; m < below.size(); ++m) {
       const ClosestPoint near = closest_point(*below[m].surface, *below[m].bvh, *below[m].x,
@@ -127,6 +159,7 @@ void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& 
       std::copy(near.barycentric, near.barycentric + 3, anchor.share.begin());
     }
     if (anchor.muscle < 0) continue;
+    point.share = 1.0 - smoothstep(0.5 * reach, reach, nearest);
     anchor.out = place_of(point, skin.rest) - place_of(anchor, below);
     for (const int v : point.corners) {
       if (known[v] == 0) {
@@ -136,7 +169,9 @@ void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& 
       }
       if (known[v] == 2) anchor.muscle = -1;
     }
+    if (anchor.muscle >= 0) anchored.push_back(point);
   }
+  skin.points.swap(anchored);
 }
 
 }  // namespace
@@ -148,8 +183,11 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
   skin_vertices(weights, mesh, rest, skin.rest);
   find_neighbours(skin);
+  skin.surface = surface_of(skin);
   add_points(skin);
-  find_levels(below, skin);
+  bind_anchors(rest, below, skin);
+  sample_muscles(below, skin);
+  find_lacks(below, skin);
   skin.share.assign(skin.rest.size(), 0.0);
   for (const SkinnedSkin::Point& point : skin.points) {
     if (point.corners[0] == point.corners[1]) skin.share[point.corners[0]] = point.share;
@@ -158,10 +196,9 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   for (const SkinnedSkin::Point& point : skin.points) {
     for (const int v : point.corners) skin.near[v] = 1;
   }
-  bind_anchors(rest, below, skin);
   const double edge = mean_edge(skin);
-  skin.passes = passes_over(kSmoothed, edge, kMostPasses);
-  skin.first_passes = std::max(skin.passes, passes_over(kSpread, edge, kFewestPasses));
+  skin.passes = std::max(passes_over(kSmoothed, edge, kMostPasses),
+                         passes_over(kSpread, edge, kFewestPasses));
   return skin;
 }
 

@@ -2,6 +2,7 @@
 #include "skin/skinned_skin.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rig/math.h"
 
@@ -12,8 +13,8 @@ constexpr double kMostWay = 3.0;  // reaches that the skin goes with a muscle ag
 constexpr double kFlat = 1e-5;    // m, of what the weights leave of a distance: tells no direction
 constexpr int kRounds = 20;       // of evening out and of what then has to hold again
 
-void smooth(const SkinnedSkin& skin, int passes, Rows& push, Rows& before) {
-  for (int pass = 0; pass < passes; ++pass) {
+void smooth(const SkinnedSkin& skin, Rows& push, Rows& before) {
+  for (int pass = 0; pass < skin.passes; ++pass) {
     before = push;
     for (size_t i = 0; i < push.size(); ++i) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
@@ -52,6 +53,7 @@ struct Wall {
   double above = 0.0;          // m, of the muscle's place at rest
   double level = 0.0;          // m, of the muscle's place now
   double carried = 0.0;        // m, of the point as the weights have it
+  double least = 0.0;          // m, of the point
   double hold = 0.0;           // 0..1, less where the muscle lies far or has slid away
 };
 
@@ -86,6 +88,8 @@ std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>&
     wall.hold = smoothstep(kFlat, 20.0 * kFlat, left) *
                 (1.0 - smoothstep(reach, kMostNear * reach, wall.above)) *
                 (1.0 - smoothstep(2.0 * reach, 4.0 * reach, slid));
+    const double whole = wall.level + std::min(wall.above, skin.settings.thickness);
+    wall.least = whole - (1.0 - wall.hold) * std::max(whole - wall.carried, 0.0);
   }
   return walls;
 }
@@ -107,6 +111,8 @@ void follow_anchors(const SkinnedSkin& skin, const std::vector<Wall>& walls, Ski
     asked.add(point, point.share * wall.hold * way * wall.normal);
   }
   asked.take_mean(state.offset);
+  smooth(skin, state.offset, state.slip);
+  for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] += state.offset[i];
 }
 
 // Of what the weights alone would make, half its own and half the neighbours' mean, near muscles.
@@ -128,93 +134,91 @@ void stay_beyond(const SkinnedSkin& skin, const std::vector<Wall>& walls, const 
     even_out(skin, carried, state);
     for (size_t p = 0; p < skin.points.size(); ++p) {
       const Wall& wall = walls[p];
-      const double whole = wall.level + std::min(wall.above, skin.settings.thickness);
-      if (wall.hold <= 0.0 || whole <= wall.carried) continue;
-      const double least = wall.carried + wall.hold * (whole - wall.carried);
-      const double lack = least - wall.normal.dot(place_of(skin.points[p], state.x));
-      if (lack > 0.0) push(skin.points[p], lack * wall.normal, state.x);
+      const double lack = wall.least - wall.normal.dot(place_of(skin.points[p], state.x));
+      if (lack > 0.0) push(skin.points[p], wall.hold * lack * wall.normal, state.x);
     }
   }
-  for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 
-void look_below(const SkinnedSkin& skin, const std::vector<Collider>& below, double reach,
-                SkinState& state) {
+// Where a muscle's sample is now, by cells of a grid as wide as a point looks for them.
+struct Spot {
+  std::array<int, 3> cell;
+  Vec3 place, normal;
+};
+
+constexpr double kBeside = 0.008;  // m, from a point's line, within which a sample lifts the point
+
+// m, half of the cylinder's length in which a point looks for samples; and the ball's around it.
+double half_of(const SkinnedSkin& skin) {
+  return 0.5 * (skin.settings.bridging + skin.settings.thickness);
+}
+double ball_of(const SkinnedSkin& skin) {
+  return std::sqrt(half_of(skin) * half_of(skin) + kBeside * kBeside);
+}
+
+std::array<int, 3> cell_of(const Vec3& p, double size) {
+  std::array<int, 3> cell;
+  for (int k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(p[k] / size));
+  return cell;
+}
+
+std::vector<Spot> find_spots(const SkinnedSkin& skin, const std::vector<Collider>& below) {
+  std::vector<Spot> spots;
+  spots.reserve(skin.samples.size());
+  const double size = ball_of(skin);
+  for (const SkinnedSkin::Place& sample : skin.samples) {
+    const Collider& muscle = below[sample.muscle];
+    const Vec3 place = place_of(sample, below);
+    spots.push_back(
+        {cell_of(place, size), place, face_normal(*muscle.surface, *muscle.x, sample.triangle)});
+  }
+  std::sort(spots.begin(), spots.end(),
+            [](const Spot& a, const Spot& b) { return a.cell < b.cell; });
+  return spots;
+}
+
+// m, how far out along the normal a point has to go for the flesh that comes up through it. Each
+// sample asks for less the farther beside the point it lies, the farther above it, and the less it
+// faces the point's way, as that of a fold's other side: so that none begins or ends at once.
+double lack_of(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Vec3& p,
+               const Vec3& normal) {
+  const double room = skin.settings.bridging, size = ball_of(skin);
+  const std::array<int, 3> middle =
+      cell_of(p + (half_of(skin) - skin.settings.thickness) * normal, size);
+  double most = 0.0;
+  for (int k = 0; k < 9; ++k) {
+    const std::array<int, 3> low = {middle[0] + k % 3 - 1, middle[1] + k / 3 - 1, middle[2] - 1};
+    auto spot = std::lower_bound(
+        spots.begin(), spots.end(), low,
+        [](const Spot& one, const std::array<int, 3>& cell) { return one.cell < cell; });
+    const std::array<int, 3> high = {low[0], low[1], low[2] + 2};
+    for (; spot != spots.end() && spot->cell <= high; ++spot) {
+      const Vec3 off = spot->place - p;
+      const double above = normal.dot(off), asks = above + skin.settings.thickness;
+      if (asks <= most) continue;
+      const double beside = (off - above * normal).norm();
+      most = std::max(most, asks * (1.0 - smoothstep(0.5 * kBeside, kBeside, beside)) *
+                                (1.0 - smoothstep(0.5 * room, room, above)) *
+                                smoothstep(0.0, 0.5, normal.dot(spot->normal)));
+    }
+  }
+  return most;
+}
+
+// Out of flesh that the place below a point does not tell of: of muscles that slid or bulge beside.
+// It is looked for once: from further out the next would be seen, and so through a fold's other
+// side.
+void raise_walls(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Rows& x,
+                 std::vector<Wall>& walls) {
   for (size_t p = 0; p < skin.points.size(); ++p) {
-    find_flesh(below, place_of(skin.points[p], state.x), reach, skin.settings.bridging,
-               static_cast<int>(p), state.hints, state.planes);
-  }
-}
-
-FleshValue flesh_at(const SkinnedSkin& skin, size_t p, const SkinState& state) {
-  return flesh_value(state.planes, static_cast<int>(p), place_of(skin.points[p], state.x),
-                     skin.settings.bridging);
-}
-
-// 1 where the flesh lies below the skin, 0 where it is that of a fold's other side.
-double facing(const FleshValue& flesh, const Wall& wall) {
-  const double length = flesh.gradient_of_level.norm();
-  if (length < 1e-9 || wall.hold <= 0.0) return 0.0;
-  return smoothstep(-0.5, 0.1, flesh.gradient_of_level.dot(wall.normal) / length);
-}
-
-// Back to its level over the flesh.
-void ride_on_flesh(const SkinnedSkin& skin, const std::vector<Wall>& walls, SkinState& state) {
-  const double reach = skin.settings.reach;
-  Asked asked(skin.rest.size());
-  for (size_t p = 0; p < skin.points.size(); ++p) {
-    const SkinnedSkin::Point& point = skin.points[p];
-    if (point.share <= 0.0) continue;
-    const FleshValue flesh = flesh_at(skin, p, state);
-    Vec3 by = Vec3::Zero();
-    const double below = flesh.found ? facing(flesh, walls[p]) : 0.0;
-    if (below > 0.0) {
-      // Flesh that went out of reach lets go.
-      const double hold = 1.0 - smoothstep(reach, 2.0 * reach, flesh.nearest);
-      const double out = std::clamp(point.level - flesh.level, -reach, reach);
-      const double length = std::max(flesh.gradient_of_level.norm(), 0.5);
-      by = point.share * below * hold * out / length * flesh.gradient_of_level;
-    }
-    asked.add(point, by);
-  }
-  asked.take_mean(state.offset);
-}
-
-// Out of the flesh, one point after the other, each by its corners.
-void clear_flesh(const SkinnedSkin& skin, const std::vector<Wall>& walls, SkinState& state) {
-  constexpr int kSweeps = 2;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (size_t p = 0; p < skin.points.size(); ++p) {
-      const SkinnedSkin::Point& point = skin.points[p];
-      const FleshValue flesh = flesh_at(skin, p, state);
-      if (!flesh.found) continue;
-      const double lack = std::min(point.level, skin.settings.thickness) - flesh.level;
-      if (lack <= 0.0) continue;
-      const double length = std::max(flesh.gradient_of_level.norm(), 0.5);
-      push(point, facing(flesh, walls[p]) * lack / length * flesh.gradient_of_level, state.x);
-    }
-  }
-}
-
-void add_smoothed(const SkinnedSkin& skin, int passes, SkinState& state) {
-  smooth(skin, passes, state.offset, state.slip);
-  for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] += state.offset[skin.map_back[i]];
-}
-
-// What clears the flesh is evened out once, and what that takes back cleared again; no farther than
-// what is looked for, lest it leap where a fold leaves no room.
-void stay_out_of_flesh(const SkinnedSkin& skin, const std::vector<Wall>& walls,
-                       const std::vector<Collider>& below, SkinState& state) {
-  for (const int passes : {skin.passes, 0}) {
-    look_below(skin, below, skin.settings.thickness + skin.settings.bridging, state);
-    Rows before = state.x;
-    clear_flesh(skin, walls, state);
-    for (size_t i = 0; i < skin.rest.size(); ++i) {
-      const Row by = state.x[i] - before[i];
-      state.offset[i] = 1.0 / std::max(1.0, norm(by) / skin.settings.bridging) * by;
-    }
-    state.x.swap(before);
-    add_smoothed(skin, passes, state);
+    Wall& wall = walls[p];
+    if (wall.hold <= 0.0) continue;
+    const Vec3 place = place_of(skin.points[p], x);
+    const double lack = lack_of(skin, spots, place, wall.normal) - skin.points[p].lack;
+    // Where little is asked for the place is not held either, or it would be all at once.
+    const double share = wall.hold * smoothstep(0.0, skin.settings.thickness, lack);
+    const double asked = wall.normal.dot(place) + std::max(lack, 0.0);
+    wall.least += share * std::max(asked - wall.least, 0.0);
   }
 }
 
@@ -230,11 +234,11 @@ void keep_near(const SkinnedSkin& skin, const Rows& carried, SkinState& state) {
 
 }  // namespace
 
-Vec3 place_of(const SkinnedSkin::Anchor& anchor, const std::vector<Collider>& below) {
-  const Collider& muscle = below[anchor.muscle];
-  const Triangle& t = muscle.surface->triangles[anchor.triangle];
+Vec3 place_of(const SkinnedSkin::Place& of, const std::vector<Collider>& below) {
+  const Collider& muscle = below[of.muscle];
+  const Triangle& t = muscle.surface->triangles[of.triangle];
   Vec3 place = Vec3::Zero();
-  for (int k = 0; k < 3; ++k) place += anchor.share[k] * to_vec((*muscle.x)[t[k]]);
+  for (int k = 0; k < 3; ++k) place += of.share[k] * to_vec((*muscle.x)[t[k]]);
   return place;
 }
 
@@ -244,30 +248,35 @@ Vec3 place_of(const SkinnedSkin::Point& point, const Rows& x) {
   return to_vec(place);
 }
 
+void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin) {
+  const std::vector<Spot> spots = find_spots(skin, below);
+  for (SkinnedSkin::Point& point : skin.points) {
+    const double above = point.anchor.out.norm();
+    if (above < kFlat) continue;
+    point.lack = lack_of(skin, spots, place_of(point, skin.rest), point.anchor.out / above);
+  }
+}
+
 SkinState initial_skinned(const SkinnedSkin& skin) {
   SkinState state;
   state.x = skin.rest;
   state.offset.assign(skin.rest.size(), Row{});
   state.slip = state.offset;
-  state.planes.planes.resize(skin.points.size());
-  state.planes.count.resize(skin.points.size());
+  state.bvh = build_bvh(skin.surface, state.x);
   return state;
 }
 
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state) {
-  state.hints.resize(skin.points.size() * (below.size() + 1), -1);
   skin_vertices(skin.weights, skin.mesh, bodies, state.x);
   const Rows carried = state.x;
-  const std::vector<Wall> walls = find_walls(skin, bodies, below, carried);
+  std::vector<Wall> walls = find_walls(skin, bodies, below, carried);
   follow_anchors(skin, walls, state);
-  add_smoothed(skin, skin.first_passes, state);
   stay_beyond(skin, walls, carried, state);
-  look_below(skin, below, kMostNear * skin.settings.reach, state);
-  ride_on_flesh(skin, walls, state);
-  add_smoothed(skin, skin.passes, state);
-  stay_out_of_flesh(skin, walls, below, state);
+  raise_walls(skin, find_spots(skin, below), state.x, walls);
+  stay_beyond(skin, walls, carried, state);
   keep_near(skin, carried, state);
+  for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 
 double deepest_of(const Rows& points, const std::vector<Collider>& below) {
@@ -282,6 +291,21 @@ double deepest_of(const Rows& points, const std::vector<Collider>& below) {
       hint = near.triangle;
       most = std::max(most, -near.distance);
     }
+  }
+  return most;
+}
+
+double farthest_outside(const SkinnedSkin& skin, const SkinState& state, const Rows& points) {
+  constexpr double kFarthest = 0.1;  // m
+  double most = 0.0;
+  int hint = -1;
+  for (const Row& row : points) {
+    const Vec3 p = to_vec(row);
+    const ClosestPoint near = closest_point(skin.surface, state.bvh, state.x, p, kFarthest, hint);
+    hint = near.triangle;
+    const double distance = near.triangle < 0 ? kFarthest : near.distance;
+    // Outside of the nearest shell it may still be inside of another.
+    if (distance > most && winding_number(skin.surface, state.x, p) < 0.5) most = distance;
   }
   return most;
 }

@@ -55,6 +55,18 @@ bool is_convex(const Surface& surface, const Rows& x) {
   return true;
 }
 
+// A triangle's solid angle by van Oosterom and Strackee 1983.
+double winding_number(const Surface& surface, const Rows& x, const Vec3& p) {
+  double sum = 0.0;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 a = to_vec(x[t[0]]) - p, b = to_vec(x[t[1]]) - p, c = to_vec(x[t[2]]) - p;
+    const double u = a.norm(), v = b.norm(), w = c.norm();
+    sum +=
+        2.0 * arc_tan2(a.dot(b.cross(c)), u * v * w + a.dot(b) * w + b.dot(c) * u + c.dot(a) * v);
+  }
+  return sum / (4.0 * kPi);
+}
+
 Vec3 face_normal(const Surface& surface, const Rows& x, int triangle) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 a = to_vec(x[t[0]]);

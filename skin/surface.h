@@ -19,6 +19,10 @@ Surface make_surface(std::vector<Triangle> triangles, int nodes);
 /// Whether no node lies outside a face.
 bool is_convex(const Surface& surface, const Rows& x);
 
+/// How often the surface goes round p: about 1 inside, 0 outside, the sum of both where it has
+/// holes or is of several.
+double winding_number(const Surface& surface, const Rows& x, const Vec3& p);
+
 /// Outward unit normal of a triangle (zero where it has no area), and of a node, weighted by angle.
 Vec3 face_normal(const Surface& surface, const Rows& x, int triangle);
 Vec3 node_normal(const Surface& surface, const Rows& x, int node);

@@ -103,17 +103,12 @@ Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result)
 }
 
 // The largest of the whole bake.
-double measured(const std::string& quantity, const Report& report, const BakeResult& result) {
+double measured(const std::string& quantity, const Report& report) {
   if (quantity == "penetration") {
     return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
   }
+  if (quantity == "poke_through") return report.skin.max_poke_through_m;
   double most = 0.0;
-  if (quantity == "poke_through") {
-    for (const FrameMeasures& frame : result.measures) {
-      most = std::max(most, frame.skin.max_poke_through);
-    }
-    return most;
-  }
   for (const Report::Muscle& row : report.muscles) {
     most = std::max(most, quantity == "volume_error"           ? row.max_volume_error
                           : quantity == "substep_volume_error" ? row.max_substep_volume_error
@@ -122,7 +117,9 @@ double measured(const std::string& quantity, const Report& report, const BakeRes
   return most;
 }
 
-std::vector<std::string> warnings_of(const Model& model, const BakeResult& result) {
+std::vector<std::string> warnings_of(const Model& model, const std::vector<int>& frames,
+                                     const BakeResult& result) {
+  constexpr double kShows = 5e-3;  // m
   std::vector<std::string> warnings = model.warnings;
   if (result.plan) {
     for (const std::string& what : result.plan->raised) {
@@ -134,6 +131,19 @@ std::vector<std::string> warnings_of(const Model& model, const BakeResult& resul
     std::snprintf(line, sizeof line,
                   "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
                   result.settled.seconds, result.settled.speed);
+    warnings.push_back(line);
+  }
+  const auto& measures = result.measures;
+  const auto worst =
+      std::max_element(measures.begin(), measures.end(), [](const auto& a, const auto& b) {
+        return a.skin.max_poke_through < b.skin.max_poke_through;
+      });
+  if (model.skinned && worst != measures.end() && worst->skin.max_poke_through > kShows &&
+      measures.size() == frames.size()) {
+    std::snprintf(line, sizeof line,
+                  "muscles stand out of the character's skin by %.1f mm, most in frame %d; thinner "
+                  "muscles, or another place of their paths, keep them in",
+                  1e3 * worst->skin.max_poke_through, frames[worst - measures.begin()]);
     warnings.push_back(line);
   }
   int unreached = 0, fallbacks = 0, zones = 0;
@@ -173,16 +183,17 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {
     report.skin.penetration_m.push_back(frame.skin.max_penetration);
+    report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
     report.contact.max_penetration_m =
         std::max(report.contact.max_penetration_m, frame.contact_penetration);
     report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
   }
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
+  report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
   for (const Bound& bound : scene.bounds) {
-    report.bounds.push_back(
-        {bound.quantity, measured(bound.quantity, report, result), bound.limit});
+    report.bounds.push_back({bound.quantity, measured(bound.quantity, report), bound.limit});
   }
-  report.warnings = warnings_of(model, result);
+  report.warnings = warnings_of(model, frames, result);
   return report;
 }
 

@@ -4,11 +4,39 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
+#include <string>
 
 namespace thew {
 namespace {
 
 constexpr int kGap = 4;  // pixels of white around each thumbnail
+
+// Each digit 3 by 5, a row an octal digit; the minus last.
+constexpr int kDigits[] = {075557, 026227, 071747, 071717, 055711, 074717,
+                           074757, 071122, 075757, 075717, 000700};
+constexpr int kDot = 2;  // pixels, of each of its dots
+
+// In the upper left corner of what begins at x, y.
+void write_number(int number, int x, int y, Image& image) {
+  const auto dot = [&](int column, int row, std::uint8_t value) {
+    for (int j = 0; j < kDot; ++j) {
+      for (int i = 0; i < kDot; ++i) {
+        const int px = x + column * kDot + i, py = y + row * kDot + j;
+        if (px >= image.width || py >= image.height) continue;
+        std::fill_n(image.rgb.begin() + 3l * (std::int64_t{1} * py * image.width + px), 3, value);
+      }
+    }
+  };
+  int column = 0;
+  for (const char c : std::to_string(number)) {
+    const int digit = kDigits[c == '-' ? 10 : c - '0'];
+    for (int k = 0; k < 5 * 7; ++k) dot(column + k % 5, k / 5, 255);  // and a white rim
+    for (int k = 0; k < 15; ++k) {
+      if (digit >> (14 - k) & 1) dot(column + 1 + k % 3, 1 + k / 3, 40);
+    }
+    column += 4;
+  }
+}
 
 }  // namespace
 
@@ -57,7 +85,9 @@ Image shrink(const Image& image, int width, int height) {
   return small;
 }
 
-Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail_width) {
+Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail_width,
+                    const std::vector<int>& numbers) {
+  assert(numbers.empty() || numbers.size() == images.size());
   assert(!images.empty() && columns > 0);
   const int count = static_cast<int>(images.size());
   columns = std::min(columns, count);
@@ -73,6 +103,7 @@ Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail
       std::copy_n(small.rgb.begin() + 3l * small.width * j, 3 * small.width,
                   sheet.rgb.begin() + 3l * (std::int64_t{1} * sheet.width * (y + j) + x));
     }
+    if (!numbers.empty()) write_number(numbers[k], x, y, sheet);
   }
   return sheet;
 }

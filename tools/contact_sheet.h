@@ -14,6 +14,8 @@ std::vector<int> spread_indices(int count, int wanted);
 Image shrink(const Image& image, int width, int height);
 
 /// A grid of thumbnails, row by row, on white; all images of the first one's proportions.
-Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail_width);
+/// `numbers`, where given, stand in their corners.
+Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail_width,
+                    const std::vector<int>& numbers = {});
 
 }  // namespace thew

@@ -68,8 +68,12 @@ struct ArmFit {
   bool mirrored = false;
   GirthField girth;
 
-  Vec3 hinge_axis;                 ///< unit, world, rest pose
-  double at_bind = 0.0;            ///< rad
+  Vec3 hinge_axis;       ///< unit, world, rest pose
+  double at_bind = 0.0;  ///< rad
+  Vec3 along;            ///< unit, world, bind pose: from elbow to wrist
+  double roll = 0.0;     ///< rad about it, from the bind pose to the rest pose
+  /// Animations that roll the forearm farther from the rest pose than an arm's turns.
+  std::vector<std::string> wringing;
   Mat3 frame;                      ///< turn (or turn and mirror) of the upper arm
   double along_upper, along_fore;  ///< over the template's
 };
@@ -87,9 +91,13 @@ Mat3 linear_at(const ArmFit& fit, double y);
 /// outside, or where the axis is.
 double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
 
-/// The rest pose: the bind pose with the elbow straight as the template's.
+/// The rest pose: the bind pose with the elbow straight as the template's, and the forearm rolled
+/// as its animations have it.
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,
                   const std::vector<ArmFit>& fits);
+
+/// The scene's views of an arm in that pose.
+std::string views_text(const ArmBodies& arm, const ArmFit& fit, const Pose& rest);
 
 /// The character's skin in that pose, vertices at one place made one.
 TriMesh skin_at_rest(const Character& character, const Pose& rest);

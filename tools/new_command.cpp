@@ -217,7 +217,14 @@ struct Written {
   std::string rig, muscles, ignore, keys;
   std::vector<std::string> outside;  // muscles that stand out of the skin
   double fat = 1.0, volume = 0.0;    // m, the least over the muscles; m^3
+  double thickness = 1e3;            // of the thinnest segment, over the template's
 };
+
+// Over the template's, of the upper arm and of the forearm.
+std::array<double, 2> thickness_of(const Target& to) {
+  const double elbow = to.from.arm.elbow.y(), wrist = to.fit.wrist_template.y();
+  return {to.fit.girth.mean(-0.1, elbow + 0.05), to.fit.girth.mean(elbow - 0.05, wrist)};
+}
 
 void write_arm(const Target& to, const fs::path& folder, Written& out) {
   const Template& from = to.from;
@@ -262,32 +269,21 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
                      bind);
   const double degrees = to.fit.at_bind / kDegree;
   const std::string elbow = "elbow_" + to.side;
-  out.rig += "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
-             quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
-             metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
-             "]\nat_bind = " + number_text(degrees) + "\nrange = [0, 140]\n\n";
+  out.rig +=
+      "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
+      quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
+      metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
+      "]\nat_bind = " + number_text(degrees) +
+      (to.fit.roll == 0.0
+           ? ""
+           : "\nroll = " + number_text(to.fit.roll / kDegree) +
+                 "  # as its animations have it\nalong = [" +
+                 metres(bind[to.arm.forearm].linear().transpose() * to.fit.along, ", ") + "]") +
+      "\nrange = [0, 140]\n\n";
+  const auto [upper, fore] = thickness_of(to);
+  out.thickness = std::min({out.thickness, upper, fore});
   out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
               "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
-}
-
-std::string view_text(const std::string& name, const char* show, const Vec3& eye,
-                      const Vec3& target) {
-  return "[[render.view]]\nname = " + quoted(name) + "\nshow = " + quoted(show) + "\neye = [" +
-         metres(eye, ", ") + "]\ntarget = [" + metres(target, ", ") + "]\nfield_of_view = 30\n\n";
-}
-
-// From before the breast and a little above, at the first arm.
-std::string views_text(const Target& to) {
-  const Vec3 shoulder = to.rest[to.arm.humerus].translation();
-  const Vec3 elbow = to.fit.elbow, bend = to.fit.frame.col(0);
-  const Vec3 wrist = to.rest[to.arm.hand].translation();
-  const double size = (shoulder - elbow).norm() + (wrist - elbow).norm();
-  const double way = (bend - bend.y() * Vec3::UnitY()).norm();
-  Vec3 from = way > 0.3 ? Vec3(bend.x(), 0.0, bend.z()).normalized() : Vec3::UnitZ();
-  const Vec3 out = to.fit.frame.col(2) - to.fit.frame.col(2).y() * Vec3::UnitY();
-  from = (from + 0.8 * out + 0.25 * Vec3::UnitY()).normalized();
-  const Vec3 target = elbow + 0.1 * size * bend, eye = target + 2.4 * size * from;
-  return view_text("skin", "skin", eye, target) + view_text("muscles", "muscles", eye, target);
 }
 
 std::string clip_text(const Written& written, const Character& character) {
@@ -302,8 +298,22 @@ std::string clip_text(const Written& written, const Character& character) {
   return text + "\n";
 }
 
+// Deeper in than a thin muscle is thick, its node would be drawn out on the wrong side.
+std::string contact_text(const ContactSettings& of_template, const Written& written) {
+  const auto line = [&](const char* key, double of) {
+    return std::string(key) + " = " + metres(of * written.thickness) + "\n";
+  };
+  char note[120];
+  std::snprintf(note, sizeof note, "[contact]  # the template's, by the thinnest segment: %.2f\n",
+                written.thickness);
+  return note + line("margin", of_template.margin) + line("max_depth", of_template.max_depth) +
+         line("gap", of_template.gap) + line("spacing", of_template.spacing) + "ignore = [" +
+         written.ignore + "]\n\n";
+}
+
 std::string scene_text(const std::string& name, const fs::path& character_file, double scale,
-                       const Written& written, const std::string& clip, const std::string& views) {
+                       const Written& written, const std::string& clip, const std::string& contact,
+                       const std::string& views) {
   return "# Twelve muscles an arm on " + character_file.filename().string() +
          ", made by `thew new`: metres, seconds, newtons. Yours to edit.\n[scene]\nname = " +
          quoted(name) +
@@ -312,9 +322,8 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + written.rig + clip +
          written.muscles +
          "[skin]  # the character's own, with the muscles' displacement on top\nkind = "
-         "\"skinned\"\n\n[contact]\nignore = [" +
-         written.ignore + "]\n\n[render]\nsize = [960, 540]\n\n" + views +
-         "[[bound]]\nvolume_error = 1e-9\n";
+         "\"skinned\"\n\n" +
+         contact + "[render]\nsize = [960, 540]\n\n" + views + "[[bound]]\nvolume_error = 1e-9\n";
 }
 
 // A scene reads nothing outside its folder: a character from elsewhere is copied beside it.
@@ -328,7 +337,7 @@ fs::path bring_character(const fs::path& file, const fs::path& folder) {
 void say_fit(const Target& to, double scale) {
   const Skeleton& skeleton = to.character.skeleton;
   const double length = to.fit.along_upper * to.from.arm.elbow.norm();
-  const double elbow = to.from.arm.elbow.y();
+  const auto [upper, fore] = thickness_of(to);
   std::printf(
       "%s arm: clavicle %s, humerus %s, forearm %s, hand %s\n", to.side.c_str(),
       skeleton.body_names[to.arm.clavicle].c_str(), skeleton.body_names[to.arm.humerus].c_str(),
@@ -337,8 +346,18 @@ void say_fit(const Target& to, double scale) {
       "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
       "%.2f; "
       "bent by %.1f deg in the bind pose\n",
-      length, to.fit.along_upper, to.fit.girth.mean(-0.1, elbow + 0.05), to.fit.along_fore,
-      to.fit.girth.mean(elbow - 0.05, to.fit.wrist_template.y()), to.fit.at_bind / kDegree);
+      length, to.fit.along_upper, upper, to.fit.along_fore, fore, to.fit.at_bind / kDegree);
+  if (to.fit.roll != 0.0) {
+    std::printf("  its animations roll the forearm by %.0f deg from the bind pose: made so\n",
+                to.fit.roll / kDegree);
+  }
+  for (const std::string& name : to.fit.wringing) {
+    std::fprintf(stderr,
+                 "warning: animation \"%s\" rolls the %s forearm by more than the 80 deg that an "
+                 "arm's turns, and wrings the muscles across the elbow; if a bake of it ends with "
+                 "exit 5 there, give --set contact.enabled=false\n",
+                 name.c_str(), to.side.c_str());
+  }
   if (length >= kShortestHumerus && length <= kLongestHumerus) return;
   std::fprintf(stderr,
                "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "
@@ -399,11 +418,13 @@ ExitCode new_command(const NewOptions& options) {
     stop_if_interrupted();
     say_fit(to, options.scale);
     write_arm(to, folder, written);
-    if (!views) views = views_text(to);
+    if (!views) views = views_text(arms[i], fits[i], rest);
   }
   say_flesh(written);
-  write_durably(options.out, scene_text(options.out.stem().string(), file, options.scale, written,
-                                        clip_text(written, character), *views));
+  write_durably(options.out,
+                scene_text(options.out.stem().string(), file, options.scale, written,
+                           clip_text(written, character),
+                           contact_text(from.scene.contact.settings, written), *views));
   std::printf("%s: %zu muscles; next: thew bake %s --out FOLDER\n", options.out.c_str(),
               arms.size() * from.scene.muscles.size(), options.out.c_str());
   return ExitCode::kDone;

@@ -12,6 +12,9 @@ namespace thew {
 namespace {
 
 constexpr double kSureBend = 20.0 * kDegree;  // beyond it the bind pose shows where the elbow bends
+constexpr double kUsedBend = 0.2;             // its sine; or the animations show it
+constexpr double kRolled = 45.0 * kDegree;    // beyond it the bind pose is not how an arm is held
+constexpr double kWringing = 80.0 * kDegree;  // to either side is all that a forearm turns
 constexpr double kLeastBend = 3.0 * kDegree;  // beyond it, if it is forwards as well
 
 Vec3 across(const Vec3& v, const Vec3& axis) { return v - v.dot(axis) * axis; }
@@ -33,11 +36,50 @@ Vec3 forward_of(const Character& character, const ArmBodies& arm, const Vec3& sh
   return axis.cross(Vec3::UnitY());
 }
 
+// How the character's own animations hold the arm, in the mean, with the upper arm as it is bound.
+struct InUse {
+  Vec3 forearm = Vec3::Zero();             // its direction; zero where there are none
+  double roll = 0.0;                       // rad, about its own length, from the bind pose
+  std::vector<std::vector<double>> rolls;  // by animation
+};
+
+InUse find_use(const Character& character, const ArmBodies& arm, const Vec3& forearm) {
+  constexpr double kStep = 1.0 / 24.0;  // s
+  const Mat3 upper = rigid_part(character.bind[arm.humerus]).linear();
+  const Mat3 fore = rigid_part(character.bind[arm.forearm]).linear();
+  const Vec3 along = fore.transpose() * forearm;
+  InUse mean;
+  double cosine = 0.0, sine = 0.0;
+  int count = 0;
+  std::vector<Affine> world;
+  for (const BodyClip& clip : character.animations) {
+    std::vector<double>& rolls = mean.rolls.emplace_back();
+    for (double time = 0.0; time <= clip.duration; time += kStep, ++count) {
+      animated_bodies(character, clip, time, world);
+      const Mat3 turned = upper * rigid_part(world[arm.humerus]).linear().transpose() *
+                          rigid_part(world[arm.forearm]).linear();
+      mean.forearm += turned * along;
+      // Of the turn in the body's frame the part about `along`.
+      const Eigen::Quaterniond turn(Mat3(fore.transpose() * turned));
+      const double roll = 2.0 * arc_tan2(turn.vec().dot(along), turn.w());
+      rolls.push_back(roll);
+      cosine += sin_cos(roll).cos;
+      sine += sin_cos(roll).sin;
+    }
+  }
+  if (count == 0) return {};
+  mean.forearm /= count;
+  mean.roll = arc_tan2(sine, cosine);
+  return mean;
+}
+
 // Unit, at right angles to the upper arm: where the forearm goes when the elbow bends.
 Vec3 bend_direction(const Character& character, const ArmBodies& arm, const Vec3& shoulder,
-                    const Vec3& down, const Vec3& forearm) {
+                    const Vec3& down, const Vec3& forearm, const InUse& in_use) {
   const Vec3 bend = across(forearm, down);
   const double angle = arc_tan2(bend.norm(), forearm.dot(down));
+  const Vec3 used = across(in_use.forearm, down);
+  if (angle <= kSureBend && used.norm() > kUsedBend) return used.normalized();
   Vec3 forward = across(forward_of(character, arm, shoulder), down);
   if (forward.norm() < 0.2) forward = across(Vec3::UnitY(), down);  // an arm stretched forwards
   forward.normalize();
@@ -100,7 +142,19 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTempla
   fit.wrist_template = from.wrist;
   // From the template's own shaft, which leans a little, to its y axis and so to the character's.
   const Vec3 shaft = -from.elbow.normalized();
-  const Vec3 bend = bend_direction(character, arm, shoulder, down, forearm);
+  const InUse in_use = find_use(character, arm, forearm);
+  const Vec3 bend = bend_direction(character, arm, shoulder, down, forearm, in_use);
+  fit.along = forearm;
+  if (std::abs(in_use.roll) > kRolled) fit.roll = in_use.roll;
+  for (size_t c = 0; c < in_use.rolls.size(); ++c) {
+    const auto is_far = [&](double roll) {
+      const SinCos off = sin_cos(roll - fit.roll);
+      return std::abs(arc_tan2(off.sin, off.cos)) > kWringing;
+    };
+    if (std::any_of(in_use.rolls[c].begin(), in_use.rolls[c].end(), is_far)) {
+      fit.wringing.push_back(character.animations[c].name);
+    }
+  }
   const Vec3 out = down.cross(bend);
   Mat3 axes;
   axes << bend, -down, (arm.left ? -out : out);
@@ -159,7 +213,9 @@ Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms
   for (size_t i = 0; i < arms.size(); ++i) {
     const int body = arms[i].forearm;
     const Vec3 axis = bind[body].linear().transpose() * fits[i].hinge_axis;
-    skeleton.joint_in_parent[body].linear() *= rotation_about(axis, -fits[i].at_bind);
+    const Vec3 along = bind[body].linear().transpose() * fits[i].along;
+    skeleton.joint_in_parent[body].linear() *=
+        rotation_about(axis, -fits[i].at_bind) * rotation_about(along, fits[i].roll);
   }
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);

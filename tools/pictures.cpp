@@ -160,12 +160,14 @@ std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
 Image Pictures::sheet(const std::vector<int>& frames) const {
   constexpr int kColumns = 6, kThumbnail = 320;
   std::vector<Image> images;
+  std::vector<int> numbers;
   for (const SceneView& view : views_) {
     for (int index : spread_indices(static_cast<int>(frames.size()), kColumns)) {
       images.push_back(read_png(file_of(view, frames[index])));
+      numbers.push_back(frames[index]);
     }
   }
-  return images.empty() ? Image{} : contact_sheet(images, kColumns, kThumbnail);
+  return images.empty() ? Image{} : contact_sheet(images, kColumns, kThumbnail, numbers);
 }
 
 }  // namespace thew

@@ -42,8 +42,9 @@ struct Report {
 
   struct Skin {
     int triangles = 0;  ///< 0: no skin
-    double max_penetration_m = 0.0;
-    std::vector<double> penetration_m;  ///< by frame, for the chart
+    double max_penetration_m = 0.0,
+           max_poke_through_m = 0.0;                    ///< into flesh; flesh out of the skin
+    std::vector<double> penetration_m, poke_through_m;  ///< by frame, for the chart
   } skin;
 
   struct Contact {

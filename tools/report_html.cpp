@@ -138,9 +138,17 @@ std::string charts(const Report& report) {
   if (report.skin.triangles > 0 && report.skin.penetration_m.size() == report.frames.size()) {
     LineChart skin{"Skin penetration", "mm", report.frames, {}, false, {}};
     skin.lines.push_back({"deepest", report.skin.penetration_m});
-    for (double& value : skin.lines[0].values) value *= 1e3;
+    if (report.skin.poke_through_m.size() == report.frames.size()) {
+      skin.lines.push_back({"flesh outside", report.skin.poke_through_m});
+    }
+    for (auto& line : skin.lines) {
+      for (double& value : line.values) value *= 1e3;
+    }
     if (const auto* bound = find_bound(report, "penetration")) skin.limit = 1e3 * bound->limit;
-    html += figure(draw_chart(skin), "Deepest skin node below the surface of a muscle or bone.");
+    html +=
+        figure(draw_chart(skin),
+               "Deepest skin node below the surface of a muscle or bone, and the farthest node of "
+               "a muscle or bone outside the skin.");
   }
   const auto& pairs = report.contact.intersecting_triangle_pairs;
   if (pairs.size() == report.frames.size()) {
@@ -250,7 +258,8 @@ std::string contacts(const Report& report) {
   html += ".</p>\n";
   if (report.skin.triangles > 0) {
     html += "<p>Skin: deepest penetration " + readable(1e3 * report.skin.max_penetration_m) +
-            " mm.</p>\n";
+            " mm; muscle or bone stands out of it by " +
+            readable(1e3 * report.skin.max_poke_through_m) + " mm at most.</p>\n";
   }
   return html;
 }

@@ -9,11 +9,23 @@
 namespace thew {
 namespace {
 
-constexpr double kWidth = 640, kHeight = 330;  // of a chart, px
+constexpr double kWidth = 640, kHeight = 330;  // px, of a chart whose labels need no more
 constexpr double kLeft = 56, kRight = 150, kTop = 34, kBottom = 40;
-constexpr double kLabelHeight = 14;
+constexpr double kLabelHeight = 14, kLetter = 6.6;  // px, about
 constexpr int kLinesInColour = 12;
 constexpr double kLowestDecade = -17;  // below it a double relative to 1 has no digits
+
+double height_of(const LineChart& chart) {
+  const double labels = kLabelHeight * static_cast<double>(chart.lines.size());
+  return std::max(kHeight, kTop + labels + kBottom);
+}
+
+// What the longest label needs beside the lines.
+double right_of(const LineChart& chart) {
+  std::size_t letters = 0;
+  for (const ChartLine& line : chart.lines) letters = std::max(letters, line.name.size());
+  return std::max(kRight, 20.0 + kLetter * static_cast<double>(letters));
+}
 
 std::string begin(const std::string& title, const std::string& unit, double height) {
   return "<svg viewBox=\"0 0 " + svg_px(kWidth) + " " + svg_px(height) +
@@ -28,11 +40,12 @@ struct Scale {
   double low = 0.0, high = 1.0;  // decades where logarithmic
   bool logarithmic = false;
   std::vector<double> ticks;
+  double height = kHeight;  // px
 
   double y(double value) const {
     double at = value;
     if (logarithmic) at = value > 0.0 ? std::max(std::log10(value), low) : low;
-    return kTop + (kHeight - kTop - kBottom) * (high - at) / (high - low);
+    return kTop + (height - kTop - kBottom) * (high - at) / (high - low);
   }
 };
 
@@ -95,11 +108,11 @@ std::string decade(double value) {
 double x_of(const LineChart& chart, int x) {
   const double first = chart.x.front(), last = chart.x.back();
   const double share = last > first ? (x - first) / (last - first) : 0.5;
-  return kLeft + share * (kWidth - kLeft - kRight);
+  return kLeft + share * (kWidth - kLeft - right_of(chart));
 }
 
 std::string axes(const LineChart& chart, const Scale& scale) {
-  const double right = kWidth - kRight, bottom = kHeight - kBottom;
+  const double right = kWidth - right_of(chart), bottom = scale.height - kBottom;
   std::string svg;
   for (const double tick : scale.ticks) {
     const double y = scale.y(tick);
@@ -128,7 +141,7 @@ std::string axes(const LineChart& chart, const Scale& scale) {
 }
 
 double spread(const LineChart& chart, const Scale& scale, std::size_t x) {
-  double low = kHeight, high = 0.0;
+  double low = scale.height, high = 0.0;
   for (const ChartLine& line : chart.lines) {
     low = std::min(low, scale.y(line.values[x]));
     high = std::max(high, scale.y(line.values[x]));
@@ -157,7 +170,7 @@ std::vector<double> label_heights(const LineChart& chart, const Scale& scale) {
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return y[a] < y[b]; });
   double above = kTop - kLabelHeight;
   for (const std::size_t i : order) above = y[i] = std::max(y[i], above + kLabelHeight);
-  double below = kHeight - kBottom + kLabelHeight;
+  double below = scale.height - kBottom + kLabelHeight;
   for (auto i = order.rbegin(); i != order.rend(); ++i) {
     below = y[*i] = std::min(y[*i], below - kLabelHeight);
   }
@@ -180,9 +193,9 @@ std::string draw_line(const LineChart& chart, const Scale& scale, std::size_t i,
   if (line.values.size() == 1) {
     svg += "<circle cx=\"" + svg_px(end_x) + "\" cy=\"" + svg_px(end_y) + "\" r=\"2.5\"/>\n";
   }
-  svg += svg_line(end_x + 2, end_y, kWidth - kRight + 12, label_y, "class=\"leader\"");
+  svg += svg_line(end_x + 2, end_y, kWidth - right_of(chart) + 12, label_y, "class=\"leader\"");
   svg += "</g>\n";
-  return svg + svg_text(kWidth - kRight + 16, label_y + 4, line.name,
+  return svg + svg_text(kWidth - right_of(chart) + 16, label_y + 4, line.name,
                         " class=\"label\" fill=\"" + colour + "\"");
 }
 
@@ -246,8 +259,9 @@ const char* chart_colour(std::size_t i) {
 
 std::string draw_chart(const LineChart& chart) {
   if (chart.x.empty() || chart.lines.empty()) return "";
-  const Scale scale = scale_of(chart);
-  std::string svg = begin(chart.title, chart.unit, kHeight) + axes(chart, scale);
+  Scale scale = scale_of(chart);
+  scale.height = height_of(chart);
+  std::string svg = begin(chart.title, chart.unit, scale.height) + axes(chart, scale);
   const std::vector<double> labels = label_heights(chart, scale);
   for (std::size_t i = 0; i < chart.lines.size(); ++i) {
     svg += draw_line(chart, scale, i, labels[i]);

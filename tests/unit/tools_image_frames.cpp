@@ -91,5 +91,23 @@ TEST(ContactSheet, ThumbnailsStandRowByRowOnWhite) {
   EXPECT_EQ(at(24, 4), 255) << "the gap";
 }
 
+TEST(ContactSheet, FramesAreNumbered) {
+  const Image sheet = contact_sheet({plain(60, 40, 10), plain(60, 40, 20)}, 2, 60, {7, 120});
+  const auto text = [&](int x, int y, int digits) {  // rows of the digits, two pixels a dot
+    std::string rows;
+    for (int j = 0; j < 7; ++j) {
+      for (int i = 0; i < 4 * digits + 1; ++i) {
+        rows += sheet.rgb[3 * ((y + 2 * j) * sheet.width + x + 2 * i)] == 255 ? '.' : '#';
+      }
+      rows += '\n';
+    }
+    return rows;
+  };
+  EXPECT_EQ(text(4, 4, 1), ".....\n.###.\n...#.\n...#.\n..#..\n..#..\n.....\n");
+  EXPECT_EQ(text(68, 4, 3),
+            ".............\n..#..###.###.\n.##....#.#.#.\n..#..###.#.#.\n"
+            "..#..#...#.#.\n.###.###.###.\n.............\n");
+}
+
 }  // namespace
 }  // namespace thew

@@ -41,7 +41,8 @@ Report sample() {
     }
     report.muscles.push_back(muscle);
   }
-  report.skin = {9984, 1.5e-4, std::vector<double>(120, 1e-4)};
+  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4),
+                 std::vector<double>(120, 2e-4)};
   report.contact = {2e-4, std::vector<int>(120, 0)};
   report.seconds = {10.0, 0.1, 5.0, 2.0, 1.5, 0.9, 0.5};
   report.bounds = {{"volume_error", 3e-15, 1e-9}, {"penetration", 1.5e-4, 5e-4}};
@@ -75,7 +76,7 @@ TEST(ReportJson, HasWhatIsPromised) {
   EXPECT_EQ(keys(read["seconds"]),
             Words({"contact", "muscles", "render", "rig", "skin", "total", "write"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
-  EXPECT_EQ(keys(read["skin"]), Words({"max_penetration_m", "triangles"}));
+  EXPECT_EQ(keys(read["skin"]), Words({"max_penetration_m", "max_poke_through_m", "triangles"}));
   EXPECT_EQ(keys(read["contact"]), Words({"intersecting_triangle_pairs", "max_penetration_m"}));
   EXPECT_EQ(read["scene"], report.scene);
   EXPECT_EQ(read["frames"], report.frames);
@@ -108,7 +109,7 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   EXPECT_EQ(count(html, "http"), count(html, "xmlns=\"http://www.w3.org/2000/svg\""));
   EXPECT_EQ(count(html, "<figure"), count(html, "</figure>"));
   EXPECT_EQ(count(html, "<svg"), 6u);
-  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 2u);
+  EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 3u);
   EXPECT_EQ(count(html, "arm <&"), 0u);
   EXPECT_GE(count(html, "arm &lt;&amp; co&gt;"), 2u);
   EXPECT_EQ(count(html, "nan"), 0u);
@@ -254,18 +255,23 @@ TEST(Chart, NumbersAreReadable) {
   EXPECT_EQ(readable(0.0), "0");
 }
 
-TEST(Chart, LabelsDoNotLieOnOneAnother) {
-  LineChart chart{"t", "", {1, 2}, {}, false, {}};
-  for (int i = 0; i < 12; ++i) chart.lines.push_back({"line", {0.0, 1.0}});
-  const std::string svg = draw_chart(chart);
-  std::vector<double> heights;
-  for (std::size_t at = 0; (at = svg.find("class=\"label\"", at)) != std::string::npos; ++at) {
-    const std::size_t y = svg.rfind(" y=\"", at) + 4;
-    heights.push_back(std::stod(svg.substr(y)));
+TEST(Chart, LabelsDoNotLieOnOneAnotherNorBesideThePaper) {
+  const std::string name = "extensor carpi radialis longus right";
+  for (const std::size_t lines : {12, 24}) {
+    LineChart chart{"t", "", {1, 2}, {}, false, {}};
+    for (std::size_t i = 0; i < lines; ++i) chart.lines.push_back({name, {0.0, 1.0}});
+    const std::string svg = draw_chart(chart);
+    std::vector<double> heights;
+    for (std::size_t at = 0; (at = svg.find("class=\"label\"", at)) != std::string::npos; ++at) {
+      heights.push_back(std::stod(svg.substr(svg.rfind(" y=\"", at) + 4)));
+      const double x = std::stod(svg.substr(svg.rfind(" x=\"", at) + 4));
+      EXPECT_LE(x + 6.0 * static_cast<double>(name.size()), 640.0);
+    }
+    ASSERT_EQ(heights.size(), lines);
+    std::sort(heights.begin(), heights.end());
+    for (std::size_t i = 1; i < lines; ++i) EXPECT_GE(heights[i] - heights[i - 1], 13.5);
+    EXPECT_GE(heights[0], 20.0);  // below the title
   }
-  ASSERT_EQ(heights.size(), 12u);
-  std::sort(heights.begin(), heights.end());
-  for (int i = 1; i < 12; ++i) EXPECT_GE(heights[i] - heights[i - 1], 13.5);
 }
 
 }  // namespace

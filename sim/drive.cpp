@@ -9,6 +9,7 @@
 #include "rig/math.h"
 #include "sim/character_rig.h"
 #include "skin/face_contact.h"
+#include "skin/self_contact.h"
 
 namespace thew {
 
@@ -188,6 +189,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   std::vector<char> wanted(colliders.size(), 0);
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
+    if (!model.ignore[m][m]) wanted[m] = 1;
     std::erase_if(near[m], [&](int other) { return model.ignore[m][other] != 0; });
     for (const int other : near[m]) wanted[m] = wanted[other] = 1;
   }
@@ -207,6 +209,9 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     find_contacts(colliders, m, near[m], settings, now.pressing, now.memory, now.contacts);
     find_face_contacts(colliders, m, near[m], settings, now.pressing, now.face_memory,
                        now.contacts);
+    if (!model.ignore[m][m]) {
+      find_self_contacts(colliders[m], m, settings, now.contacts_before, now.contacts);
+    }
     keep_pushes(model.scene.contact.friction > 0.0, now);
   });
 }

@@ -180,7 +180,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
       const Collider& them = colliders[other];
-      for (size_t i = 0; i < now.x.size(); ++i) {
+      const bool itself = static_cast<int>(other) == m;
+      for (size_t i = 0; i < now.x.size() && !itself; ++i) {
         if (muscle.driven[i]) continue;
         const ClosestPoint at =
             closest_point(*them.surface, *them.bvh, *them.x, to_vec(now.x[i]), 0.01);

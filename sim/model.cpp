@@ -272,7 +272,15 @@ std::vector<std::vector<char>> ignored_pairs(const Model& model) {
     if (i < ignore.size()) ignore[i][j] = 1;
     if (j < ignore.size()) ignore[j][i] = 1;
   }
-  for (size_t m = 0; m < ignore.size(); ++m) ignore[m][m] = 1;  // with itself: not yet
+  for (size_t m = 0; m < ignore.size(); ++m) ignore[m][m] = 1;
+  for (const std::string& name : model.scene.contact.self) {
+    const size_t i = collider_named(model, "self", name);
+    if (i >= ignore.size()) {
+      throw Error(ExitCode::kUsage, model.scene.file.string() + ": [contact] self names \"" + name +
+                                        "\", which is a bone and does not fold; remove it");
+    }
+    ignore[i][i] = 0;
+  }
   return ignore;
 }
 

@@ -220,11 +220,6 @@ void read_contact(TomlValue& table, Scene& scene) {
   read(table, "gap", scene.contact.settings.gap, kNotNegative);
   read(table, "spacing", scene.contact.settings.spacing, kPositive);
   read(table, "friction", scene.contact.friction, kNotNegative);
-  const std::string& integrator = scene.solver.integrator;
-  if (scene.contact.friction > 0.0 && (integrator == "xpbd" || integrator == "explicit")) {
-    refuse(*find(table, "friction"), "take integrator = \"local_global\" or \"quasi_static\"",
-           ", which \"" + integrator + "\" does not know");
-  }
   if (TomlValue* thickness = find(table, "thickness")) {
     if (thickness->type != TomlValue::Type::kTable) {
       refuse(*thickness, "name surfaces, { humerus = 0.001 }");
@@ -233,6 +228,19 @@ void read_contact(TomlValue& table, Scene& scene) {
       double metres = 0.0;
       read(*thickness, name.c_str(), metres, kNotNegative);
       scene.contact.thickness.push_back({name, metres});
+    }
+  }
+  if (TomlValue* self = find(table, "self")) {
+    for (TomlValue& item : items_of(*self, "names of muscles, [\"a\", ...]", 0, 1000000)) {
+      scene.contact.self.push_back(text_of(item));
+    }
+  }
+  const std::string& integrator = scene.solver.integrator;
+  for (const char* key : {"friction", "self"}) {
+    const bool asked = key[0] == 'f' ? scene.contact.friction > 0.0 : !scene.contact.self.empty();
+    if (asked && (integrator == "xpbd" || integrator == "explicit")) {
+      refuse(*find(table, key), "take integrator = \"local_global\" or \"quasi_static\"",
+             ", which \"" + integrator + "\" cannot solve");
     }
   }
   TomlValue* ignore = find(table, "ignore");

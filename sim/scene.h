@@ -179,6 +179,7 @@ struct Scene {
     double friction = 0.0;                                    ///< coefficient, of all surfaces
     std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
     Place place;                                              ///< of `ignore`
+    std::vector<std::string> self;                            ///< muscles that meet themselves
     std::vector<std::pair<std::string, double>> thickness;    ///< m, of muscles or bones
   } contact;
   SceneRender render;

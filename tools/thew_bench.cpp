@@ -267,13 +267,18 @@ int run(const std::string& scene) {
   const Model none = model_with(scene, {"solver.volume=none"});
   const Model free = model_with(scene, {"contact.enabled=false"});
   const Model rough = model_with(scene, {"contact.friction=0.3"});
-  std::vector<double> whole, without_volume, without_contact, with_friction, rig, contact, muscles;
+  std::string names;
+  for (const Muscle& muscle : model.muscles) names += "\"" + muscle.name + "\",";
+  const Model folding = model_with(scene, {"contact.self=[" + names + "]"});
+  std::vector<double> whole, without_volume, without_contact, with_friction, with_self;
+  std::vector<double> rig, contact, muscles;
   for (int i = 0; i < kRuns; ++i) {
     const Run a = simulate(model);
     whole.push_back(a.milliseconds);
     without_volume.push_back(simulate(none).milliseconds);
     without_contact.push_back(simulate(free).milliseconds);
     with_friction.push_back(simulate(rough).milliseconds);
+    with_self.push_back(simulate(folding).milliseconds);
     const double per_frame = 1e3 / (last - first);
     rig.push_back(per_frame * a.seconds.rig);
     contact.push_back(per_frame * a.seconds.contact);
@@ -289,6 +294,7 @@ int run(const std::string& scene) {
   out["ratio_to_no_volume"] = median(whole) / median(without_volume);
   out["ratio_to_no_contact"] = median(whole) / median(without_contact);
   out["ratio_of_friction"] = median(with_friction) / median(whole);
+  out["ratio_of_self_contact"] = median(with_self) / median(whole);
   out["sag_mm"] = sag(scene);
   // Against the same model, step and iterations refined: all nodes, all frames.
   const Distance error =

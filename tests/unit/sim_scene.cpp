@@ -119,6 +119,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.contact.ignore, ignore);
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
+  EXPECT_EQ(scene.contact.self, std::vector<std::string>{"tube"});
   EXPECT_EQ(scene.contact.place, file.string() + ":69");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
@@ -144,7 +145,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":93");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":94");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

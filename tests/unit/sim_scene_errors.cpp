@@ -65,8 +65,10 @@ TEST_F(SceneFile, WrongValues) {
       {"[solver]\nintegrator = \"xpbd\"\nvolume = \"zonal\"\n",
        ":15: solver.volume is \"zonal\", which \"xpbd\" cannot hold"},
       {"[solver]\nintegrator = \"xpbd\"\n[contact]\nfriction = 0.2\n",
-       ":16: contact.friction is 0.2, which \"xpbd\" does not know; take integrator = "
+       ":16: contact.friction is 0.2, which \"xpbd\" cannot solve; take integrator = "
        "\"local_global\" or \"quasi_static\""},
+      {"[solver]\nintegrator = \"explicit\"\n[contact]\nself = [\"biceps\"]\n",
+       ":16: contact.self is an array of 1, which \"explicit\" cannot solve; take integrator = "},
       {"[contact]\nfriction = -0.2\n", ":14: contact.friction is -0.2; give a number from 0"},
       {"zones = 17\n", ":13: muscle.biceps.zones is 17; give a whole number from 1 to 16"},
       {"zones = 0\n", ":13: muscle.biceps.zones is 0; give a whole number from 1 to 16"},

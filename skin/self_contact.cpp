@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/self_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thew {
+namespace {
+
+constexpr double kFacing = -0.3;  // cosine between the node's normal and the wall's
+
+// The nearest wall within `reach`, in front of the node or, where it `met` one, as deep behind it.
+ClosestPoint facing_wall(const Collider& self, const Rows& normals, int node, bool met,
+                         double reach, const std::vector<int>& nearby) {
+  const Vec3 p = to_vec((*self.x)[node]), own = to_vec(normals[node]);
+  ClosestPoint best;
+  double nearest = reach;
+  for (const int t : nearby) {
+    const Triangle& c = self.surface->triangles[t];
+    if (c[0] == node || c[1] == node || c[2] == node) continue;
+    if (face_normal(*self.surface, *self.x, t).dot(own) > kFacing) continue;
+    const ClosestPoint wall = closest_on_triangle(*self.surface, *self.x, t, p);
+    const bool in_front = wall.distance >= 0.0 && own.dot(wall.point - p) >= 0.0;
+    const double away = std::abs(wall.distance);
+    if ((!in_front && !met) || away > nearest) continue;
+    if (away == nearest && best.triangle >= 0 && best.triangle < t) continue;
+    nearest = away;
+    best = wall;
+  }
+  return best;
+}
+
+}  // namespace
+
+void find_self_contacts(const Collider& self, int mover, const ContactSettings& settings,
+                        const std::vector<Contact>& before, std::vector<Contact>& contacts) {
+  const int nodes = static_cast<int>(self.x->size());
+  Rows normals(nodes);
+  for (int i = 0; i < nodes; ++i) normals[i] = to_row(node_normal(*self.surface, *self.x, i));
+  std::vector<char> met(nodes, 0);
+  for (const Contact& contact : before) {
+    if (contact.other == mover) met[contact.node] = 1;
+  }
+  std::vector<int> nearby;
+  const size_t others = contacts.size();
+  for (int node = 0; node < nodes; ++node) {
+    if (!(*self.free_nodes)[node]) continue;
+    const double reach =
+        met[node] ? std::max(settings.margin, settings.max_depth) : settings.margin;
+    const Vec3 p = to_vec((*self.x)[node]);
+    triangles_near(*self.bvh, p, reach, nearby);
+    const ClosestPoint wall = facing_wall(self, normals, node, met[node] != 0, reach, nearby);
+    if (wall.triangle < 0) continue;
+    const Vec3 normal = steady_normal(to_vec(normals[node]), wall.normal);
+    Contact contact{node, mover, wall.triangle, {}, normal, normal.dot(p - wall.point)};
+    std::copy(wall.barycentric, wall.barycentric + 3, contact.barycentric);
+    contact.offset = 2.0 * self.thickness;
+    contacts.push_back(contact);
+  }
+  if (contacts.size() == others) return;
+  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return a.node != b.node ? a.node < b.node : a.other < b.other;
+  });
+}
+
+}  // namespace thew

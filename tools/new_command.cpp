@@ -124,8 +124,10 @@ MusclePath template_path(const Template& from, const SceneMuscle& muscle) {
 }
 
 MusclePath mapped_path(const Target& to, MusclePath path) {
+  std::vector<double> heights;
   for (PathPoint& point : path.points) {
-    const Vec3 world = to.mapped(to.from.rest[point.body] * point.position);
+    const Vec3 before = to.from.rest[point.body] * point.position, world = to.mapped(before);
+    heights.push_back(before.y() - to.from.humerus.y());
     point.body = to.body_of(point.body);
     point.position = to.rest[point.body].inverse() * world;
   }
@@ -140,6 +142,7 @@ MusclePath mapped_path(const Target& to, MusclePath path) {
     wrap.radius *= to.fit.girth.mean(y + kWrapReach, y - kWrapReach);
     if (to.fit.mirrored) wrap.turn = -wrap.turn;
   }
+  hold_at_elbow(to.fit, to.arm, to.rest, heights, path);
   return path;
 }
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Paths across the elbow of an arm that is not of the template's proportions.
+#include "tools/new_arm.h"
+
+namespace thew {
+namespace {
+
+constexpr double kSlender = 0.75;  // girth over length, below which a path is held
+
+}  // namespace
+
+void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
+                   const std::vector<double>& heights, MusclePath& path) {
+  const Vec3 elbow = rest[arm.forearm].translation();
+  const Vec3 down = (elbow - rest[arm.humerus].translation()).normalized();
+  const double y = fit.elbow_template.y();
+  for (size_t i = 0; i + 1 < path.points.size(); ++i) {
+    const PathPoint a = path.points[i], b = path.points[i + 1];
+    if (a.body != arm.humerus || b.body != arm.forearm) continue;
+    const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
+    const double above = down.dot(elbow - from), below = down.dot(way) - above;
+    if (above <= 0.0 || below <= 0.0) return;
+    const double near_above = fit.girth.mean(heights[i], y) * (heights[i] - y);
+    const double near_below = fit.girth.mean(y, heights[i + 1]) * (y - heights[i + 1]);
+    std::vector<PathPoint> held;
+    const auto hold = [&](int body, double at) {
+      held.push_back({body, rest[body].inverse() * Vec3(from + at / (above + below) * way)});
+    };
+    const bool is_held_above = near_above > 0.0 && near_above < kSlender * above;
+    if (is_held_above) hold(a.body, above - near_above);
+    if (near_below > 0.0 && near_below < kSlender * below) hold(b.body, above + near_below);
+    const int count = static_cast<int>(held.size()), segment = static_cast<int>(i);
+    for (WrapCylinder& wrap : path.wraps) {  // stay with the piece across the joint
+      if (wrap.segment == segment)
+        wrap.segment += is_held_above;
+      else if (wrap.segment > segment)
+        wrap.segment += count;
+    }
+    path.points.insert(path.points.begin() + segment + 1, held.begin(), held.end());
+    return;
+  }
+}
+
+}  // namespace thew

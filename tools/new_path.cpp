@@ -21,23 +21,12 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
     const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
     const double above = down.dot(elbow - from), below = down.dot(way) - above;
     if (above <= 0.0 || below <= 0.0) return;
-    const double near_above = fit.girth.mean(heights[i], y) * (heights[i] - y);
-    const double near_below = fit.girth.mean(y, heights[i + 1]) * (y - heights[i + 1]);
-    std::vector<PathPoint> held;
-    const auto hold = [&](int body, double at) {
-      held.push_back({body, rest[body].inverse() * Vec3(from + at / (above + below) * way)});
-    };
-    const bool is_held_above = near_above > 0.0 && near_above < kSlender * above;
-    if (is_held_above) hold(a.body, above - near_above);
-    if (near_below > 0.0 && near_below < kSlender * below) hold(b.body, above + near_below);
-    const int count = static_cast<int>(held.size()), segment = static_cast<int>(i);
-    for (WrapCylinder& wrap : path.wraps) {  // stay with the piece across the joint
-      if (wrap.segment == segment)
-        wrap.segment += is_held_above;
-      else if (wrap.segment > segment)
-        wrap.segment += count;
-    }
-    path.points.insert(path.points.begin() + segment + 1, held.begin(), held.end());
+    const double near = fit.girth.mean(heights[i], y) * (heights[i] - y);
+    if (near <= 0.0 || near >= kSlender * above) return;
+    const Vec3 held = from + (above - near) / (above + below) * way;
+    const int segment = static_cast<int>(i);
+    for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= segment;
+    path.points.insert(path.points.begin() + segment + 1, {a.body, rest[a.body].inverse() * held});
     return;
   }
 }

@@ -283,13 +283,16 @@ double deepest_of(const Rows& points, const std::vector<Collider>& below) {
   constexpr double kDeepest = 0.05;  // m
   double most = 0.0;
   for (const Collider& flesh : below) {
+    const NodeBox box = box_of(*flesh.x);
     int hint = -1;
     for (const Row& p : points) {
+      if (!are_near({p, p}, box, 0.0)) continue;
       const ClosestPoint near =
           closest_point(*flesh.surface, *flesh.bvh, *flesh.x, to_vec(p), kDeepest, hint);
-      if (near.triangle < 0) continue;
       hint = near.triangle;
-      most = std::max(most, -near.distance);
+      // The sign at a sliver turned over holds for all that is nearest to it.
+      const double depth = near.triangle < 0 ? kDeepest : std::abs(near.distance);
+      if (depth > most && winding_number(*flesh.surface, *flesh.x, to_vec(p)) > 0.5) most = depth;
     }
   }
   return most;

@@ -15,6 +15,7 @@
 #include "sim/bake.h"
 #include "sim/durable_file.h"
 #include "sim/health.h"
+#include "tools/bake_warnings.h"
 #include "tools/commands.h"
 #include "tools/inspect.h"
 #include "tools/options.h"
@@ -117,56 +118,6 @@ double measured(const std::string& quantity, const Report& report) {
   return most;
 }
 
-std::vector<std::string> warnings_of(const Model& model, const std::vector<int>& frames,
-                                     const BakeResult& result) {
-  constexpr double kShows = 5e-3;  // m
-  std::vector<std::string> warnings = model.warnings;
-  if (result.plan) {
-    for (const std::string& what : result.plan->raised) {
-      warnings.push_back("solver.tolerance: " + what);
-    }
-  }
-  char line[200];
-  if (model.scene.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
-    std::snprintf(line, sizeof line,
-                  "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
-                  result.settled.seconds, result.settled.speed);
-    warnings.push_back(line);
-  }
-  const auto& measures = result.measures;
-  const auto worst =
-      std::max_element(measures.begin(), measures.end(), [](const auto& a, const auto& b) {
-        return a.skin.max_poke_through < b.skin.max_poke_through;
-      });
-  if (model.skinned && worst != measures.end() && worst->skin.max_poke_through > kShows &&
-      measures.size() == frames.size()) {
-    std::snprintf(line, sizeof line,
-                  "muscles stand out of the character's skin by %.1f mm, most in frame %d; thinner "
-                  "muscles, or another place of their paths, keep them in",
-                  1e3 * worst->skin.max_poke_through, frames[worst - measures.begin()]);
-    warnings.push_back(line);
-  }
-  int unreached = 0, fallbacks = 0, zones = 0;
-  for (const FrameMeasures& frame : result.measures) {
-    unreached += frame.unreached;
-    fallbacks += frame.weight_fallbacks;
-    zones += frame.zone_fallbacks;
-  }
-  if (unreached > 0) {
-    warnings.push_back("the volume could not be reached in " + std::to_string(unreached) +
-                       " steps");
-  }
-  if (fallbacks > 0) {
-    warnings.push_back("even weights stood in for the authored ones in " +
-                       std::to_string(fallbacks) + " iterations");
-  }
-  if (zones > 0) {
-    warnings.push_back("the volume as a whole, not that of each zone, was held in " +
-                       std::to_string(zones) + " iterations");
-  }
-  return warnings;
-}
-
 Report make_report(const Model& model, const CommandOptions& options,
                    const std::vector<int>& frames, const BakeResult& result) {
   Report report;
@@ -193,7 +144,7 @@ Report make_report(const Model& model, const CommandOptions& options,
   for (const Bound& bound : scene.bounds) {
     report.bounds.push_back({bound.quantity, measured(bound.quantity, report), bound.limit});
   }
-  report.warnings = warnings_of(model, frames, result);
+  report.warnings = bake_warnings(model, frames, result, BakeReader(options.out / "bake.h5"));
   return report;
 }
 
@@ -287,6 +238,9 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, model.scene.fps);
   if (!no_movie.empty()) report.warnings.push_back(no_movie);
+  for (size_t i = model.warnings.size(); i < report.warnings.size(); ++i) {
+    std::fprintf(stderr, "thew: warning: %s\n", report.warnings[i].c_str());
+  }
   if (const Image image = pictures.sheet(frames); image.width > 0) {
     sheet = options.out / "frames" / "contact_sheet.png";
     write_png(sheet, image);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "muscles/path.h"
 #include "rig/character.h"
 
 namespace thew {
@@ -90,6 +91,13 @@ Mat3 linear_at(const ArmFit& fit, double y);
 /// m, from where the template's points go to the skin, away from the axis, the least; negative
 /// outside, or where the axis is.
 double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
+
+/// What crosses the elbow in one piece would, in a fold, stand out of an arm more slender than the
+/// template's: its upper end lies as far from the joint as the bone is long. A place on the piece,
+/// as far from the joint as the girth asks for, holds it to the humerus (the forearm rolls); the
+/// straight arm is the same. `heights` are the template's y of the path's points.
+void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
+                   const std::vector<double>& heights, MusclePath& path);
 
 /// The rest pose: the bind pose with the elbow straight as the template's, and the forearm rolled
 /// as its animations have it.

@@ -27,8 +27,6 @@ namespace fs = std::filesystem;
 // A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
 constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
 
-constexpr double kWrapReach = 0.02;  // m of the template, over which a cylinder's girth is taken
-
 struct Template {
   Scene scene;
   Skeleton skeleton;
@@ -124,22 +122,30 @@ MusclePath template_path(const Template& from, const SceneMuscle& muscle) {
 }
 
 MusclePath mapped_path(const Target& to, MusclePath path) {
+  std::vector<Vec3> points;     // in the template
+  std::vector<double> heights;  // of them, over its humerus
   for (PathPoint& point : path.points) {
-    const Vec3 world = to.mapped(to.from.rest[point.body] * point.position);
+    points.push_back(to.from.rest[point.body] * point.position);
+    heights.push_back(points.back().y() - to.from.humerus.y());
+    const Vec3 world = to.mapped(points.back());
     point.body = to.body_of(point.body);
     point.position = to.rest[point.body].inverse() * world;
   }
   for (WrapCylinder& wrap : path.wraps) {
     const Transform& place = to.from.rest[wrap.body];
-    const double y = (place * wrap.centre - to.from.humerus).y();
-    const Vec3 world = to.mapped(place * wrap.centre);
+    const Vec3 before = place * wrap.centre, world = to.mapped(before);
     const Vec3 axis = to.fit.frame * (place.linear() * wrap.axis);
+    // By the girth on the path's side, as the bone there: by the mean of all sides the flesh would
+    // be carried through that, and contact would throw it to and fro.
+    const Vec3 middle = 0.5 * (points[wrap.segment] + points[wrap.segment + 1]) - before;
+    const Vec3 out = wrap.radius * (place.linear() * wrap.axis).cross(Vec3::UnitY()).normalized();
+    wrap.radius = (to.mapped(before + (out.dot(middle) > 0.0 ? out : Vec3(-out))) - world).norm();
     wrap.body = to.body_of(wrap.body);
     wrap.centre = to.rest[wrap.body].inverse() * world;
     wrap.axis = (to.rest[wrap.body].linear().transpose() * axis).normalized();
-    wrap.radius *= to.fit.girth.mean(y + kWrapReach, y - kWrapReach);
     if (to.fit.mirrored) wrap.turn = -wrap.turn;
   }
+  hold_at_elbow(to.fit, to.arm, to.rest, heights, path);
   return path;
 }
 

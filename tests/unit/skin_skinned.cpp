@@ -110,5 +110,19 @@ TEST(SkinnedSkin, LetsAMuscleSlide) {
   EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
 }
 
+// The end of this muscle is turned inside out, as one pinched in a fold may be: what lies before it
+// is not inside, however far the sign of the nearest place says so.
+TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
+  TriMesh mesh = spindle(0.0, 0.1, 24, 19, [](double, double) { return 0.01; });
+  for (Vec3& p : mesh.vertices) p.z() *= p.y() > 0.093 ? -1.0 : 1.0;
+  const Shape muscle = make_shape(mesh);
+  const std::vector<Collider> below = {{&muscle.surface, &muscle.bvh, &muscle.x, nullptr}};
+  const auto depth = [&](const Vec3& p) { return deepest_of({to_row(p)}, below); };
+  EXPECT_NEAR(depth(Vec3(0.007, 0.05, 0.0)), 0.003, 2e-4);
+  EXPECT_EQ(depth(Vec3(0.011, 0.05, 0.0)), 0.0);
+  EXPECT_EQ(depth(Vec3(0.004, 0.098, 0.008)), 0.0);
+  EXPECT_EQ(depth(Vec3(0.004, 0.13, 0.0)), 0.0);
+}
+
 }  // namespace
 }  // namespace thew

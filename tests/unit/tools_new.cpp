@@ -73,6 +73,86 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   EXPECT_THROW(new_command(options), Error);  // what is there may have been edited
 }
 
+// An upper arm a quarter as thick as a person's on a forearm twice as long: in the fold the tendons
+// ran straight from one to the other, 22 mm outside of the skin.
+TEST_F(NewScene, TheRobotsMusclesStayAtItsElbow) {
+  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
+  NewOptions options;
+  options.character = data("robot.glb");
+  options.out = folder / "robot.toml";
+  options.scale = 0.4;
+  options.side = "left";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(options.out));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  StageSeconds seconds;
+  settle(model, parallel, state);
+  const std::vector<double> areas = rest_belly_areas(model, initial_state(model));
+  double most = 0.0;
+  for (int frame = 1; frame <= 35; ++frame) {
+    step_frame(model, frame / 24.0, parallel, state, seconds);
+    most = std::max(most, measure(model, areas, parallel, state).skin.max_poke_through);
+  }
+  std::printf("%.1f mm outside\n", 1e3 * most);
+  EXPECT_LT(most, 6e-3);
+}
+
+// The triceps was carried through the back of his humerus, and what contact made of that changed by
+// 6 mm from step to step of a third of a degree.
+TEST_F(NewScene, MusclesBendTheElbowInSmallSteps) {
+  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
+  NewOptions options;
+  options.character = data("cesium_man.gltf");
+  options.out = folder / "man.toml";
+  options.side = "right";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  const Model model = build_model(read_scene(
+      options.out, {"rig.clip={ unit = \"deg\", keys = { elbow_right = [[1, 90], [91, 120]] } }",
+                    "skin.enabled=false"}));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  StageSeconds seconds;
+  settle(model, parallel, state);
+  std::vector<Rows> before(model.muscles.size()), step(model.muscles.size());
+  double most = 0.0;  // m, by which a node's step differs from its last
+  for (int frame = 1; frame <= 90; ++frame) {
+    step_frame(model, frame / 24.0, parallel, state, seconds);
+    for (size_t m = 0; m < model.muscles.size(); ++m) {
+      Rows now = state.muscles[m].x;
+      for (size_t i = 0; frame > 1 && i < now.size(); ++i) now[i] -= before[m][i];
+      if (frame > 2) most = std::max(most, largest_distance(now, step[m]));
+      before[m] = state.muscles[m].x;
+      step[m].swap(now);
+    }
+  }
+  std::printf("%.2f mm\n", 1e3 * most);
+  EXPECT_LT(most, 2e-3);
+}
+
+// The straight arm's path is the same; bent, it stays as near to the elbow as in an arm that is the
+// template's in the small.
+TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
+  ArmFit fit;
+  fit.elbow_template = Vec3(0.0, -0.3, 0.0);
+  fit.girth.even = 0.4;
+  const ArmBodies arm{false, -1, 0, 1, 2};
+  Pose rest(3, Transform::Identity());
+  for (int b = 1; b < 3; ++b) rest[b].translation().y() = -0.3 * b;
+  const MusclePath plain{
+      {{0, Vec3(0.02, -0.1, 0.0)}, {0, Vec3(0.02, -0.2, 0.0)}, {1, Vec3(0.02, -0.05, 0.0)}},
+      {{1, 0, Vec3(0.0, -0.3, 0.0), Vec3::UnitZ(), 0.01, -1.0}}};
+  MusclePath held = plain, thick = plain;
+  hold_at_elbow(fit, arm, rest, {-0.1, -0.2, -0.35}, held);
+  ASSERT_EQ(held.points.size(), 4u);
+  EXPECT_LT((rest[0] * held.points[2].position - Vec3(0.02, -0.26, 0.0)).norm(), 1e-12);
+  EXPECT_EQ(held.wraps[0].segment, 2);  // goes with the piece across the joint
+  EXPECT_NEAR(trace_path(held, rest).length, trace_path(plain, rest).length, 1e-12);
+  fit.girth.even = 0.9;
+  hold_at_elbow(fit, arm, rest, {-0.1, -0.2, -0.35}, thick);
+  EXPECT_EQ(thick.points.size(), 3u);
+}
+
 // Its own animations hold its forearms rolled by 89 and 69 degrees against the bind pose, and its
 // upper arms are a quarter of a person's: muscles made in the bind pose with a person's contact
 // distances were wrung through the bones and drawn out until the solver gave up.

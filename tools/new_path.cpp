@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Paths across the elbow of an arm that is not of the template's proportions.
+#include "tools/new_arm.h"
+
+namespace thew {
+namespace {
+
+constexpr double kSlender = 0.75;  // girth over length, below which a path is held
+
+}  // namespace
+
+void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
+                   const std::vector<double>& heights, MusclePath& path) {
+  const Vec3 elbow = rest[arm.forearm].translation();
+  const Vec3 down = (elbow - rest[arm.humerus].translation()).normalized();
+  const double y = fit.elbow_template.y();
+  for (size_t i = 0; i + 1 < path.points.size(); ++i) {
+    const PathPoint a = path.points[i], b = path.points[i + 1];
+    if (a.body != arm.humerus || b.body != arm.forearm) continue;
+    const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
+    const double above = down.dot(elbow - from), below = down.dot(way) - above;
+    if (above <= 0.0 || below <= 0.0) return;
+    const double near = fit.girth.mean(heights[i], y) * (heights[i] - y);
+    if (near <= 0.0 || near >= kSlender * above) return;
+    const Vec3 held = from + (above - near) / (above + below) * way;
+    const int segment = static_cast<int>(i);
+    for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= segment;
+    path.points.insert(path.points.begin() + segment + 1, {a.body, rest[a.body].inverse() * held});
+    return;
+  }
+}
+
+}  // namespace thew

@@ -6,6 +6,7 @@
 
 #include "rig/vectorise.h"
 #include "sim/drive.h"
+#include "sim/muscle_step.h"
 
 namespace thew {
 namespace {
@@ -13,17 +14,15 @@ namespace {
 Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
                const Contact& contact) {
   const int muscles = static_cast<int>(model.muscles.size());
-  const auto& b = contact.barycentric;
   const Vec3& normal = contact.normal;
   Row before, after;
   if (contact.other < muscles) {
-    const Triangle& t = model.muscles[contact.other].surface.triangles[contact.triangle];
-    const Rows& x = state.muscles[contact.other].seen;
-    before = after = b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
+    before = after = contact_point(model, contact, other_seen(state, contact));
   } else {
     const Bone& bone = model.bones[contact.other - muscles];
     const Triangle& t = bone.surface.triangles[contact.triangle];
     const std::vector<Vec3>& y = bone.in_body.vertices;
+    const auto& b = contact.barycentric;
     const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
     before = to_row(pose_before[bone.body] * point);
     after = to_row(state.pose[bone.body] * point);

@@ -10,21 +10,14 @@ namespace {
 
 Row across(const Row& n, const Row& d) { return d - dot(n, d) * n; }
 
-// The contact's point of the other surface, at y.
-Row point_on(const Surface& surface, const Rows& y, const Contact& contact) {
-  const Triangle& t = surface.triangles[contact.triangle];
-  const auto& b = contact.barycentric;
-  return b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
-}
-
 Row point_now(const Model& model, const State& state, const Contact& contact) {
-  return point_on(other_surface(model, contact), other_seen(state, contact), contact);
+  return contact_point(model, contact, other_seen(state, contact));
 }
 
 Row point_before(const Model& model, const State& state, const Contact& contact) {
   const int bone = contact.other - state.count();
   if (bone < 0) {
-    return point_on(other_surface(model, contact), state.muscles[contact.other].start, contact);
+    return contact_point(model, contact, state.muscles[contact.other].start);
   }
   const Row now = point_now(model, state, contact);
   if (state.pose_before.size() != state.pose.size()) return now;  // the first step
@@ -69,9 +62,7 @@ void begin_contacts(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const bool held = std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
-  if (!held && !is_quasi_static(model, m)) {
-    guess_flight(model, m, h, state);
-  }
+  if (!held && !is_quasi_static(model, m)) guess_flight(model, m, h, state);
   if (model.scene.contact.friction == 0.0) return;
   now.apart.resize(now.contacts.size());
   for (size_t c = 0; c < now.contacts.size(); ++c) {

@@ -136,6 +136,12 @@ const Rows& other_seen(const State& state, const Contact& contact) {
                                        : state.bones[contact.other - state.count()].x;
 }
 
+Row contact_point(const Model& model, const Contact& contact, const Rows& other) {
+  const Triangle& t = other_surface(model, contact).triangles[contact.triangle];
+  const auto& b = contact.barycentric;
+  return b[0] * other[t[0]] + b[1] * other[t[1]] + b[2] * other[t[2]];
+}
+
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
                    double wanted) {
   const Rows& other = other_seen(state, contact);

@@ -28,6 +28,8 @@ bool is_shared(const Model& model, const Contact& contact);
 /// What a contact is with, and where it is seen.
 const Surface& other_surface(const Model& model, const Contact& contact);
 const Rows& other_seen(const State& state, const Contact& contact);
+/// Its point (m) there, the other's nodes at `other`.
+Row contact_point(const Model& model, const Contact& contact, const Rows& other);
 /// Signed gap (m) of a contact beyond `wanted`, with the other surface where it is seen.
 double contact_gap(const Model& model, const State& state, const Contact& contact, const Row& x,
                    double wanted);

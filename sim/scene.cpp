@@ -235,13 +235,10 @@ void read_contact(TomlValue& table, Scene& scene) {
       scene.contact.self.push_back(text_of(item));
     }
   }
-  const std::string& integrator = scene.solver.integrator;
-  for (const char* key : {"friction", "self"}) {
-    const bool asked = key[0] == 'f' ? scene.contact.friction > 0.0 : !scene.contact.self.empty();
-    if (asked && (integrator == "xpbd" || integrator == "explicit")) {
-      refuse(*find(table, key), "take integrator = \"local_global\" or \"quasi_static\"",
-             ", which \"" + integrator + "\" cannot solve");
-    }
+  if (!can_solve_contact(scene, scene.solver.integrator)) {
+    refuse(*find(table, scene.contact.friction > 0.0 ? "friction" : "self"),
+           "take integrator = \"local_global\" or \"quasi_static\"",
+           ", which \"" + scene.solver.integrator + "\" cannot solve");
   }
   TomlValue* ignore = find(table, "ignore");
   if (!ignore) return;
@@ -346,6 +343,11 @@ void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
 }
 
 }  // namespace
+
+bool can_solve_contact(const Scene& scene, const std::string& integrator) {
+  const bool asks = scene.contact.friction > 0.0 || !scene.contact.self.empty();
+  return !asks || integrator == "local_global" || integrator == "quasi_static";
+}
 
 Scene read_scene(const fs::path& file, const std::vector<std::string>& overrides,
                  const fs::path& allowed_root) {

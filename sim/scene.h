@@ -190,6 +190,9 @@ struct Scene {
   std::vector<std::string> warnings;
 };
 
+/// Friction and muscles that meet themselves want multipliers within iterations.
+bool can_solve_contact(const Scene& scene, const std::string& integrator);
+
 /// Reads and checks a scene file; `overrides` are "solver.integrator=explicit" (any key of the
 /// scene, as TOML values; a bare word is a string; [[muscle]] and [[render.view]] by name:
 /// "muscle.biceps_long.weights=left"). Unknown keys are refused with "did you mean". Relative paths

@@ -19,10 +19,9 @@ bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
 }
 
 // Whether the surface is flat round a point of a triangle, as far as `reach` (m).
-bool is_flat(const Surface& surface, const Rows& x, int triangle, const double* barycentric,
-             double reach) {
+bool is_flat(const Surface& surface, const Rows& x, int triangle, const Vec3& face,
+             const double* barycentric, double reach) {
   const Triangle& t = surface.triangles[triangle];
-  const Vec3 face = face_normal(surface, x, triangle);
   const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
   const double twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
   for (int k = 0; k < 3; ++k) {
@@ -86,6 +85,12 @@ std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
   return near;
 }
 
+void order_contacts(std::vector<Contact>& contacts) {
+  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return a.node != b.node ? a.node < b.node : a.other < b.other;
+  });
+}
+
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
   if (std::abs(near.distance) < kTouching) return near.normal;
   return (p - near.point) / near.distance;
@@ -97,9 +102,11 @@ namespace {
 // slides along; not where the node has come from the other side.
 Vec3 normal_against(const Collider& self, int node, const Collider& target,
                     const ClosestPoint& found, const Vec3& p, double reach) {
-  const bool flat = target.free_nodes == nullptr &&
-                    is_flat(*target.surface, *target.x, found.triangle, found.barycentric, reach);
-  const Vec3 face = flat ? face_normal(*target.surface, *target.x, found.triangle) : Vec3::Zero();
+  const bool is_bone = target.free_nodes == nullptr;
+  const Vec3 face =
+      is_bone ? face_normal(*target.surface, *target.x, found.triangle) : Vec3::Zero();
+  const bool flat = is_bone && is_flat(*target.surface, *target.x, found.triangle, face,
+                                       found.barycentric, reach);
   if (flat && found.distance > -kTouching) return face;
   const Vec3 own = node_normal(*self.surface, *self.x, node);
   return flat && own.dot(face) < 0.0 ? face : steady_normal(own, contact_normal(found, p));

@@ -69,6 +69,9 @@ Vec3 steady_normal(const Vec3& own, const Vec3& normal);
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 
+/// By node, then by collider; what there is of both in the order that it had.
+void order_contacts(std::vector<Contact>& contacts);
+
 /// By collider: those others whose boxes are near enough for a contact, ascending. A sweep along
 /// the axis on which the boxes lie farthest apart.
 std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,

@@ -272,9 +272,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   std::stable_sort(shares.begin(), shares.end(), comes_before);
   shares.erase(std::unique(shares.begin(), shares.end(), same_place), shares.end());
   for (const Share& share : shares) contacts.push_back(share.contact);
-  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
-    return a.node != b.node ? a.node < b.node : a.other < b.other;
-  });
+  order_contacts(contacts);
 }
 
 }  // namespace thew

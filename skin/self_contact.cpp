@@ -58,9 +58,7 @@ void find_self_contacts(const Collider& self, int mover, const ContactSettings& 
     contacts.push_back(contact);
   }
   if (contacts.size() == others) return;
-  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
-    return a.node != b.node ? a.node < b.node : a.other < b.other;
-  });
+  order_contacts(contacts);
 }
 
 }  // namespace thew

@@ -356,6 +356,13 @@ Chart lay_out(const ChartAsk& ask, const Scene& scene) {
   }
   chart.points = points_of(chart_settings(scene), scene);
   chart.refinements = chart_refinements(limit, scene.solver.volume);
+  const char* unsolved = "cannot solve the scene's friction, or a muscle with itself";
+  for (ChartPoint& point : chart.points) {
+    if (!can_solve_contact(scene, point.setting.integrator)) point.failure = unsolved;
+  }
+  for (Refinement& refinement : chart.refinements) {
+    if (!can_solve_contact(scene, refinement.integrator)) refinement.failure = unsolved;
+  }
   chart.reference = chart.refinements.front().settings.back();
   give_up_slow(scene, chart.reference, ask.longest_run, chart);
   return chart;

@@ -83,21 +83,24 @@ TEST_F(CharacterScene, HingeTurnsItsBodyFromTheBindPose) {
 
 // The hinge is where it is in the bind pose, and what it turns is rolled.
 TEST_F(CharacterScene, HingeTurnsItsBodyRolled) {
-  const fs::path file = robot_scene(
-      "[[rig.hinge]]\nname = \"elbow\"\nbody = \"LowerArm.R\"\naxis = [1, 0, 0]\nat_bind = 10\n"
-      "along = [0, 2, 0]\nroll = -70\n"
-      "[rig.clip]\nunit = \"deg\"\nkeys = { elbow = [[1, 40]] }\n");
-  if (file.empty()) GTEST_SKIP() << "robot.glb is not there";
-  const Model model = build_model(read_scene(file));
+  fs::copy_file(THEW_SOURCE_DIR "/tests/scenes/figure/figure.gltf", folder / "figure.gltf");
+  const Model model = build_model(read_scene(write(
+      "scene.toml",
+      "[rig]\nfile = \"figure.gltf\"\n[[rig.hinge]]\nname = \"elbow\"\nbody = \"RightForeArm\"\n"
+      "axis = [1, 0, 0]\nat_bind = 10\nalong = [0, 2, 0]\nroll = -70\n"
+      "[rig.clip]\nunit = \"deg\"\nkeys = { elbow = [[1, 40]] }\n[[muscle]]\nname = \"a\"\npath = "
+      "[[\"RightArm\", 0, 0, 0.02], [\"RightForeArm\", 0.1, 0, 0.02]]\n"
+      "profile = { around = 8, rings = 6, radius = [[0, 0.01]] }\n")));
   Parallel parallel(1);
   State state = initial_state(model);
   settle(model, parallel, state);
-  const int fore = find_body(model.skeleton, "LowerArm.R");
+  const int fore = find_body(model.skeleton, "RightForeArm");
   const Transform bind = rigid_part(model.character->character.bind[fore]);
   const Mat3 turned = bind.linear().transpose() * state.pose[fore].linear();
   const Mat3 expected =
       rotation_about(Vec3::UnitX(), 30 * kDegree) * rotation_about(Vec3::UnitY(), -70 * kDegree);
   EXPECT_LT((turned - expected).norm(), 1e-9);
+  EXPECT_LT((state.pose[fore].translation() - bind.translation()).norm(), 1e-9);
 }
 
 TEST_F(CharacterScene, SkinAtRestIsTheUsersSkin) {

@@ -19,8 +19,11 @@ constexpr double kUnderTop = 0.04;    // m below the shoulder's centre, the firs
 constexpr double kFat = 0.002;        // m, left over the flesh, if the limb's thickness allows ...
 constexpr double kFatShare = 0.1;     // ... of the skin's distance from the axis
 constexpr double kJoint = 0.08;       // of a segment's length, where the axis stays on the joint
-constexpr double kBeside = 0.05;      // m, how far from the flesh a bone is looked for
-constexpr double kWidest = 1.5;       // a direction over its section's median
+// Of a segment's length, from the elbow to where the axis lies all in the middle of the flesh: in
+// less the forearm's bones are kinked into what lies before them in a bent arm.
+constexpr double kFromElbow = 0.35;
+constexpr double kBeside = 0.05;  // m, how far from the flesh a bone is looked for
+constexpr double kWidest = 1.5;   // a direction over its section's median
 // The ratio's logarithm grows by no more than this: a short thin place stays thin.
 constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around
@@ -108,8 +111,9 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double between_joints(double u) {  // none at either joint
-  return smoothstep(kJoint, 2.0 * kJoint, u) * smoothstep(kJoint, 2.0 * kJoint, 1.0 - u);
+double between_joints(double from_elbow) {  // none at either joint
+  return smoothstep(0.0, kFromElbow, from_elbow) *
+         smoothstep(kJoint, 2.0 * kJoint, 1.0 - from_elbow);
 }
 
 // The middle of a shell's section and its radius there; in the plane of two vectors.
@@ -179,7 +183,7 @@ void find_shift(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
     for (int other = std::max(row - 2, 0); other <= std::min(row + 2, girth.rows - 1); ++other) {
       if (known[other]) sum += shift[other], ++count;
     }
-    const double share = y > elbow ? between_joints(y / elbow)
+    const double share = y > elbow ? between_joints(1.0 - y / elbow)
                                    : between_joints((y - elbow) / (fit.wrist_template.y() - elbow));
     if (count > 0) girth.shift[row] = share / count * sum;
   }

@@ -28,6 +28,9 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
                                  const BoneMap& map, const std::string& place,
                                  std::vector<std::string>& notes);
 
+/// Whether a body is the ancestor or below it.
+bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
+
 /// Unit and horizontal, at right angles to the line of the shoulders: where the feet point to, seen
 /// from the ankles; zero where the character has no feet.
 Vec3 facing_of(const Character& character, const Vec3& shoulders);
@@ -105,9 +108,12 @@ Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms
                   const std::vector<ArmFit>& fits);
 
 /// The scene's views of an arm in that pose.
-std::string views_text(const ArmBodies& arm, const ArmFit& fit, const Pose& rest);
+std::string views_text(const Character& character, const ArmBodies& arm, const ArmFit& fit,
+                       const Pose& rest);
 
-/// The character's skin in that pose, vertices at one place made one.
+/// The character's skin in any pose ...
+Rows skin_in_pose(const Character& character, const Pose& pose);
+/// ... and closed in the rest pose, vertices at one place made one.
 TriMesh skin_at_rest(const Character& character, const Pose& rest);
 
 }  // namespace thew

@@ -65,11 +65,6 @@ Part part_of(const std::vector<std::string>& words) {
   return has({"arm", "humerus"}) ? Part::kHumerus : Part::kNone;
 }
 
-bool hangs_on(const Skeleton& skeleton, int body, int ancestor) {
-  while (body > ancestor) body = skeleton.parent[body];
-  return body == ancestor;
-}
-
 Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
 
 int first_child(const Skeleton& skeleton, int body) {
@@ -185,6 +180,11 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
 }
 
 }  // namespace
+
+bool hangs_on(const Skeleton& skeleton, int body, int ancestor) {
+  while (body > ancestor) body = skeleton.parent[body];
+  return body == ancestor;
+}
 
 std::vector<ArmBodies> find_arms(const Character& character, const std::string& side,
                                  const BoneMap& map, const std::string& place,

@@ -424,7 +424,7 @@ ExitCode new_command(const NewOptions& options) {
     stop_if_interrupted();
     say_fit(to, options.scale);
     write_arm(to, folder, written);
-    if (!views) views = views_text(arms[i], fits[i], rest);
+    if (!views) views = views_text(character, arms[i], fits[i], rest);
   }
   say_flesh(written);
   write_durably(options.out,

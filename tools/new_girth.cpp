@@ -352,13 +352,18 @@ double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>
   return least;
 }
 
-TriMesh skin_at_rest(const Character& character, const Pose& rest) {
+Rows skin_in_pose(const Character& character, const Pose& pose) {
   std::vector<Affine> world;
   for (int b = 0; b < character.skeleton.size(); ++b) {
-    world.push_back(rest[b] * (rigid_part(character.bind[b]).inverse() * character.bind[b]));
+    world.push_back(pose[b] * (rigid_part(character.bind[b]).inverse() * character.bind[b]));
   }
   Rows x;
   skin_vertices(character.skin, character.mesh, world, x);
+  return x;
+}
+
+TriMesh skin_at_rest(const Character& character, const Pose& rest) {
+  const Rows x = skin_in_pose(character, rest);
   WeldResult welded = weld(character.mesh);
   for (size_t i = x.size(); i-- > 0;) welded.mesh.vertices[welded.map_back[i]] = to_vec(x[i]);
   if (enclosed_volume(welded.mesh) < 0.0) {  // inside out

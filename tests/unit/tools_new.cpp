@@ -11,6 +11,7 @@
 #include "sim/measure.h"
 #include "sim/model.h"
 #include "sim/step.h"
+#include "tools/camera.h"
 #include "tools/commands.h"
 #include "tools/inspect.h"
 #include "tools/new_arm.h"
@@ -138,9 +139,9 @@ double largest_change_of_step(const NewOptions& options) {
   return most;
 }
 
-// Twice what is measured at most (1.1 mm, his triceps; 0.6 mm the figure), of 0.4 mm that a node 70
-// mm from the joint goes in a step. The figure's forearm was bent forward below its elbow, into the
-// end of its brachialis; what contact made of that changed by 12 mm from step to step.
+// Nearly twice what is measured at most: 1.1 mm, a triceps of the man, and 0.6 mm on the figure.
+// Its forearm was bent forward below the elbow, into the end of its brachialis; what contact made
+// of that changed by 12 mm from step to step.
 TEST_F(NewScene, MusclesBendTheElbowInSmallSteps) {
   for (const char* side : {"right", "left"}) {
     EXPECT_LT(largest_change_of_step(asked(kFigure, side)), 2e-3) << side;
@@ -391,6 +392,56 @@ TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
   std::printf("%.3f mm in 1/8 of a frame, %.3f mm in 1/64\n", 1e3 * coarse, 1e3 * fine);
   EXPECT_LT(fine, coarse / 4.0);
   EXPECT_LT(coarse, 0.0025);
+}
+
+// Of the skin that hangs on the upper arm, straight and flexed: how far from the picture's middle
+// it is drawn, 1 being the picture's edge.
+double farthest_in_view(const NewOptions& options) {
+  EXPECT_EQ(new_command(options), ExitCode::kDone);
+  double most = 0.0;
+  for (const char* angle : {"0", "60", "120"}) {
+    const std::string keys = "elbow_" + options.side + " = [[1, " + angle + "]]";
+    const Model model = build_model(
+        read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"}));
+    State state = initial_state(model);
+    drive_bones(model, 0.0, state);
+    const SkinWeights& skin = model.skinned->weights;
+    Rows x;
+    skin_vertices(skin, model.skinned->mesh, state.bodies, x);
+    const int humerus =
+        model.skeleton.parent[find_body(model.skeleton, model.scene.character.hinges[0].body)];
+    const SceneRender& render = model.scene.render;
+    for (const SceneView& view : render.views) {
+      const Camera camera = make_camera(view, 1.0 * render.width / render.height, {});
+      for (size_t i = 0; i < x.size(); ++i) {
+        double share = 0.0;
+        for (int k = skin.first[i]; k < skin.first[i + 1]; ++k) {
+          const int body = skin.links[skin.link[k]].body;
+          if (hangs_on(model.skeleton, body, humerus)) share += skin.weight[k];
+        }
+        if (share < 0.9) continue;
+        const Vec3 seen = camera.view_from_world * to_vec(x[i]);
+        most = std::max({most, std::abs(seen.x() / seen.z()) / camera.tan_x,
+                         std::abs(seen.y() / seen.z()) / camera.tan_y});
+      }
+    }
+  }
+  std::printf("%.2f of the picture\n", most);
+  return most;
+}
+
+// A hand longer than the template's was cut off.
+TEST_F(NewScene, ViewsShowTheWholeArm) {
+  for (const char* side : {"right", "left"}) {
+    const double far = farthest_in_view(asked(kFigure, side));
+    EXPECT_LT(far, 0.95) << side;
+    EXPECT_GT(far, 0.6) << side;
+  }
+}
+
+TEST_F(NewScene, ViewsShowTheWholeArmOfTheMan) {
+  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
+  EXPECT_LT(farthest_in_view(asked(data("cesium_man.gltf"), "right")), 0.95);
 }
 
 TEST_F(NewScene, DoubtIsToldWithItsCandidates) {

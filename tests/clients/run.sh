@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lets one client read the exports: run.sh blender|paraview|web|chromium BUILD, BUILD/clients being
-# what prepare.sh made. Exits with 77 where the client is not installed.
+# Lets one client read the exports: run.sh blender|alembic|paraview|web|chromium BUILD, where
+# BUILD/clients is what prepare.sh made; alembic is Blender's importer of that. Exits with 77 where
+# the client is not installed. BLENDER=PATH: another Blender than the installed one.
 set -euo pipefail
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 client=$1 build=$2
@@ -9,11 +10,13 @@ folders=("$build"/clients/{muscle,arm,figure})
 
 skip() { echo "skipped: $1"; exit 77; }
 case "$client" in
-  blender)
-    command -v blender >/dev/null || skip "blender is not installed"
+  blender | alembic)
+    blender=${BLENDER:-blender}
+    command -v "$blender" >/dev/null || skip "blender is not installed"
     # Its importers talk a lot; ours is what names it first.
-    blender -b --factory-startup --python "$here/blender_read.py" -- "${folders[@]}" 2>&1 |
-      grep -E '^(Blender [0-9.]+,|  |Traceback|[A-Za-z]*Error)' ;;
+    "$blender" -b --factory-startup --python "$here/blender_read.py" -- \
+      "$client" "${folders[@]}" 2>&1 |
+      grep -E '^(Blender [0-9.]+,|skipped:|  |Traceback|[A-Za-z]*Error)' ;;
   paraview)
     command -v pvpython >/dev/null || skip "python3-paraview is not installed"
     pvpython "$here/paraview_read.py" "${folders[@]}" ;;

@@ -115,6 +115,13 @@ Mat3 rotation_about(const Vec3& axis, double angle) {
   return c * Mat3::Identity() + s * cross + (1.0 - c) * (axis * axis.transpose());
 }
 
+Mat3 least_turn(const Vec3& from, const Vec3& to) {
+  const Vec3 axis = from.cross(to);
+  const double sine = axis.norm();
+  if (sine < 1e-12) return Mat3::Identity();
+  return rotation_about(axis / sine, arc_tan2(sine, from.dot(to)));
+}
+
 double smoothstep(double a, double b, double t) {
   if (t <= a) return 0.0;
   if (t >= b) return 1.0;

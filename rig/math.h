@@ -21,6 +21,9 @@ double arc_tan2(double y, double x);
 /// Rotation by `angle` (rad) about the unit vector `axis` (Rodrigues).
 Mat3 rotation_about(const Vec3& axis, double angle);
 
+/// The least rotation that takes one unit vector to another.
+Mat3 least_turn(const Vec3& from, const Vec3& to);
+
 /// 0 below a, 1 above b, 3t^2 - 2t^3 between.
 double smoothstep(double a, double b, double t);
 

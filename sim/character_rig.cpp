@@ -29,6 +29,35 @@ void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
   skeleton.joint_in_parent[body].linear() *= rotation_about(hinge.axis, -hinge.at_bind) * roll;
 }
 
+// A body that lies at rest as another does.
+int add_body(const std::string& name, int like, const Place& place, Skeleton& skeleton) {
+  if (find_body(skeleton, name) >= 0) {
+    throw Error(ExitCode::kUsage,
+                place + ": there is a body \"" + name + "\" already; give another name");
+  }
+  skeleton.body_names.push_back(name);
+  skeleton.parent.push_back(skeleton.parent[like]);
+  skeleton.joint_in_parent.push_back(skeleton.joint_in_parent[like]);
+  skeleton.joint_names.emplace_back();
+  skeleton.joint_types.push_back(Skeleton::JointType::kFixed);
+  skeleton.joint_axes.push_back(skeleton.joint_axes[like]);
+  skeleton.lower.push_back(0.0);
+  skeleton.upper.push_back(0.0);
+  skeleton.visuals.emplace_back();
+  return skeleton.size() - 1;
+}
+
+Forearm add_forearm(const SceneHinge& hinge, Skeleton& skeleton) {
+  const SceneForearm& of = *hinge.forearm;
+  const int body = find_body(skeleton, hinge.body);
+  if (skeleton.parent[body] < 0) {
+    throw Error(ExitCode::kUsage, hinge.place + ": body \"" + hinge.body +
+                                      "\" hangs on none, and so is no forearm; remove forearm");
+  }
+  const int ulna = add_body(of.ulna, body, hinge.place, skeleton);
+  return {body, ulna, add_body(of.radius, body, hinge.place, skeleton), of.head, of.wrist};
+}
+
 BodyClip named_animation(const Scene& scene, const Character& character) {
   std::vector<std::string> names;
   for (const BodyClip& clip : character.animations) {
@@ -65,9 +94,12 @@ void build_character(const Scene& scene, Model& model) {
   for (const SceneHinge& hinge : scene.character.hinges) add_hinge(hinge, model.skeleton);
   if (!scene.character.animation.empty()) rig.clip = named_animation(scene, character);
   if (!scene.character.motion.empty()) rig.clip = motion_of(scene, character, model.warnings);
+  for (const SceneHinge& hinge : scene.character.hinges) {
+    if (hinge.forearm) rig.forearms.push_back(add_forearm(hinge, model.skeleton));
+  }
   Pose rest;
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), rest);
-  for (int b = 0; b < model.skeleton.size(); ++b) {
+  for (int b = 0; b < character.skeleton.size(); ++b) {
     rig.stretch.push_back(rigid_part(character.bind[b]).inverse() * character.bind[b]);
     rig.rest.push_back(rest[b] * rig.stretch[b]);
   }
@@ -123,6 +155,9 @@ void hash_character(const Model& model, Hash& hash) {
   };
   affines(rig.rest);
   affines(rig.character.rest);
+  for (const Forearm& forearm : rig.forearms) {
+    for (const Vec3& p : {forearm.head, forearm.wrist}) hash.add(p.data(), 3 * sizeof(double));
+  }
   const auto turns = [&](const std::vector<Eigen::Quaterniond>& list) {
     for (const auto& q : list) hash.add(q.coeffs().data(), 4 * sizeof(double));
   };
@@ -155,7 +190,30 @@ bool is_animated(const Model& model) {
   return model.character && !model.character->clip.tracks.empty();
 }
 
-void drive_character(const Model& model, double time, State& state) {
+void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose) {
+  const Mat3 rest = pose[skeleton.parent[forearm.body]].linear() *
+                    skeleton.joint_in_parent[forearm.body].linear();
+  const Vec3& axis = skeleton.joint_axes[forearm.body];
+  const Vec3 along = forearm.wrist.normalized();
+  const Mat3 turn = rest.transpose() * pose[forearm.body].linear();
+  // The hinge as far as it brings the length near where it is, and the least turn for the rest.
+  const Vec3 now = turn * along, a = axis.cross(along), b = axis.cross(now);
+  const Mat3 hinge = rotation_about(axis, arc_tan2(axis.dot(a.cross(b)), a.dot(b)));
+  const Mat3 bent = least_turn(hinge * along, now) * hinge;
+  const Eigen::Quaterniond rolled(Mat3(bent.transpose() * turn));
+  const double roll = 2.0 * arc_tan2(rolled.vec().dot(along), rolled.w());
+  Transform& ulna = pose[forearm.ulna];
+  ulna = pose[forearm.body];
+  ulna.linear() = rest * bent;
+  Transform& radius = pose[forearm.radius];
+  radius.linear() =
+      ulna.linear() * rotation_about((forearm.wrist - forearm.head).normalized(), roll);
+  radius.translation() = ulna * forearm.head - radius.linear() * forearm.head;
+}
+
+namespace {
+
+void drive_bodies(const Model& model, double time, State& state) {
   const CharacterRig& rig = *model.character;
   if (is_animated(model)) {
     std::vector<Affine> now;
@@ -163,15 +221,24 @@ void drive_character(const Model& model, double time, State& state) {
     const double share =
         time >= 0.0 ? 1.0 : smoothstep(-model.scene.settle, -0.5 * model.scene.settle, time);
     if (share < 1.0) {
-      blend_bodies(model.skeleton, rig.rest, now, share, state.bodies);
+      blend_bodies(rig.character.skeleton, rig.rest, now, share, state.bodies);
     } else {
       state.bodies = std::move(now);
     }
     for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
     return;
   }
-  state.bodies.resize(state.pose.size());
-  for (size_t b = 0; b < state.pose.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
+  state.bodies.resize(rig.stretch.size());
+  for (size_t b = 0; b < state.bodies.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
+}
+
+}  // namespace
+
+void drive_character(const Model& model, double time, State& state) {
+  drive_bodies(model, time, state);
+  for (const Forearm& forearm : model.character->forearms) {
+    pose_forearm(model.skeleton, forearm, state.pose);
+  }
 }
 
 }  // namespace thew

@@ -16,6 +16,9 @@ void load_character_bones(const Scene& scene, Model& model);
 void build_skinned(Model& model);
 void hash_character(const Model& model, Hash& hash);
 
+/// Ulna and radius from where humerus and forearm are, and how they lay at rest.
+void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose);
+
 /// Whether an animation moves all bodies, and not keys the hinges.
 bool is_animated(const Model& model);
 /// All bodies at `time` (s); before 0 they go from the rest pose to the clip's first. After the

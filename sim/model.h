@@ -66,6 +66,12 @@ enum class VolumeMethod {
   kExactAlways  ///< explicit: exact in each substep
 };
 
+/// A character's forearm as two bodies, see SceneForearm.
+struct Forearm {
+  int body, ulna, radius;
+  Vec3 head, wrist;  ///< m, in the body's frame
+};
+
 /// A rig that is a character's file. Muscles are made in the rest pose: the bind pose with its
 /// hinges at 0.
 struct CharacterRig {
@@ -73,6 +79,8 @@ struct CharacterRig {
   BodyClip clip;                ///< empty: the scene's keys drive the hinges
   std::vector<Affine> rest;     ///< world transforms in the rest pose, stretch included
   std::vector<Affine> stretch;  ///< by body, what its frame without stretch lacks
+  std::vector<Forearm>
+      forearms;  ///< their bones are bodies of the model's skeleton alone, its last
 };
 
 struct Model {

@@ -102,6 +102,13 @@ struct SceneRender {
   std::vector<SceneView> views;
 };
 
+/// A character's forearm, one body, as the two bones of an arm: the ulna follows the hinge without
+/// the body's roll about its length, the radius turns by that roll about the line from its head,
+/// which the ulna holds, to the wrist.
+struct SceneForearm {
+  std::string ulna, radius;                         ///< bodies that there are then besides
+  Vec3 head = Vec3::Zero(), wrist = Vec3::UnitY();  ///< m, in the body's frame
+};
 /// A joint that turns a body of a character about one axis, so that keys can drive it.
 struct SceneHinge {
   std::string name, body;
@@ -110,6 +117,7 @@ struct SceneHinge {
   Vec3 along = Vec3::UnitY();  ///< unit, in the body's frame: its length
   double roll = 0.0;  ///< rad about it from the bind pose, in the pose that the muscles are made in
   std::array<double, 2> range = {-3.2, 3.2};  ///< rad
+  std::optional<SceneForearm> forearm;
   Place place;
 };
 struct SceneBone {

@@ -6,6 +6,19 @@
 namespace thew {
 namespace {
 
+SceneForearm read_forearm(TomlValue& table) {
+  SceneForearm forearm;
+  forearm.ulna = text_of(require(table, "ulna"));
+  forearm.radius = text_of(require(table, "radius"));
+  forearm.head = vector_of(require(table, "head"));
+  TomlValue& wrist = require(table, "wrist");
+  forearm.wrist = vector_of(wrist);
+  if (forearm.wrist.norm() < 1e-6 || (forearm.wrist - forearm.head).norm() < 1e-6) {
+    refuse(wrist, "give another place than the body's origin and the radius' head");
+  }
+  return forearm;
+}
+
 SceneHinge read_hinge(TomlValue& table) {
   SceneHinge hinge;
   hinge.place = table.place;
@@ -28,6 +41,7 @@ SceneHinge read_hinge(TomlValue& table) {
     hinge.range = {number_of(ends[0], kTurn) * kDegree, number_of(ends[1], kTurn) * kDegree};
     if (hinge.range[1] < hinge.range[0]) refuse(ends[1], "give no less than the first");
   }
+  if (TomlValue* forearm = find(table, "forearm")) hinge.forearm = read_forearm(*forearm);
   return hinge;
 }
 

@@ -16,6 +16,8 @@ namespace thew {
 struct ArmBodies {
   bool left = false;
   int clavicle = -1, humerus = -1, forearm = -1, hand = -1;
+  int ulna = -1,
+      radius = -1;  ///< of the forearm, in the rest pose after the character's own bodies
 };
 
 /// What the user said: "humerus" or "left_humerus" -> name of a body.

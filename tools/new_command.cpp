@@ -86,9 +86,14 @@ struct Target {
     const std::string& name = from.skeleton.body_names[template_body];
     if (name == "scapula") return arm.clavicle;
     if (name == "humerus") return arm.humerus;
-    return name == "hand" ? arm.hand : arm.forearm;
+    if (name == "ulna") return arm.ulna;
+    return name == "hand" ? arm.hand : arm.radius;
   }
-  const std::string& name_of(int body) const { return character.skeleton.body_names[body]; }
+  std::string name_of(int body) const {
+    const std::vector<std::string>& names = character.skeleton.body_names;
+    if (body == arm.ulna) return names[arm.forearm] + ".ulna";
+    return body == arm.radius ? names[arm.forearm] + ".radius" : names[body];
+  }
   Vec3 mapped(const Vec3& world) const { return map_point(fit, world - from.humerus); }
 };
 
@@ -232,6 +237,16 @@ std::array<double, 2> thickness_of(const Target& to) {
   return {to.fit.girth.mean(-0.1, elbow + 0.05), to.fit.girth.mean(elbow - 0.05, wrist)};
 }
 
+// A character's forearm rolls in one piece; an arm's ulna does not.
+std::string forearm_text(const Target& to) {
+  const Transform into = to.rest[to.arm.forearm].inverse();
+  const Vec3 head = to.mapped(to.from.rest[find_body(to.from.skeleton, "radius")].translation());
+  return "forearm = { ulna = " + quoted(to.name_of(to.arm.ulna)) +
+         ", radius = " + quoted(to.name_of(to.arm.radius)) + ", head = [" +
+         metres(into * head, ", ") + "], wrist = [" +
+         metres(into * to.rest[to.arm.hand].translation(), ", ") + "] }\n";
+}
+
 void write_arm(const Target& to, const fs::path& folder, Written& out) {
   const Template& from = to.from;
   const Transform world = Transform::Identity();
@@ -285,7 +300,7 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
            : "\nroll = " + number_text(to.fit.roll / kDegree) +
                  "  # as its animations have it\nalong = [" +
                  metres(bind[to.arm.forearm].linear().transpose() * to.fit.along, ", ") + "]") +
-      "\nrange = [0, 140]\n\n";
+      "\nrange = [0, 140]\n" + forearm_text(to) + "\n";
   const auto [upper, fore] = thickness_of(to);
   out.thickness = std::min({out.thickness, upper, fore});
   out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
@@ -360,7 +375,7 @@ void say_fit(const Target& to, double scale) {
   for (const std::string& name : to.fit.wringing) {
     std::fprintf(stderr,
                  "warning: animation \"%s\" rolls the %s forearm by more than the 80 deg that an "
-                 "arm's turns, and wrings the muscles across the elbow; if a bake of it ends with "
+                 "arm's turns, and wrings the muscles on its radius; if a bake of it ends with "
                  "exit 5 there, give --set contact.enabled=false\n",
                  name.c_str(), to.side.c_str());
   }
@@ -405,14 +420,20 @@ ExitCode new_command(const NewOptions& options) {
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
   }
   std::vector<std::string> notes;
-  const std::vector<ArmBodies> arms =
+  std::vector<ArmBodies> arms =
       find_arms(character, options.side, options.map, options.character.string(), notes);
   for (const std::string& note : notes) std::printf("%s\n", note.c_str());
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
-  const Pose rest = rest_pose_of(character, arms, fits);
+  Pose rest = rest_pose_of(character, arms, fits);
   const TriMesh skin = skin_at_rest(character, rest);
   for (ArmFit& fit : fits) fit_girth(from.arm, skin, fit);
+  for (ArmBodies& arm : arms) {
+    for (int* bone : {&arm.ulna, &arm.radius}) {
+      *bone = static_cast<int>(rest.size());
+      rest.push_back(Transform(rest[arm.forearm]));
+    }
+  }
 
   const fs::path folder = fs::absolute(options.out).parent_path();
   for (const char* below : {"bones", "muscles"}) create_folders(folder / below);

@@ -92,14 +92,6 @@ Mat3 stretched(const Mat3& turn, const Vec3& axis, double along) {
   return turn * (Mat3::Identity() + (along - 1.0) * axis * axis.transpose());
 }
 
-// The least turn that takes one unit vector to another.
-Mat3 least_turn(const Vec3& from, const Vec3& to) {
-  const Vec3 axis = from.cross(to);
-  const double sine = axis.norm();
-  if (sine < 1e-12) return Mat3::Identity();
-  return rotation_about(axis / sine, arc_tan2(sine, from.dot(to)));
-}
-
 }  // namespace
 
 Vec3 facing_of(const Character& character, const Vec3& shoulders) {

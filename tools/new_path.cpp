@@ -17,7 +17,7 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
   const double y = fit.elbow_template.y();
   for (size_t i = 0; i + 1 < path.points.size(); ++i) {
     const PathPoint a = path.points[i], b = path.points[i + 1];
-    if (a.body != arm.humerus || b.body != arm.forearm) continue;
+    if (a.body != arm.humerus || (b.body != arm.ulna && b.body != arm.radius)) continue;
     const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
     const double above = down.dot(elbow - from), below = down.dot(way) - above;
     if (above <= 0.0 || below <= 0.0) return;

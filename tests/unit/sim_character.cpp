@@ -6,6 +6,7 @@
 #include "rig/character_import.h"
 #include "rig/math.h"
 #include "rig_temp.h"
+#include "sim/character_rig.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -101,6 +102,51 @@ TEST_F(CharacterScene, HingeTurnsItsBodyRolled) {
       rotation_about(Vec3::UnitX(), 30 * kDegree) * rotation_about(Vec3::UnitY(), -70 * kDegree);
   EXPECT_LT((turned - expected).norm(), 1e-9);
   EXPECT_LT((state.pose[fore].translation() - bind.translation()).norm(), 1e-9);
+}
+
+// The hinge bends both bones; what the body rolls besides turns the radius about its own line.
+TEST_F(CharacterScene, RadiusTurnsAboutTheUlna) {
+  fs::copy_file(THEW_SOURCE_DIR "/tests/scenes/figure/figure.gltf", folder / "figure.gltf");
+  const auto scene = [&](const std::string& ulna, const std::string& wrist) {
+    return read_scene(write(
+        "scene.toml",
+        "[rig]\nfile = \"figure.gltf\"\n[[rig.hinge]]\nname = \"elbow\"\nbody = \"RightForeArm\"\n"
+        "axis = [1, 0.1, 0]\nat_bind = 10\nforearm = { ulna = \"" +
+            ulna + "\", radius = \"r\", head = [0.01, 0.02, 0], wrist = " + wrist +
+            " }\n[rig.clip]\nunit = \"deg\"\nkeys = { elbow = [[1, 40]] }\n[[muscle]]\nname = "
+            "\"a\"\npath = [[\"RightArm\", 0, 0, 0.02], [\"u\", 0, 0.1, 0.02]]\nprofile = { around "
+            "= 8, rings = 6, radius = [[0, 0.01]] }\n"));
+  };
+  const Model model = build_model(scene("u", "[0, 0.25, 0]"));
+  const Forearm& forearm = model.character->forearms.at(0);
+  const Skeleton& skeleton = model.skeleton;
+  EXPECT_EQ(find_body(skeleton, "u"), forearm.ulna);
+  Pose pose;
+  std::vector<double> joints(skeleton.size(), 0.0);
+  joints[forearm.body] = 110.0 * kDegree;
+  forward_kinematics(skeleton, joints, pose);
+  const Transform bent = pose[forearm.body];
+  pose_forearm(skeleton, forearm, pose);
+  EXPECT_LT((pose[forearm.ulna].matrix() - bent.matrix()).norm(), 1e-12);
+  EXPECT_LT((pose[forearm.radius].matrix() - bent.matrix()).norm(), 1e-12);
+  pose[forearm.body].linear() = bent.linear() * rotation_about(Vec3::UnitY(), 130.0 * kDegree);
+  pose_forearm(skeleton, forearm, pose);
+  EXPECT_LT((pose[forearm.ulna].matrix() - bent.matrix()).norm(), 1e-12);
+  const Transform& radius = pose[forearm.radius];
+  EXPECT_LT((radius * forearm.head - bent * forearm.head).norm(), 1e-12);
+  EXPECT_LT((radius * forearm.wrist - pose[forearm.body] * forearm.wrist).norm(), 1e-12);
+  const double turned = 0.5 * ((bent.linear().transpose() * radius.linear()).trace() - 1.0);
+  EXPECT_NEAR(turned, sin_cos(130.0 * kDegree).cos, 1e-12);
+  const auto message = [&](const std::string& ulna, const std::string& wrist) {
+    try {
+      build_model(scene(ulna, wrist));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_HAS(message("RightHand", "[0, 0.25, 0]"), "there is a body \"RightHand\" already");
+  EXPECT_HAS(message("u", "[0.01, 0.02, 0]"), "give another place");
 }
 
 TEST_F(CharacterScene, SkinAtRestIsTheUsersSkin) {

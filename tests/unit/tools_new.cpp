@@ -1,85 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
+#include "tools_new.h"
 
 #include <algorithm>
 
 #include "rig/character_import.h"
-#include "rig/math.h"
 #include "rig/text.h"
-#include "rig_temp.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
-#include "sim/model.h"
-#include "sim/step.h"
 #include "tools/camera.h"
-#include "tools/commands.h"
 #include "tools/inspect.h"
 #include "tools/new_arm.h"
 
 namespace thew {
 namespace {
-
-namespace fs = std::filesystem;
-
-const fs::path kFigure = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
-
-class NewScene : public TempFolder {
- protected:
-  fs::path data(const char* name) { return fs::path(THEW_SHARED_DATA) / name; }
-  NewOptions asked(const fs::path& character, const std::string& side, double scale = 1.0) {
-    NewOptions options;
-    options.character = character;
-    options.out = folder / "character.toml";
-    options.side = side;
-    options.scale = scale;
-    options.force = true;
-    return options;
-  }
-};
-
-// The new scene, settled.
-struct MadeArm {
-  Model model;
-  Parallel parallel{1};
-  State state;
-  StageSeconds seconds;
-
-  explicit MadeArm(const NewOptions& options, const std::vector<std::string>& overrides = {}) {
-    EXPECT_EQ(new_command(options), ExitCode::kDone);
-    model = build_model(read_scene(options.out, overrides));
-    state = initial_state(model);
-    settle(model, parallel, state);
-  }
-  void step(int frame) { step_frame(model, frame / 24.0, parallel, state, seconds); }
-};
-
-// Solid angle of the surface seen from p, over that of a sphere: 0 outside of all its shapes.
-double winding(const TriMesh& mesh, const Vec3& p) {
-  double sum = 0.0;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p,
-               c = mesh.vertices[t[2]] - p;
-    const double x = a.norm(), y = b.norm(), z = c.norm();
-    sum +=
-        2.0 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
-  }
-  return sum / (4.0 * kPi);
-}
-
-double distance(const TriMesh& mesh, const Vec3& p) {
-  double least = 1.0;
-  for (const Triangle& t : mesh.triangles) {
-    // Close enough by the triangle's points on a grid of eighths.
-    const Vec3 &a = mesh.vertices[t[0]], u = mesh.vertices[t[1]] - a, v = mesh.vertices[t[2]] - a;
-    if ((a - p).norm() > least + std::max(u.norm(), v.norm())) continue;
-    for (int i = 0; i <= 8; ++i) {
-      for (int k = 0; k + i <= 8; ++k) {
-        least = std::min(least, (a + i / 8.0 * u + k / 8.0 * v - p).norm());
-      }
-    }
-  }
-  return least;
-}
 
 TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
@@ -101,76 +34,13 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   EXPECT_THROW(new_command(options), Error);  // what is there may have been edited
 }
 
-// An upper arm a quarter as thick as a person's on a forearm twice as long: in the fold the tendons
-// ran straight from one to the other, 22 mm outside of the skin.
-TEST_F(NewScene, TheRobotsMusclesStayAtItsElbow) {
-  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
-  MadeArm arm(asked(data("robot.glb"), "left", 0.4));
-  const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
-  double most = 0.0;
-  for (int frame = 1; frame <= 35; ++frame) {
-    arm.step(frame);
-    most = std::max(most, measure(arm.model, areas, arm.parallel, arm.state).skin.max_poke_through);
-  }
-  std::printf("%.1f mm outside\n", 1e3 * most);
-  EXPECT_LT(most, 6e-3);
-}
-
-// m, by which a node's step differs from its last, at most, where the elbow bends from 90 to 120
-// degrees by a third of a degree a step.
-double largest_change_of_step(const NewOptions& options) {
-  MadeArm arm(options, {"rig.clip={ unit = \"deg\", keys = { elbow_" + options.side +
-                            " = [[1, 90], [91, 120]] } }",
-                        "skin.enabled=false"});
-  const size_t count = arm.model.muscles.size();
-  std::vector<Rows> before(count), step(count);
-  double most = 0.0;
-  for (int frame = 1; frame <= 90; ++frame) {
-    arm.step(frame);
-    for (size_t m = 0; m < count; ++m) {
-      Rows now = arm.state.muscles[m].x;
-      for (size_t i = 0; frame > 1 && i < now.size(); ++i) now[i] -= before[m][i];
-      if (frame > 2) most = std::max(most, largest_distance(now, step[m]));
-      before[m] = arm.state.muscles[m].x;
-      step[m].swap(now);
-    }
-  }
-  std::printf("%.2f mm\n", 1e3 * most);
-  return most;
-}
-
-// Nearly twice what is measured at most: 1.1 mm, a triceps of the man, and 0.6 mm on the figure.
-// Its forearm was bent forward below the elbow, into the end of its brachialis; what contact made
-// of that changed by 12 mm from step to step.
-TEST_F(NewScene, MusclesBendTheElbowInSmallSteps) {
-  for (const char* side : {"right", "left"}) {
-    EXPECT_LT(largest_change_of_step(asked(kFigure, side)), 2e-3) << side;
-  }
-}
-
-// The triceps was carried through the back of his humerus, and what contact made of that changed by
-// 6 mm.
-TEST_F(NewScene, MusclesOfTheManBendTheElbowInSmallSteps) {
-  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
-  for (const char* side : {"right", "left"}) {
-    EXPECT_LT(largest_change_of_step(asked(data("cesium_man.gltf"), side)), 2e-3) << side;
-  }
-}
-
-TEST_F(NewScene, MusclesOfTheRobotBendTheElbowInSmallSteps) {
-  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
-  for (const char* side : {"right", "left"}) {
-    EXPECT_LT(largest_change_of_step(asked(data("robot.glb"), side, 0.4)), 2e-3) << side;
-  }
-}
-
 // The straight arm's path is the same; bent, it stays as near to the elbow as in an arm that is the
 // template's in the small.
 TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   ArmFit fit;
   fit.elbow_template = Vec3(0.0, -0.3, 0.0);
   fit.girth.even = 0.4;
-  const ArmBodies arm{false, -1, 0, 1, 2};
+  const ArmBodies arm{false, -1, 0, 1, 2, 1, 1};
   Pose rest(3, Transform::Identity());
   for (int b = 1; b < 3; ++b) rest[b].translation().y() = -0.3 * b;
   const MusclePath plain{
@@ -185,35 +55,6 @@ TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   fit.girth.even = 0.9;
   hold_at_elbow(fit, arm, rest, {-0.1, -0.2, -0.35}, thick);
   EXPECT_EQ(thick.points.size(), 3u);
-}
-
-// Its own animations hold its forearms rolled by 89 and 69 degrees against the bind pose, and its
-// upper arms are a quarter of a person's: muscles made in the bind pose with a person's contact
-// distances were wrung through the bones and drawn out until the solver gave up.
-TEST_F(NewScene, TheRobotsOwnAnimationsBake) {
-  if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
-  NewOptions options;
-  options.character = data("robot.glb");
-  options.out = folder / "robot.toml";
-  options.scale = 0.4;
-  testing::internal::CaptureStderr();
-  ASSERT_EQ(new_command(options), ExitCode::kDone);
-  const std::string warned = testing::internal::GetCapturedStderr();
-  EXPECT_HAS(warned, "animation \"Robot_Wave\" rolls the right forearm");
-  EXPECT_EQ(warned.find("Robot_Walking"), std::string::npos);
-  for (const char* name : {"Robot_Idle", "Robot_Walking", "Robot_Sitting"}) {
-    const Model model = build_model(read_scene(
-        options.out,
-        {"rig.clip={ animation = \"" + std::string(name) + "\" }", "skin.enabled=false"}));
-    Parallel parallel(1);
-    State state = initial_state(model);
-    StageSeconds seconds;
-    settle(model, parallel, state);
-    for (int frame = 1; frame <= 10; ++frame) {
-      step_frame(model, frame / 24.0, parallel, state, seconds);
-      for (const MuscleState& muscle : state.muscles) EXPECT_LE(muscle.volume_error, 1e-12) << name;
-    }
-  }
 }
 
 TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
@@ -319,79 +160,6 @@ TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
   const std::string text = read_whole(options.out, 1 << 20);
   EXPECT_HAS(text, "mm or more under the skin");
   EXPECT_HAS(inspect(options.out, false).text, "the character's own");
-}
-
-// The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.
-TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
-  MadeArm arm(asked(kFigure, "right"));
-  auto& [model, parallel, state, seconds] = arm;
-  for (int frame = 1; frame < 36; ++frame) {
-    arm.step(frame);
-  }
-  const std::vector<double> areas = rest_belly_areas(model, initial_state(model));
-  const auto farthest = [&] {
-    TriMesh skin = model.character->character.mesh;
-    for (size_t i = 0; i < skin.vertices.size(); ++i) skin.vertices[i] = to_vec(state.skin.x[i]);
-    double most = 0.0;
-    for (const MuscleState& muscle : state.muscles) {
-      for (const Row& x : muscle.x) {
-        if (winding(skin, to_vec(x)) < 0.5) most = std::max(most, distance(skin, to_vec(x)));
-      }
-    }
-    return most;
-  };
-  const auto measured = [&] {
-    return measure(model, areas, parallel, state).skin.max_poke_through;
-  };
-  std::printf("%.2f mm outside\n", 1e3 * farthest());
-  EXPECT_LT(farthest(), 2e-3);
-  EXPECT_NEAR(measured(), farthest(), 1e-3);
-  // As the weights alone have it.
-  skin_vertices(model.skinned->weights, model.skinned->mesh, state.bodies, state.skin.x);
-  std::printf("%.2f mm outside by its weights alone, %.2f measured\n", 1e3 * farthest(),
-              1e3 * measured());
-  EXPECT_GT(farthest(), 0.01);
-  EXPECT_NEAR(measured(), farthest(), 1e-3);
-}
-
-// The displacement on top of the character's own weights goes with pose and muscles, and does not
-// leap: between two frames, of which the muscles are interpolated, it goes in steps as small as
-// theirs, also in the fold beyond 90 degrees.
-TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
-  MadeArm arm(asked(kFigure, "right"));
-  auto& [model, parallel, state, seconds] = arm;
-  for (int frame = 1; frame <= 26; ++frame) arm.step(frame);
-  constexpr int kFine = 64;
-  Rows carried, before, before_fine;
-  double coarse = 0.0, fine = 0.0;  // m, most in 1/8 and in 1/64 of a frame
-  for (int frame = 27; frame <= 35; ++frame) {
-    State between = state;
-    arm.step(frame);
-    const std::vector<MuscleState> from = between.muscles;
-    for (int k = 1; k <= kFine; ++k) {
-      const double share = 1.0 * k / kFine;
-      drive_bones(model, (frame - 1 + share) / 24.0, between);
-      for (size_t m = 0; m < from.size(); ++m) {
-        Rows& x = between.muscles[m].x;
-        for (size_t i = 0; i < x.size(); ++i) {
-          x[i] = (1.0 - share) * from[m].x[i] + share * state.muscles[m].x[i];
-        }
-      }
-      step_skinned(*model.skinned, between.bodies, muscles_of(model, between), between.skin);
-      skin_vertices(model.skinned->weights, model.skinned->mesh, between.bodies, carried);
-      Rows now = between.skin.x;
-      for (size_t i = 0; i < now.size(); ++i) now[i] -= carried[i];
-      if (!before_fine.empty()) fine = std::max(fine, largest_distance(now, before_fine));
-      if (k % 8 == 0) {
-        if (!before.empty()) coarse = std::max(coarse, largest_distance(now, before));
-        before = now;
-      }
-      before_fine.swap(now);
-    }
-  }
-  std::printf("%.3f mm in 1/8 of a frame, %.3f mm in 1/64\n", 1e3 * coarse, 1e3 * fine);
-  EXPECT_LT(fine, coarse / 4.0);
-  EXPECT_LT(coarse, 0.0025);
 }
 
 // Of the skin that hangs on the upper arm, straight and flexed: how far from the picture's middle

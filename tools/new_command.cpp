@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <optional>
 
-#include "muscles/path.h"
 #include "rig/character_import.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
@@ -15,7 +14,7 @@
 #include "sim/durable_file.h"
 #include "sim/scene.h"
 #include "tools/commands.h"
-#include "tools/new_arm.h"
+#include "tools/new_target.h"
 #include "tools/obj_text.h"
 #include "tools/options.h"
 
@@ -26,14 +25,6 @@ namespace fs = std::filesystem;
 
 // A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
 constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
-
-struct Template {
-  Scene scene;
-  Skeleton skeleton;
-  Pose rest;
-  Vec3 humerus;  // its origin at rest
-  ArmTemplate arm;
-};
 
 // A bone of the template as it lies at rest, in the world.
 TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual) {
@@ -70,157 +61,6 @@ Template read_template() {
   for (Vec3& p : of.arm.skin.vertices) p -= of.humerus;
   for (Vec3& p : flesh) p -= of.humerus;
   return of;
-}
-
-// One arm of the character with all that is needed to put the template's things on it.
-struct Target {
-  const Template& from;
-  const Character& character;
-  const Pose& rest;
-  const TriMesh& skin;  // at rest
-  ArmBodies arm;
-  ArmFit fit;
-  std::string side;  // "right" or "left"
-
-  int body_of(int template_body) const {
-    const std::string& name = from.skeleton.body_names[template_body];
-    if (name == "scapula") return arm.clavicle;
-    if (name == "humerus") return arm.humerus;
-    if (name == "ulna") return arm.ulna;
-    return name == "hand" ? arm.hand : arm.radius;
-  }
-  std::string name_of(int body) const {
-    const std::vector<std::string>& names = character.skeleton.body_names;
-    if (body == arm.ulna) return names[arm.forearm] + ".ulna";
-    return body == arm.radius ? names[arm.forearm] + ".radius" : names[body];
-  }
-  Vec3 mapped(const Vec3& world) const { return map_point(fit, world - from.humerus); }
-};
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (char c : text) {
-    if (c == '"' || c == '\\') out.push_back('\\');
-    out.push_back(c);
-  }
-  return out + "\"";
-}
-
-TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into) {
-  for (Vec3& p : mesh.vertices) p = into * to.mapped(p);
-  if (to.fit.mirrored) {
-    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  }
-  return mesh;
-}
-
-MusclePath template_path(const Template& from, const SceneMuscle& muscle) {
-  MusclePath path;
-  for (const ScenePathPoint& point : muscle.path) {
-    path.points.push_back({find_body(from.skeleton, point.body), point.position});
-  }
-  for (const SceneWrap& wrap : muscle.wraps) {
-    path.wraps.push_back({wrap.segment, find_body(from.skeleton, wrap.body), wrap.centre,
-                          wrap.axis.normalized(), wrap.radius, wrap.turn});
-  }
-  return path;
-}
-
-MusclePath mapped_path(const Target& to, MusclePath path) {
-  std::vector<Vec3> points;     // in the template
-  std::vector<double> heights;  // of them, over its humerus
-  for (PathPoint& point : path.points) {
-    points.push_back(to.from.rest[point.body] * point.position);
-    heights.push_back(points.back().y() - to.from.humerus.y());
-    const Vec3 world = to.mapped(points.back());
-    point.body = to.body_of(point.body);
-    point.position = to.rest[point.body].inverse() * world;
-  }
-  for (WrapCylinder& wrap : path.wraps) {
-    const Transform& place = to.from.rest[wrap.body];
-    const Vec3 before = place * wrap.centre, world = to.mapped(before);
-    const Vec3 axis = to.fit.frame * (place.linear() * wrap.axis);
-    // By the girth on the path's side, as the bone there: by the mean of all sides the flesh would
-    // be carried through that, and contact would throw it to and fro.
-    const Vec3 middle = 0.5 * (points[wrap.segment] + points[wrap.segment + 1]) - before;
-    const Vec3 out = wrap.radius * (place.linear() * wrap.axis).cross(Vec3::UnitY()).normalized();
-    wrap.radius = (to.mapped(before + (out.dot(middle) > 0.0 ? out : Vec3(-out))) - world).norm();
-    wrap.body = to.body_of(wrap.body);
-    wrap.centre = to.rest[wrap.body].inverse() * world;
-    wrap.axis = (to.rest[wrap.body].linear().transpose() * axis).normalized();
-    if (to.fit.mirrored) wrap.turn = -wrap.turn;
-  }
-  hold_at_elbow(to.fit, to.arm, to.rest, heights, path);
-  return path;
-}
-
-// The same places along the mapped path, in its own metres.
-std::array<double, 2> mapped_belly(const Target& to, const MusclePath& before,
-                                   const MusclePath& after, const std::array<double, 2>& belly) {
-  const TracedPath traced = trace_path(before, to.from.rest);
-  std::vector<double> s = {0.0}, mapped = {0.0};
-  for (size_t i = 1; i < traced.points.size(); ++i) {
-    const Vec3 &a = traced.points[i - 1], &b = traced.points[i];
-    s.push_back(s.back() + (b - a).norm());
-    mapped.push_back(mapped.back() + (to.mapped(b) - to.mapped(a)).norm());
-  }
-  const double length = trace_path(after, to.rest).length;
-  std::array<double, 2> out;
-  for (int k = 0; k < 2; ++k) {
-    const double at = belly[k] / traced.length * s.back();
-    size_t i = 1;
-    while (i + 1 < s.size() && s[i] < at) ++i;
-    const double u = s[i] > s[i - 1] ? (at - s[i - 1]) / (s[i] - s[i - 1]) : 0.0;
-    out[k] =
-        std::clamp((mapped[i - 1] + u * (mapped[i] - mapped[i - 1])) / mapped.back(), 0.0, 1.0) *
-        length;
-  }
-  return out;
-}
-
-std::string weights_text(const WeightProfile& weights) {
-  for (const char* preset : {"left", "even", "right"}) {
-    if (preset_profile(preset).keys == weights.keys) return quoted(preset);
-  }
-  std::string text;
-  for (const auto& [u, w] : weights.keys) {
-    text += (text.empty() ? "[" : ", [") + metres(u) + ", " + metres(w) + "]";
-  }
-  return "{ profile = [" + text + "] }";
-}
-
-struct MappedSize {
-  double volume, volume_ratio;  // m^3
-  double fat;                   // m, least over the muscle; negative: it stands out of the skin
-};
-
-std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
-                        const fs::path& mesh, const MappedSize& size) {
-  const MusclePath before = template_path(to.from, muscle), after = mapped_path(to, before);
-  const std::array<double, 2> belly = mapped_belly(to, before, after, muscle.belly);
-  char note[160];
-  std::snprintf(note, sizeof note,
-                "# %.2f cm3 at rest, %.2f of the template's; %.1f mm or more under the skin\n",
-                1e6 * size.volume, size.volume_ratio, 1e3 * size.fat);
-  std::string text = note + std::string("[[muscle]]\nname = ") + quoted(name) +
-                     "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
-  for (const PathPoint& point : after.points) {
-    text += "  [" + quoted(to.name_of(point.body)) + ", " + metres(point.position, ", ") + "],\n";
-  }
-  text += "]\n";
-  for (const WrapCylinder& wrap : after.wraps) {
-    text += "wrap = [{ segment = " + std::to_string(wrap.segment) +
-            ", body = " + quoted(to.name_of(wrap.body)) + ", centre = [" +
-            metres(wrap.centre, ", ") + "], axis = [" + metres(wrap.axis, ", ") +
-            "], radius = " + metres(wrap.radius) + ", turn = " + metres(wrap.turn) + " }]\n";
-  }
-  // Force goes with the section, fibres with the length.
-  const double along = (belly[1] - belly[0]) / (muscle.belly[1] - muscle.belly[0]);
-  const double section = size.volume_ratio / along;
-  return text + "belly = [" + metres(belly[0]) + ", " + metres(belly[1]) +
-         "]\nweights = " + weights_text(muscle.weights) +
-         "\nf_max = " + number_text(muscle.f_max * section) +
-         "\nfibre_length = " + metres(muscle.fibre_length * along) + "\n\n";
 }
 
 // Files of one arm, and its part of the scene.

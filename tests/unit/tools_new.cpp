@@ -16,10 +16,7 @@ namespace {
 
 TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
-  NewOptions options;
-  options.character = data("robot.glb");
-  options.out = folder / "robot.toml";
-  options.scale = 0.4;
+  NewOptions options = asked(data("robot.glb"), "both", 0.4);
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const Model model = build_model(read_scene(options.out));  // all meshes closed, outward
   ASSERT_EQ(model.muscles.size(), 24u);
@@ -31,6 +28,7 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
     EXPECT_GT(model.muscles[m].rest_volume, 0.0);
     EXPECT_GT(model.muscles[m + 12].rest_volume, 0.0);
   }
+  options.force = false;
   EXPECT_THROW(new_command(options), Error);  // what is there may have been edited
 }
 
@@ -74,9 +72,7 @@ TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
 // His humerus has a sliver turned over, in front of which nothing is inside.
 TEST_F(NewScene, OverlapsAreToldOnlyWhereTheyAre) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
-  NewOptions options;
-  options.character = data("cesium_man.gltf");
-  options.out = folder / "man.toml";
+  const NewOptions options = asked(data("cesium_man.gltf"), "both");
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const Model model = build_model(read_scene(options.out));
   const State state = initial_state(model);
@@ -132,9 +128,7 @@ TEST_F(NewScene, LandmarksLandOnTheCharactersJoints) {
 
 // A figure whose arms are thinner than the template's, its bones beside the middle of the flesh.
 TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
-  NewOptions options;
-  options.character = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
-  options.out = folder / "figure.toml";
+  const NewOptions options = asked(kFigure, "both");
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const Model model = build_model(read_scene(options.out));
   ASSERT_EQ(model.muscles.size(), 24u);

@@ -78,10 +78,7 @@ TEST_F(NewScene, MusclesOfTheRobotBendTheElbowInSmallSteps) {
 // distances were wrung through the bones and drawn out until the solver gave up.
 TEST_F(NewScene, TheRobotsOwnAnimationsBake) {
   if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
-  NewOptions options;
-  options.character = data("robot.glb");
-  options.out = folder / "robot.toml";
-  options.scale = 0.4;
+  const NewOptions options = asked(data("robot.glb"), "both", 0.4);
   testing::internal::CaptureStderr();
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const std::string warned = testing::internal::GetCapturedStderr();

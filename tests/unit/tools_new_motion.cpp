@@ -106,7 +106,8 @@ TEST_F(NewScene, TheRobotsOwnAnimationsBake) {
 // The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.
 TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
   MadeArm arm(asked(kFigure, "right"));
-  auto& [model, parallel, state, seconds] = arm;
+  const Model& model = arm.model;
+  State& state = arm.state;
   for (int frame = 1; frame < 36; ++frame) {
     arm.step(frame);
   }
@@ -123,7 +124,7 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
     return most;
   };
   const auto measured = [&] {
-    return measure(model, areas, parallel, state).skin.max_poke_through;
+    return measure(model, areas, arm.parallel, state).skin.max_poke_through;
   };
   std::printf("%.2f mm outside\n", 1e3 * farthest());
   EXPECT_LT(farthest(), 2e-3);

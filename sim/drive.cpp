@@ -146,21 +146,18 @@ void note_motion(const Rows& x, Rows& searched, double& travelled) {
   travelled += most;
 }
 
-// Contacts that go on keep their multipliers; both lists are sorted by node, collider and kind.
+// Contacts that go on keep their multipliers, those that hold as one the one that they have.
 void keep_pushes(bool friction, MuscleState& now) {
+  const std::vector<Contact>&before = now.contacts_before, &after = now.contacts;
+  now.push.assign(after.size(), 0.0);
+  if (friction) now.grip.assign(after.size(), Row{});
   const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
-  now.push.assign(now.contacts.size(), 0.0);
-  if (friction) now.grip.assign(now.contacts.size(), Row{});
   size_t old = 0;
-  for (size_t c = 0; c < now.contacts.size(); ++c) {
-    while (old < now.contacts_before.size() &&
-           key(now.contacts_before[old]) < key(now.contacts[c])) {
-      ++old;
-    }
-    if (old < now.contacts_before.size() && key(now.contacts_before[old]) == key(now.contacts[c])) {
-      now.push[c] = now.push_before[old];
-      if (old < now.grip_before.size()) now.grip[c] = now.grip_before[old];
-    }
+  for (size_t c = 0; c < after.size(); c = end_of_one(after, c)) {
+    while (old < before.size() && key(before[old]) < key(after[c])) ++old;
+    if (old == before.size() || key(before[old]) != key(after[c])) continue;
+    now.push[c] = now.push_before[old];
+    if (old < now.grip_before.size()) now.grip[c] = now.grip_before[old];
   }
 }
 

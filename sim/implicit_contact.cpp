@@ -75,14 +75,22 @@ void add_contacts(const Model& model, int m, State& state, Rows& f) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const double gap = model.scene.contact.settings.gap, friction = model.scene.contact.friction;
-  for (size_t c = 0; c < now.contacts.size(); ++c) {
-    const Contact& contact = now.contacts[c];
-    const Row n = to_row(contact.normal), x = now.x[contact.node];
+  for (size_t c = 0; c < now.contacts.size();) {
+    const size_t end = end_of_one(now.contacts, c);
+    const Row x = now.x[now.contacts[c].node];
+    size_t nearest = c;
+    double open = contact_gap(model, state, now.contacts[c], x, gap);
+    for (size_t k = c + 1; k < end; ++k) {
+      const double other = contact_gap(model, state, now.contacts[k], x, gap);
+      if (other < open) open = other, nearest = k;
+    }
+    const Contact& contact = now.contacts[nearest];
+    const Row n = to_row(contact.normal);
     const double before = now.push[c];
-    now.push[c] = std::max(0.0, before - contact_gap(model, state, contact, x, gap));
+    now.push[c] = std::max(0.0, before - open);
     Row to = x + (2.0 * now.push[c] - before) * n;
     if (friction > 0.0) {
-      const Row slip = across(n, x - point_now(model, state, contact) - now.apart[c]);
+      const Row slip = across(n, x - point_now(model, state, contact) - now.apart[nearest]);
       const Row grip_before = across(n, now.grip[c]);
       Row& grip = now.grip[c];
       grip = grip_before - slip;
@@ -91,6 +99,7 @@ void add_contacts(const Model& model, int m, State& state, Rows& f) {
       to += 2.0 * grip - grip_before;
     }
     f[contact.node] += contact_stiffness(muscle, contact.node) * to;
+    c = end;
   }
 }
 

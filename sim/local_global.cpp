@@ -101,9 +101,9 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
     now.diagonal[i] = muscle.mass[matrix.order[i]] * (inertia + drag + guide);
     if (still) now.diagonal[i] += kNearness * muscle.mass[matrix.order[i]];
   }
-  for (const Contact& contact : now.contacts) {
-    const int i = matrix.position[contact.node];
-    now.diagonal[i] += contact_stiffness(muscle, contact.node);
+  for (size_t c = 0; c < now.contacts.size(); c = end_of_one(now.contacts, c)) {
+    const int node = now.contacts[c].node;
+    now.diagonal[matrix.position[node]] += contact_stiffness(muscle, node);
   }
   if (now.diagonal != now.factored_diagonal) {
     now.factored_diagonal.clear();  // a factor that fails is of no diagonal

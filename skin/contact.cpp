@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace thew {
 namespace {
@@ -91,6 +92,24 @@ void order_contacts(std::vector<Contact>& contacts) {
   });
 }
 
+size_t end_of_one(const std::vector<Contact>& contacts, size_t c) {
+  const auto key = [&](size_t i) {
+    return std::tuple(contacts[i].node, contacts[i].other, contacts[i].of_face);
+  };
+  size_t end = c + 1;
+  while (contacts[c].of_face && end < contacts.size() && key(end) == key(c)) ++end;
+  return end;
+}
+
+Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric) {
+  Vec3 sum = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (barycentric[k] == 0.0) continue;
+    sum += barycentric[k] * node_normal(surface, x, surface.triangles[triangle][k]);
+  }
+  return sum.normalized();
+}
+
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
   if (std::abs(near.distance) < kTouching) return near.normal;
   return (p - near.point) / near.distance;
@@ -100,13 +119,10 @@ namespace {
 
 // On a wide flat face of a bone its own normal counts, so that nothing is left inside it when it
 // slides along; not where the node has come from the other side.
-Vec3 normal_against(const Collider& self, int node, const Collider& target,
-                    const ClosestPoint& found, const Vec3& p, double reach) {
-  const bool is_bone = target.free_nodes == nullptr;
-  const Vec3 face =
-      is_bone ? face_normal(*target.surface, *target.x, found.triangle) : Vec3::Zero();
-  const bool flat = is_bone && is_flat(*target.surface, *target.x, found.triangle, face,
-                                       found.barycentric, reach);
+Vec3 normal_against_bone(const Collider& self, int node, const Collider& bone,
+                         const ClosestPoint& found, const Vec3& p, double reach) {
+  const Vec3 face = face_normal(*bone.surface, *bone.x, found.triangle);
+  const bool flat = is_flat(*bone.surface, *bone.x, found.triangle, face, found.barycentric, reach);
   if (flat && found.distance > -kTouching) return face;
   const Vec3 own = node_normal(*self.surface, *self.x, node);
   return flat && own.dot(face) < 0.0 ? face : steady_normal(own, contact_normal(found, p));
@@ -121,7 +137,9 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const int nodes = static_cast<int>(self.x->size());
-  const double reach = std::max(settings.margin, settings.max_depth);
+  constexpr double kSoft = 2.0;  // two that give way may lie so much deeper in each other
+  const double let_go = std::max(settings.margin, settings.max_depth);
+  const double deepest = kSoft * settings.max_depth, reach = std::max(settings.margin, deepest);
   memory.others.resize(colliders.size());
   std::vector<double> owed;
   for (const int other : near) {
@@ -144,7 +162,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       ContactMemory::Other& known = memory.others[other];
       double& clear = known.clear[node];
       clear -= owed[k];
-      const double margin = is_pressed(node, other) ? reach : settings.margin;
+      const double margin = is_pressed(node, other) ? let_go : settings.margin;
       if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
       int& hint = known.triangle[node];
       ++memory.searches;
@@ -153,8 +171,13 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       clear = found.triangle < 0 ? reach : std::max(found.distance, 0.0);
       if (found.triangle < 0) continue;
       hint = found.triangle;
-      if (found.distance >= margin || found.distance <= -settings.max_depth) continue;
-      const Vec3 normal = normal_against(self, node, target, found, p, settings.margin);
+      const double most = target.free_nodes == nullptr ? settings.max_depth : deepest;
+      if (found.distance >= margin || found.distance <= -most) continue;
+      const Vec3 normal = target.free_nodes == nullptr
+                              ? normal_against_bone(self, node, target, found, p, settings.margin)
+                              : steady_normal(node_normal(*self.surface, *self.x, node),
+                                              smooth_normal(*target.surface, *target.x,
+                                                            found.triangle, found.barycentric));
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contact.offset = self.thickness + target.thickness;

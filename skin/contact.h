@@ -55,7 +55,7 @@ struct Contact {
 
 struct ContactSettings {
   double margin = 0.0015;    ///< m, how far ahead contacts are looked for
-  double max_depth = 0.006;  ///< m, deeper ones are looked for as well
+  double max_depth = 0.006;  ///< m, so deep ones too; twice so deep in what gives way itself
   double gap = 6e-4;         ///< m, kept between surfaces
   double spacing = 0.005;    ///< m, of held points against faces
 };
@@ -66,11 +66,18 @@ double recall(const Collider& a, const Collider& b, int points, ContactMemory::O
 /// Halfway between the other surface's normal and straight back into the mover, whose own normal
 /// does not flip.
 Vec3 steady_normal(const Vec3& own, const Vec3& normal);
+/// The corners' normals between them, which do not turn within the gap as a node slides over an
+/// edge.
+Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric);
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
 
 /// By node, then by collider; what there is of both in the order that it had.
 void order_contacts(std::vector<Contact>& contacts);
+
+/// Contacts [c, end) hold as one: of a node's face or faces with held points of one other surface,
+/// of which the nearest counts.
+size_t end_of_one(const std::vector<Contact>& contacts, size_t c);
 
 /// By collider: those others whose boxes are near enough for a contact, ascending. A sweep along
 /// the axis on which the boxes lie farthest apart.

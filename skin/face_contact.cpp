@@ -13,13 +13,7 @@ namespace thew {
 namespace {
 
 Vec3 normal_at(const Collider& collider, const SurfacePoint& point) {
-  Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 3; ++k) {
-    if (point.barycentric[k] == 0.0) continue;
-    const int node = collider.surface->triangles[point.triangle][k];
-    sum += point.barycentric[k] * node_normal(*collider.surface, *collider.x, node);
-  }
-  return sum.normalized();
+  return smooth_normal(*collider.surface, *collider.x, point.triangle, point.barycentric);
 }
 
 [[gnu::always_inline]] inline Row place_of(const Collider& collider, const SurfacePoint& point) {
@@ -130,29 +124,12 @@ std::vector<SurfacePoint> held_points(const Surface& surface, const Rows& rest,
 
 namespace {
 
-/// A contact and how far its node is to go for it, m.
-struct Share {
-  double way;
-  Contact contact;
-};
-
-// By node and collider, the longest way first.
-bool comes_before(const Share& a, const Share& b) {
-  const Contact &c = a.contact, &d = b.contact;
-  if (c.node != d.node) return c.node < d.node;
-  return c.other != d.other ? c.other < d.other : a.way > b.way;
-}
-
-bool same_place(const Share& a, const Share& b) {
-  return a.contact.node == b.contact.node && a.contact.other == b.contact.other;
-}
-
 // C = n . (sum w_k x_k - y) >= gap, w of a face's point, y the held one, for each free corner as a
 // contact of its own; together they hold C. Where it is violated each goes (gap - C) w_k / sum w^2
 // along n, the shortest way; where it is open each may come nearer by (C - gap) / sum w, or corners
 // far from the point would be held back by it. `with`: all but the node and its place.
 void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
-               const Contact& with, std::vector<Share>& shares) {
+               const Contact& with, std::vector<Contact>& contacts) {
   constexpr double kLeast = 0.1;  // below it a corner, or all of the face, is as good as held
   const Triangle& t = self.surface->triangles[face.triangle];
   const auto& w = face.barycentric;
@@ -171,7 +148,7 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
     contact.distance = with.normal.dot(to_vec((*self.x)[t[k]]) - y);
     const double way = missing > 0.0 ? missing * w[k] / squares : missing / sum;
     contact.offset = contact.distance - gap + way;
-    shares.push_back({way, contact});
+    contacts.push_back(contact);
   }
 }
 
@@ -227,7 +204,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   const double reach = std::max(settings.margin, settings.max_depth);
   const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
   memory.others.resize(colliders.size());
-  std::vector<Share> shares;
+  const size_t of_nodes = contacts.size();
   for (const int other : near) {
     const Collider& them = colliders[other];
     const std::vector<SurfacePoint>& points = *them.held_points;
@@ -259,20 +236,17 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       });
       if (found.distance >= (goes_on ? reach : settings.margin)) continue;
       if (found.distance <= -kShallow * settings.max_depth) continue;
-      const Vec3 out = contact_normal(found, y), own = normal_at(them, points[i]);
+      const Vec3 out = smooth_normal(*self.surface, *self.x, found.triangle, found.barycentric);
+      const Vec3 own = normal_at(them, points[i]);
       if (own.dot(out) > -0.5) continue;  // the far side of something thin
       Contact with{-1, other, points[i].triangle, {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
       with.offset = self.thickness + them.thickness;
-      share_out(self, found, y, settings.gap, with, shares);
+      share_out(self, found, y, settings.gap, with, contacts);
     }
   }
-  if (shares.empty()) return;
-  std::stable_sort(shares.begin(), shares.end(), comes_before);
-  shares.erase(std::unique(shares.begin(), shares.end(), same_place), shares.end());
-  for (const Share& share : shares) contacts.push_back(share.contact);
-  order_contacts(contacts);
+  if (contacts.size() > of_nodes) order_contacts(contacts);
 }
 
 }  // namespace thew

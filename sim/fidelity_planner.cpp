@@ -35,7 +35,7 @@ std::string text_of(const MuscleFidelity& muscle) {
 // The first trial with so many substeps, in their order of cost, that keeps muscle m.
 const Trial* find_trial(const Planner& planner, int m, int substeps) {
   for (const Trial& trial : planner.trials) {
-    if (trial.substeps == substeps && trial.error[m] <= kMargin * planner.tolerance) {
+    if (trial.substeps == substeps && trial.error[m] <= kMargin * planner.left(m)) {
       return &trial;
     }
   }
@@ -46,6 +46,15 @@ const Trial* find_trial(const Planner& planner, int m, int substeps) {
   throw Error(ExitCode::kUsage, planner.model.scene.solver.tolerance->place +
                                     ": solver.tolerance: " + why +
                                     "; give a larger tolerance, or integrator and substeps");
+}
+
+void refuse_unknown(const Planner& planner) {
+  for (int m = 0; m < planner.muscles(); ++m) {
+    if (planner.left(m) > 0.0) continue;
+    refuse_tolerance(planner, "of muscle \"" + planner.model.muscles[m].name +
+                                  "\" the refined step itself is known to " +
+                                  millimetres(planner.plan.muscles[m].refined_error) + " only");
+  }
 }
 
 // Trials at rising cost until each muscle has a level; leaves in the plan how many substeps.
@@ -122,7 +131,7 @@ bool raise(Planner& planner, int m, double error, bool in_check) {
   } else {
     const auto keeps = [&](const Trial& trial) {
       return trial.level == Level::kDynamic && trial.substeps == fidelity.substeps &&
-             trial.iterations >= more && trial.error[m] <= kMargin * planner.tolerance;
+             trial.iterations >= more && trial.error[m] <= kMargin * planner.left(m);
     };
     const auto trial = std::find_if(planner.trials.begin(), planner.trials.end(), keeps);
     muscle = {Level::kDynamic, trial == planner.trials.end() ? *next : trial->iterations, {}};
@@ -156,8 +165,10 @@ void find_uniform(Planner& planner) {
       run_trial(planner, {substeps, *next, Level::kDynamic, {}, {}});
       trial = std::prev(planner.trials.end());
     }
-    plan.uniform_keeps =
-        *std::max_element(trial->error.begin(), trial->error.end()) <= kMargin * planner.tolerance;
+    plan.uniform_keeps = true;
+    for (int m = 0; m < planner.muscles(); ++m) {
+      plan.uniform_keeps &= trial->error[m] <= kMargin * planner.left(m);
+    }
     plan.uniform_substeps = substeps;
     plan.uniform_iterations = *next;
     plan.uniform_work = sum(trial->work);
@@ -204,10 +215,10 @@ bool rehearse(Planner& planner) {
   bool all = true;
   for (int m = 0; m < planner.muscles(); ++m) {
     const double error = std::max(said[m].probed_error, said[m].checked_error);
-    if (error <= (last <= kShortClip ? kWholeMargin : kCheckMargin) * planner.tolerance) continue;
+    if (error <= (last <= kShortClip ? kWholeMargin : kCheckMargin) * planner.left(m)) continue;
     if (raise(planner, m, error, said[m].checked_error > said[m].probed_error)) {
       all = false;
-    } else if (error > planner.tolerance) {
+    } else if (error > planner.left(m)) {
       refuse_tolerance(planner, "muscle \"" + planner.model.muscles[m].name + "\" is " +
                                     millimetres(error) +
                                     " off the refined step at the finest level");
@@ -255,6 +266,7 @@ FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<
   for (const int frame : planner.checks) planner.plan.checked.push_back(scene.first_frame + frame);
   planner.plan.muscles.resize(planner.muscles());
   find_references(planner);
+  refuse_unknown(planner);
   choose(planner);
   for (int run = 1; !rehearse(planner); ++run) {
     if (run == kMostRuns)

@@ -17,6 +17,7 @@ struct ChosenMuscle {
   int iterations = 0;             ///< a step, 0 without forces
   std::string because;
   double probed_error = 0.0, checked_error = 0.0;  ///< largest of any node, in the frames below
+  double refined_error = 0.0;  ///< of the refined step itself, which the tolerance has to bear too
   double work = 0.0, uniform_work = 0.0;
 };
 struct FidelityPlan {

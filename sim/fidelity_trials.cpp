@@ -6,8 +6,7 @@
 namespace thew {
 namespace {
 
-// The finest that a chart knows, with as many iterations as show no difference to 40 (0.013 mm on
-// the arm).
+// The finest that a chart knows.
 constexpr int kReferenceSubsteps = 8, kReferenceIterations = 10;
 constexpr double kApart = 0.02;  // of the range of a path's length: knots are not closer
 
@@ -32,21 +31,24 @@ void keep(const State& state, Window& window) {
   }
 }
 
-// A short clip: the refined step through all of it.
-void refine_clip(Planner& planner, const Fidelity& fine) {
+// A short clip goes through as a whole; on_window(window, state).
+template <typename OnWindow>
+void refine_clip(Planner& planner, const Fidelity& fine, const OnWindow& on_window) {
   planner.model.fidelity = fine;
   const State end = run_clip(planner, [&](int frame, const State& state) {
     for (Window& window : planner.windows) {
       const bool begins = std::max(window.frame - kFramesBefore, 0) == frame;
-      if (begins && !planner.is_check(window)) window.before = pack_state(state);
-      if (window.frame == frame) keep(state, window);
+      if (begins && !planner.is_check(window) && window.x.empty()) {
+        window.before = pack_state(state);
+      }
+      if (window.frame == frame) on_window(window, state);
     }
   });
   planner.plan.probe_work += sum(work_of(end));
 }
 
 // A long one: a plain step through it, refined in the few frames up to each probe and check.
-void refine_windows(Planner& planner, const Fidelity& fine) {
+void run_up_to_windows(Planner& planner) {
   planner.model.fidelity = uniform(planner.model, 1, Level::kDynamic, 2);
   const State end = run_clip(planner, [&](int frame, const State& state) {
     for (Window& window : planner.windows) {
@@ -54,16 +56,21 @@ void refine_windows(Planner& planner, const Fidelity& fine) {
     }
   });
   planner.plan.probe_work += sum(work_of(end));
+}
+
+template <typename OnWindow>
+void refine_windows(Planner& planner, const Fidelity& fine, const OnWindow& on_window) {
   planner.model.fidelity = fine;
   const int count = static_cast<int>(planner.windows.size());
-  std::vector<double> work(count);
+  std::vector<State> states(count);
   planner.parallel.each(count, [&](int w) {
     double frames = 0.0;
-    const State state = run_window(planner, planner.windows[w], frames);
-    keep(state, planner.windows[w]);
-    work[w] = sum(work_of(state));
+    states[w] = run_window(planner, planner.windows[w], frames);
   });
-  planner.plan.probe_work += sum(work);
+  for (int w = 0; w < count; ++w) {
+    on_window(planner.windows[w], states[w]);
+    planner.plan.probe_work += sum(work_of(states[w]));
+  }
 }
 
 using Knots = std::vector<const Window*>;
@@ -110,13 +117,23 @@ double sum(const std::vector<double>& values) {
 }
 
 void find_references(Planner& planner) {
-  const Fidelity fine =
-      uniform(planner.model, kReferenceSubsteps, Level::kDynamic, kReferenceIterations);
-  if (planner.last <= kShortClip) {
-    refine_clip(planner, fine);
-  } else {
-    refine_windows(planner, fine);
-  }
+  const bool is_short = planner.last <= kShortClip;
+  const auto refine = [&](int substeps, const auto& on_window) {
+    const Fidelity fine = uniform(planner.model, substeps, Level::kDynamic, kReferenceIterations);
+    if (is_short) {
+      refine_clip(planner, fine, on_window);
+    } else {
+      refine_windows(planner, fine, on_window);
+    }
+  };
+  if (!is_short) run_up_to_windows(planner);
+  refine(kReferenceSubsteps, [](Window& window, const State& state) { keep(state, window); });
+  refine(kReferenceSubsteps / 2, [&](const Window& window, const State& state) {
+    for (int m = 0; m < state.count(); ++m) {
+      double& error = planner.plan.muscles[m].refined_error;
+      error = std::max(error, largest_distance(state.muscles[m].x, window.x[m]));
+    }
+  });
 }
 
 void run_trial(Planner& planner, Trial trial) {
@@ -179,7 +196,7 @@ bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double&
       most = std::max(most, 0.5 * here);
     }
     if (most < error) error = most, profile = std::move(through);
-    if (error <= kMargin * planner.tolerance) return true;
+    if (error <= kMargin * planner.left(m)) return true;
     if (!next) return false;
     knots.insert(std::upper_bound(knots.begin(), knots.end(), next, less), next);
   }

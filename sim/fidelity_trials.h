@@ -44,6 +44,8 @@ struct Planner {
   std::vector<Trial> trials = {};
   FidelityPlan plan = {};
 
+  // m, what the refined step leaves of the tolerance.
+  double left(int m) const { return tolerance - plan.muscles[m].refined_error; }
   int muscles() const { return static_cast<int>(model.muscles.size()); }
   double time_of(int frame) const { return frame / model.scene.fps; }  // frames counted from 0
   bool is_check(const Window& window) const { return checks.count(window.frame) > 0; }
@@ -75,7 +77,7 @@ State run_clip(Planner& planner, const OnFrame& on_frame) {
   return state;
 }
 
-/// The refined step in all windows.
+/// The refined step in all windows; its own error is taken from half as many substeps.
 void find_references(Planner& planner);
 /// Adds it to planner.trials with its errors and work in the probes.
 void run_trial(Planner& planner, Trial trial);

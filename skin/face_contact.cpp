@@ -130,7 +130,9 @@ namespace {
 // far from the point would be held back by it. `with`: all but the node and its place.
 void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
                const Contact& with, std::vector<Contact>& contacts) {
-  constexpr double kLeast = 0.1;  // below it a corner, or all of the face, is as good as held
+  constexpr double kLeast = 0.1;  // below it a corner is as good as held
+  constexpr double kHeld = 0.2;   // of the squares' sum; below it all of the face is ...
+  constexpr double kFades = 0.1;  // ... above it the share grows, without a jolt
   const Triangle& t = self.surface->triangles[face.triangle];
   const auto& w = face.barycentric;
   double sum = 0.0, squares = 0.0;
@@ -139,14 +141,15 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
     sum += w[k];
     squares += w[k] * w[k];
   }
-  if (squares < kLeast) return;
+  if (squares < kHeld) return;
+  const double share = std::min(1.0, (squares - kHeld) / kFades);
   const double missing = gap + with.offset - with.normal.dot(face.point - y);
   for (int k = 0; k < 3; ++k) {
     if (!(*self.free_nodes)[t[k]] || w[k] < kLeast) continue;
     Contact contact = with;
     contact.node = t[k];
     contact.distance = with.normal.dot(to_vec((*self.x)[t[k]]) - y);
-    const double way = missing > 0.0 ? missing * w[k] / squares : missing / sum;
+    const double way = missing > 0.0 ? share * missing * w[k] / squares : missing / sum;
     contact.offset = contact.distance - gap + way;
     contacts.push_back(contact);
   }

@@ -35,6 +35,7 @@ ordered_json chosen_as_json(const ChosenMuscle& muscle) {
           {"chosen_because", muscle.because},
           {"error_probed_m", muscle.probed_error},
           {"error_checked_m", muscle.checked_error},
+          {"error_refined_m", muscle.refined_error},
           {"work_per_frame", muscle.work},
           {"work_saved", saved(muscle.work, muscle.uniform_work)}};
 }

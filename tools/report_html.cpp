@@ -220,15 +220,17 @@ std::string fidelity(const Report& report) {
   const FidelityPlan& plan = *report.solver.plan;
   std::string html =
       "<h2>Fidelity</h2>\n<p>Tolerance " + readable(1e3 * report.solver.tolerance_m) +
-      " mm against the refined step, measured in " + count(plan.probed.size(), "probed frame") +
-      " and " + count(plan.checked.size(), "other") + " checked after the choice. It saves " +
-      percent_saved(plan.work, plan.uniform_work) + " of the work of all muscles alike (" +
-      count(plan.uniform_substeps, "substep") + " of " +
+      " mm, which the error against the refined step and its own (from half its substeps) share, "
+      "measured in " +
+      count(plan.probed.size(), "probed frame") + " and " + count(plan.checked.size(), "other") +
+      " checked after the choice. It saves " + percent_saved(plan.work, plan.uniform_work) +
+      " of the work of all muscles alike (" + count(plan.uniform_substeps, "substep") + " of " +
       count(plan.uniform_iterations, "iteration") +
       (plan.uniform_keeps ? "" : ", which misses it") + "); the probes took " +
       readable(report.solver.plan_seconds) +
       " s.</p>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Level</th>"
-      "<th>Error in probes<br>mm</th><th>Error in checks<br>mm</th><th>Work<br>saved</th>"
+      "<th>Error in probes<br>mm</th><th>Error in checks<br>mm</th><th>Refined "
+      "step<br>mm</th><th>Work<br>saved</th>"
       "<th>Because</th></tr></thead><tbody>\n";
   for (std::size_t m = 0; m < plan.muscles.size(); ++m) {
     const ChosenMuscle& chosen = plan.muscles[m];
@@ -236,6 +238,7 @@ std::string fidelity(const Report& report) {
     if (chosen.iterations > 0) level += ", " + count(chosen.iterations, "iteration");
     html += "<tr>" + cell(escape_html(in_words(report.muscles[m].name))) + cell(level) +
             cell(readable(1e3 * chosen.probed_error)) + cell(readable(1e3 * chosen.checked_error)) +
+            cell(readable(1e3 * chosen.refined_error)) +
             cell(percent_saved(chosen.work, chosen.uniform_work)) +
             cell(escape_html(chosen.because)) + "</tr>\n";
   }

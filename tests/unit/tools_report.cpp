@@ -126,8 +126,8 @@ TEST(Report, SaysWhatATolerancesChoiceIs) {
   report.solver.plan_seconds = 1.5;
   plan.muscles.resize(12);
   plan.muscles[4] = {
-      Level::kGeometric, 0, "the carried <shape> is within 0.2 mm", 2e-4, 3e-4, 100, 400};
-  plan.muscles[7] = {Level::kDynamic, 2, "1 iteration 0.78 mm off", 1e-4, 4e-4, 300, 300};
+      Level::kGeometric, 0, "the carried <shape> is within 0.2 mm", 2e-4, 3e-4, 0, 100, 400};
+  plan.muscles[7] = {Level::kDynamic, 2, "1 iteration 0.78 mm off", 1e-4, 4e-4, 5e-5, 300, 300};
   plan.probed = {1, 60};
   plan.checked = {2, 3, 4};
   plan.uniform_iterations = 2;
@@ -145,6 +145,7 @@ TEST(Report, SaysWhatATolerancesChoiceIs) {
   EXPECT_EQ(muscle["error_checked_m"], 3e-4);
   EXPECT_EQ(muscle["work_saved"], 0.75);
   EXPECT_EQ(read["muscles"][7]["fidelity"]["iterations"], 2);
+  EXPECT_EQ(read["muscles"][7]["fidelity"]["error_refined_m"], 5e-5);
   const std::string html = report_as_html(report, "");
   EXPECT_EQ(count(html, "<h2>Fidelity</h2>"), 1u);
   EXPECT_EQ(count(html, "dynamic, 2 iterations"), 1u);

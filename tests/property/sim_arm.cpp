@@ -330,6 +330,35 @@ void expect_no_jump(const std::string& name, size_t nodes, Position&& position) 
   }
 }
 
+// With the forearm alone turning: a node of the brachialis lies over an edge of the biceps.
+TEST(Arm, HalfTheStepTellsTheSame) {
+  const auto turn = [](const char* substeps) {
+    Model model = build_model(read_scene(
+        THEW_SOURCE_DIR "/assets/arm/arm.toml",
+        {"skin.enabled=false", substeps,
+         "rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [60, -30]] } }"}));
+    Parallel parallel(2);
+    StageSeconds unused;
+    State state = initial_state(model);
+    settle(model, parallel, state);
+    std::vector<std::vector<MuscleState>> frames;
+    for (int f = 1; f < 60; f += kStride) {
+      step_frame(model, f / model.scene.fps, parallel, state, unused);
+      frames.push_back(state.muscles);
+    }
+    return frames;
+  };
+  const auto whole = turn("solver.substeps=1"), half = turn("solver.substeps=2");
+  double most = 0.0;  // m
+  for (size_t f = 0; f < whole.size(); ++f) {
+    for (size_t m = 0; m < whole[f].size(); ++m) {
+      most = std::max(most, largest_distance(whole[f][m].x, half[f][m].x));
+    }
+  }
+  std::printf("%.3f mm\n", 1e3 * most);
+  EXPECT_LT(most, 2e-4);
+}
+
 TEST(Arm, NothingJumps) {
   const Flexion& run = arm();
   for (size_t m = 0; m < run.model.muscles.size(); ++m) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "rig/math.h"
 #include "skin/face_contact.h"
 #include "tests/unit/skin_shapes.h"
 
@@ -112,6 +113,58 @@ TEST(Contact, DeepNodesAreNotPulledThroughTheFarSide) {
     EXPECT_LE(contact.normal.dot(node_normal(pair.a.surface, pair.a.x, contact.node)), 1e-9)
         << contact.node;
   }
+}
+
+// rad, by which a contact's normal turns as a node goes round a cube's edge, 1 cm from it.
+double turn_over_an_edge(bool soft) {
+  const TriMesh box = cube(1.0);
+  const Vec3 edge(1.0, 1.0, 0.1);
+  const std::vector<char> is_free(box.vertices.size(), 1);
+  Vec3 first = Vec3::Zero();
+  double most = 0.0;
+  for (int degrees = 0; degrees <= 90; degrees += 15) {
+    const SinCos turn = sin_cos(degrees * kDegree);
+    // The foremost node of a small ball, which looks at the edge.
+    const Vec3 node = edge + 0.01 * Vec3(turn.sin, turn.cos, 0.0);
+    TriMesh mesh = ball(0.05, {0, 0, 0}, 8, 5);
+    const Vec3 diagonal = 0.05 * Vec3(1, 1, 0).normalized();
+    for (Vec3& p : mesh.vertices) p += node + diagonal;
+    mesh.vertices[0] = node;
+    const Shape a = make_shape(mesh), b = make_shape(box);
+    const std::vector<char> only_it = [&] {
+      std::vector<char> nodes(mesh.vertices.size(), 0);
+      nodes[0] = 1;
+      return nodes;
+    }();
+    const std::vector<Collider> colliders{
+        {&a.surface, &a.bvh, &a.x, &only_it, 1e3, box_of(a.x)},
+        {&b.surface, &b.bvh, &b.x, soft ? &is_free : nullptr, 1e3, box_of(b.x)}};
+    ContactMemory memory;
+    std::vector<Contact> contacts;
+    find_contacts(colliders, 0, {1}, {0.03, 0.1, 0.0}, {}, memory, contacts);
+    EXPECT_EQ(contacts.size(), 1u);
+    if (degrees == 0) first = contacts[0].normal;
+    most = std::max(most, (contacts[0].normal - first).norm());
+  }
+  return most;
+}
+
+// Or a node would go from the one side to the other from step to step.
+TEST(Contact, NormalsTurnSlowlyOverASoftEdge) {
+  EXPECT_LT(turn_over_an_edge(true), 0.02);
+  EXPECT_GT(turn_over_an_edge(false), 0.5) << "of bone it is the way to the node";
+}
+
+TEST(Contact, HeldPointsOfOneSurfaceHoldANodeAsOne) {
+  std::vector<Contact> contacts;
+  const auto add = [&](int node, int other, bool of_face) {
+    contacts.push_back({.node = node, .other = other, .of_face = of_face});
+  };
+  add(3, 1, true), add(3, 0, false), add(3, 1, true), add(2, 1, true), add(3, 1, false);
+  order_contacts(contacts);
+  std::vector<size_t> ends;
+  for (size_t c = 0; c < contacts.size(); c = ends.back()) ends.push_back(end_of_one(contacts, c));
+  EXPECT_EQ(ends, (std::vector<size_t>{1, 2, 4, 5}));
 }
 
 // A held ball of 0.1 m over the middle of a face of a free one, whose nodes are 0.3 m away.

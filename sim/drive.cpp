@@ -156,7 +156,7 @@ void keep_pushes(bool friction, MuscleState& now) {
   for (size_t c = 0; c < after.size(); c = end_of_one(after, c)) {
     while (old < before.size() && key(before[old]) < key(after[c])) ++old;
     if (old == before.size() || key(before[old]) != key(after[c])) continue;
-    now.push[c] = now.push_before[old];
+    now.push[c] = now.push_before[pressing_one(now.push_before, old, end_of_one(before, old))];
     if (old < now.grip_before.size()) now.grip[c] = now.grip_before[old];
   }
 }

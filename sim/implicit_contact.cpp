@@ -72,29 +72,31 @@ void begin_contacts(const Model& model, int m, double h, State& state) {
 }
 
 void add_contacts(const Model& model, int m, State& state, Rows& f) {
+  constexpr double kNearer = 1e-5;  // m, or two that hold a node would take turns without end
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const double gap = model.scene.contact.settings.gap, friction = model.scene.contact.friction;
   for (size_t c = 0; c < now.contacts.size();) {
     const size_t end = end_of_one(now.contacts, c);
     const Row x = now.x[now.contacts[c].node];
-    size_t nearest = c;
-    double open = contact_gap(model, state, now.contacts[c], x, gap);
-    for (size_t k = c + 1; k < end; ++k) {
+    size_t nearest = pressing_one(now.push, c, end);
+    const double before = now.push[nearest];
+    double open = contact_gap(model, state, now.contacts[nearest], x, gap);
+    for (size_t k = c; k < end; ++k) {
       const double other = contact_gap(model, state, now.contacts[k], x, gap);
-      if (other < open) open = other, nearest = k;
+      if (other < open - kNearer) open = other, nearest = k;
     }
     const Contact& contact = now.contacts[nearest];
     const Row n = to_row(contact.normal);
-    const double before = now.push[c];
-    now.push[c] = std::max(0.0, before - open);
-    Row to = x + (2.0 * now.push[c] - before) * n;
+    std::fill(now.push.begin() + c, now.push.begin() + end, 0.0);
+    now.push[nearest] = std::max(0.0, before - open);
+    Row to = x + (2.0 * now.push[nearest] - before) * n;
     if (friction > 0.0) {
       const Row slip = across(n, x - point_now(model, state, contact) - now.apart[nearest]);
       const Row grip_before = across(n, now.grip[c]);
       Row& grip = now.grip[c];
       grip = grip_before - slip;
-      const double size = norm(grip), most = friction * now.push[c];
+      const double size = norm(grip), most = friction * now.push[nearest];
       if (size > most) grip *= most / size;
       to += 2.0 * grip - grip_before;
     }

@@ -101,6 +101,12 @@ size_t end_of_one(const std::vector<Contact>& contacts, size_t c) {
   return end;
 }
 
+size_t pressing_one(const std::vector<double>& push, size_t c, size_t end) {
+  const auto presses = [](double p) { return p > 0.0; };
+  const auto found = std::find_if(push.begin() + c, push.begin() + end, presses);
+  return found == push.begin() + end ? c : found - push.begin();
+}
+
 Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric) {
   Vec3 sum = Vec3::Zero();
   for (int k = 0; k < 3; ++k) {

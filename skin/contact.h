@@ -78,6 +78,8 @@ void order_contacts(std::vector<Contact>& contacts);
 /// Contacts [c, end) hold as one: of a node's face or faces with held points of one other surface,
 /// of which the nearest counts.
 size_t end_of_one(const std::vector<Contact>& contacts, size_t c);
+/// That of them which presses, or the first.
+size_t pressing_one(const std::vector<double>& push, size_t c, size_t end);
 
 /// By collider: those others whose boxes are near enough for a contact, ascending. A sweep along
 /// the axis on which the boxes lie farthest apart.

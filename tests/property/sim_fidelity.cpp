@@ -164,7 +164,7 @@ TEST(Fidelity, WhatCannotBeKeptIsRefused) {
     EXPECT_EQ(message.substr(0, 24), "here: solver.tolerance: ") << message;
     EXPECT_NE(message.find("give a larger tolerance"), std::string::npos) << message;
   }
-  const std::string unknown = refusal("pressed", 1e-3);
+  const std::string unknown = refusal("pressed", 1e-6);
   EXPECT_NE(unknown.find("the refined step itself is known to "), std::string::npos) << unknown;
 }
 

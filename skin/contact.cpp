@@ -123,14 +123,22 @@ Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
 
 namespace {
 
-// On a wide flat face of a bone its own normal counts, so that nothing is left inside it when it
-// slides along; not where the node has come from the other side.
-Vec3 normal_against_bone(const Collider& self, int node, const Collider& bone,
-                         const ClosestPoint& found, const Vec3& p, double reach) {
-  const Vec3 face = face_normal(*bone.surface, *bone.x, found.triangle);
-  const bool flat = is_flat(*bone.surface, *bone.x, found.triangle, face, found.barycentric, reach);
+// What gives way is met along its smooth normal. On a wide flat face of a bone its own counts, so
+// that nothing is left inside it when it slides along; not where the node has come from the other
+// side.
+Vec3 normal_against(const Collider& self, int node, const Collider& target,
+                    const ClosestPoint& found, const Vec3& p, double reach) {
+  const Surface& surface = *target.surface;
+  const Rows& x = *target.x;
+  const auto own_normal = [&] { return node_normal(*self.surface, *self.x, node); };
+  if (target.free_nodes != nullptr) {
+    return steady_normal(own_normal(),
+                         smooth_normal(surface, x, found.triangle, found.barycentric));
+  }
+  const Vec3 face = face_normal(surface, x, found.triangle);
+  const bool flat = is_flat(surface, x, found.triangle, face, found.barycentric, reach);
   if (flat && found.distance > -kTouching) return face;
-  const Vec3 own = node_normal(*self.surface, *self.x, node);
+  const Vec3 own = own_normal();
   return flat && own.dot(face) < 0.0 ? face : steady_normal(own, contact_normal(found, p));
 }
 
@@ -179,11 +187,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       hint = found.triangle;
       const double most = target.free_nodes == nullptr ? settings.max_depth : deepest;
       if (found.distance >= margin || found.distance <= -most) continue;
-      const Vec3 normal = target.free_nodes == nullptr
-                              ? normal_against_bone(self, node, target, found, p, settings.margin)
-                              : steady_normal(node_normal(*self.surface, *self.x, node),
-                                              smooth_normal(*target.surface, *target.x,
-                                                            found.triangle, found.barycentric));
+      const Vec3 normal = normal_against(self, node, target, found, p, settings.margin);
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contact.offset = self.thickness + target.thickness;

@@ -105,10 +105,12 @@ void give_up_slow(const Scene& scene, const ChartSetting& reference, double long
     return "given up: its first frame takes about " + std::to_string(std::lround(1e3 * seconds)) +
            " ms of CPU, over three times the reference's";
   };
-  for (ChartPoint& point : chart.points) point.failure = refusal(point.setting);
+  for (ChartPoint& point : chart.points) {
+    if (point.failure.empty()) point.failure = refusal(point.setting);
+  }
   const int frames = chart.frames + static_cast<int>(std::lround(scene.settle * scene.fps));
   for (Refinement& refinement : chart.refinements) {
-    if (refinement.settings.back() == reference) continue;
+    if (refinement.settings.back() == reference || !refinement.failure.empty()) continue;
     const double seconds = frames * first_frame(scene, refinement.settings.back());
     if (seconds <= longest_run) continue;
     refinement.failure = "given up: its finest run would take about " +

@@ -130,9 +130,9 @@ TEST(Fidelity, WhatNothingMovesSleeps) {
 
 // A muscle that only a press moves: nothing of its own path does.
 TEST(Fidelity, WhatIsTouchedIsAwake) {
-  const Outcome out = outcome_of("pressed", {}, 3e-3);
+  const Outcome out = outcome_of("pressed", {}, 2e-3);
   EXPECT_NE(out.plan.muscles[0].level, Level::kAsleep);
-  EXPECT_LE(out.error, 3e-3);
+  EXPECT_LE(out.error, 2e-3);
   EXPECT_LE(out.volume_error, 1e-12);
 }
 

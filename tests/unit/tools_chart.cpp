@@ -42,9 +42,8 @@ TEST(ChartSettings, HaveZonesWhereTheSceneAsksForThem) {
   Scene scene;
   const auto zonal = [&] {
     const std::vector<ChartSetting> settings = chart_settings(scene);
-    return std::count_if(settings.begin(), settings.end(), [](const ChartSetting& setting) {
-      return setting.volume == "zonal";
-    });
+    return std::count_if(settings.begin(), settings.end(),
+                         [](const ChartSetting& setting) { return setting.volume == "zonal"; });
   };
   EXPECT_EQ(zonal(), 0);
   EXPECT_EQ(chart_refinements(8, "linear")[0].settings.back().volume, "exact");
@@ -112,6 +111,23 @@ TEST(Chart, OfOneMuscle) {
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("class=\"default\""), std::string::npos);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+// A muscle's contact with itself is known to two integrators alone: the others are not run without.
+TEST(Chart, SaysWhatCannotSolveTheScenesContact) {
+  const Chart chart = run_chart({.scene = THEW_SOURCE_DIR "/tests/scenes/horseshoe/scene.toml",
+                                 .last = 3,
+                                 .threads = 2,
+                                 .repetitions = 1,
+                                 .longest_run = kLongestRun});
+  for (const ChartPoint& point : chart.points) {
+    const std::string& integrator = point.setting.integrator;
+    const bool knows = integrator == "local_global" || integrator == "quasi_static";
+    EXPECT_EQ(point.failure.starts_with("cannot solve the scene's friction"), !knows) << integrator;
+  }
+  EXPECT_EQ(chart.refinements.size(), 3u);
+  EXPECT_EQ(chart.refinements[0].failure, "");
+  for (int k = 1; k < 3; ++k) EXPECT_NE(chart.refinements[k].failure, "");
 }
 
 class ChartPicture : public TempFolder {};

@@ -194,16 +194,13 @@ double farthest_in_view(const NewOptions& options) {
 
 // A hand longer than the template's was cut off.
 TEST_F(NewScene, ViewsShowTheWholeArm) {
-  for (const char* side : {"right", "left"}) {
-    const double far = farthest_in_view(asked(kFigure, side));
-    EXPECT_LT(far, 0.95) << side;
-    EXPECT_GT(far, 0.6) << side;
+  for (const auto& [file, scale] : characters()) {
+    for (const char* side : {"right", "left"}) {
+      const double far = farthest_in_view(asked(file, side, scale));
+      EXPECT_LT(far, 0.95) << file << side;
+      EXPECT_GT(far, 0.6) << file << side;
+    }
   }
-}
-
-TEST_F(NewScene, ViewsShowTheWholeArmOfTheMan) {
-  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
-  EXPECT_LT(farthest_in_view(asked(data("cesium_man.gltf"), "right")), 0.95);
 }
 
 TEST_F(NewScene, DoubtIsToldWithItsCandidates) {

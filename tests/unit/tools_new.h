@@ -31,6 +31,24 @@ class NewScene : public TempFolder {
   }
 };
 
+struct Found {
+  fs::path file;
+  double scale;
+};
+// The project's own and, of the real inputs, those that are there.
+inline std::vector<Found> characters() {
+  std::vector<Found> found = {{kFigure, 1.0}};
+  for (const auto& [name, scale] : {std::pair("cesium_man.gltf", 1.0), {"robot.glb", 0.4}}) {
+    const fs::path file = fs::path(THEW_SHARED_DATA) / name;
+    if (fs::exists(file)) {
+      found.push_back({file, scale});
+    } else {
+      std::printf("%s is not there\n", name);
+    }
+  }
+  return found;
+}
+
 // The new scene, settled.
 struct MadeArm {
   Model model;

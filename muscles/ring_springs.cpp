@@ -183,6 +183,9 @@ struct RingPass {
     for (size_t s = first; s < last; ++s) {
       const RingSprings::Slice& at = rings.slices[s];
       switch (at.degree) {
+        case 4:
+          slice<kGradient, 4>(at);
+          break;
         case 5:
           slice<kGradient, 5>(at);
           break;
@@ -191,6 +194,9 @@ struct RingPass {
           break;
         case 7:
           slice<kGradient, 7>(at);
+          break;
+        case 8:
+          slice<kGradient, 8>(at);
           break;
         default:
           slice<kGradient, 0>(at);

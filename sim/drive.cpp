@@ -137,13 +137,8 @@ void refit_all(const Model& model, Parallel& parallel, State& state) {
 
 namespace {
 
-// Adds the most that a node moved since the last search.
-void note_motion(const Rows& x, Rows& searched, double& travelled) {
-  constexpr double kAnywhere = 1e3;  // m, before the first search
-  double most = kAnywhere;
-  if (searched.size() == x.size()) most = largest_distance(x, searched);
-  searched = x;
-  travelled += most;
+Followed& followed(State& state, int c) {
+  return c < state.count() ? state.muscles[c].followed : state.bones[c - state.count()].followed;
 }
 
 // Contacts that go on keep their multipliers, those that hold as one the one that they have.
@@ -174,12 +169,9 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   for (const Collider& collider : colliders) thickest = std::max(thickest, collider.thickness);
   settings.margin += 2.0 * thickest;
   for (size_t c = 0; c < colliders.size(); ++c) {
-    const size_t b = c - state.muscles.size();
-    const bool is_bone = c >= state.muscles.size();
-    double& travelled = is_bone ? state.bones[b].travelled : state.muscles[c].travelled;
-    note_motion(*colliders[c].x, is_bone ? state.bones[b].searched : state.muscles[c].searched,
-                travelled);
-    colliders[c].travelled = travelled;
+    Followed& body = followed(state, static_cast<int>(c));
+    body.go_on(*colliders[c].x);
+    colliders[c].followed = &body;
     colliders[c].box = box_of(*colliders[c].x);
   }
   std::vector<std::vector<int>> near = near_pairs(colliders, settings);
@@ -191,7 +183,11 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     for (const int other : near[m]) wanted[m] = wanted[other] = 1;
   }
   parallel.each(static_cast<int>(colliders.size()), [&](int c) {
-    if (wanted[c]) refit(model, c, state);
+    if (!wanted[c]) return;
+    refit(model, c, state);
+    const Collider& it = colliders[c];
+    Followed& body = followed(state, c);
+    note_parts(*it.surface, *it.bvh, *it.x, body.before, body.parts);
   });
   parallel.each(state.count(), [&](int m) {
     MuscleState& now = state.muscles[m];

@@ -238,7 +238,7 @@ void begin_frame(State& state) {
 void take_back(State& state) {
   for (MuscleState& muscle : state.muscles) {
     static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
-    muscle.searched.clear();  // the next search knows of no motion
+    muscle.followed.x.clear();  // the next search knows of no motion
     muscle.shaped = false;
   }
   static_cast<SkinMotion&>(state.skin) = state.skin_before;

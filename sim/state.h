@@ -40,8 +40,7 @@ struct MuscleState : MuscleMotion {
   std::vector<double> rest_before;   ///< rest lengths a step before
   Bvh bvh;
   ContactMemory memory, face_memory;
-  Rows searched;              ///< x when contacts were last looked for
-  double travelled = 0.0;     ///< m, from search to search, see Collider
+  Followed followed;
   MuscleMotion frame_before;  ///< to go back to
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
@@ -68,8 +67,8 @@ struct MuscleState : MuscleMotion {
 };
 
 struct BoneState {
-  Rows x, searched;
-  double travelled = 0.0;
+  Rows x;
+  Followed followed;
   Bvh bvh;
   bool fitted = true;  ///< the tree is of x
   double moved = 0.0;  ///< m, the most that a node moved in the last step

@@ -257,6 +257,15 @@ void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
   }
 }
 
+double box_distance(const Bvh& bvh, const Row& p) {
+  double squared = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double off = std::max({bvh.nodes[0].lo[k] - p[k], p[k] - bvh.nodes[0].hi[k], 0.0});
+    squared += off * off;
+  }
+  return std::sqrt(squared);
+}
+
 ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p,
                            double bound, int hint) {
   ClosestPoint best;

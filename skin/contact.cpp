@@ -10,15 +10,6 @@ namespace {
 
 constexpr double kTouching = 1e-7;  // m; nearer, rounding would set a direction
 
-bool in_reach(const Bvh& bvh, const Vec3& p, double reach) {
-  if (bvh.order.empty()) return false;
-  const Bvh::Node& root = bvh.nodes[0];
-  for (int k = 0; k < 3; ++k) {
-    if (p[k] < root.lo[k] - reach || p[k] > root.hi[k] + reach) return false;
-  }
-  return true;
-}
-
 // Whether the surface is flat round a point of a triangle, as far as `reach` (m).
 bool is_flat(const Surface& surface, const Rows& x, int triangle, const Vec3& face,
              const double* barycentric, double reach) {
@@ -45,14 +36,12 @@ Vec3 steady_normal(const Vec3& own, const Vec3& normal) {
   return length > 0.1 ? Vec3(sum / length) : Vec3(-own);
 }
 
-double recall(const Collider& a, const Collider& b, int points, ContactMemory::Other& known) {
-  constexpr double kRounding = 1e-9;  // m, of the sums
-  const double travelled = a.travelled + b.travelled;
-  const double owed = travelled - known.travelled + kRounding;
-  known.travelled = travelled;
-  known.triangle.resize(points, -1);
-  known.clear.resize(points, 0.0);
-  return owed;
+std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face) {
+  std::vector<int> nodes;
+  for (const Contact& c : pressing) {
+    if (c.of_face == of_face && c.other == other) nodes.push_back(c.node);
+  }
+  return nodes;
 }
 
 std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
@@ -153,40 +142,31 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   const int nodes = static_cast<int>(self.x->size());
   constexpr double kSoft = 2.0;  // two that give way may lie so much deeper in each other
   const double let_go = std::max(settings.margin, settings.max_depth);
-  const double deepest = kSoft * settings.max_depth, reach = std::max(settings.margin, deepest);
   memory.others.resize(colliders.size());
-  std::vector<double> owed;
   for (const int other : near) {
-    owed.push_back(recall(self, colliders[other], nodes, memory.others[other]));
-  }
-  auto pressed = pressing.begin();
-  const auto is_pressed = [&](int node, int other) {
-    const auto before = [&] {
-      return pressed->node < node || (pressed->node == node && pressed->other < other);
-    };
-    while (pressed != pressing.end() && (before() || pressed->of_face)) ++pressed;
-    return pressed != pressing.end() && pressed->node == node && pressed->other == other;
-  };
-  for (int node = 0; node < nodes; ++node) {
-    if (!(*self.free_nodes)[node]) continue;
-    const Vec3 p = to_vec((*self.x)[node]);
-    for (size_t k = 0; k < near.size(); ++k) {
-      const int other = near[k];
-      const Collider& target = colliders[other];
-      ContactMemory::Other& known = memory.others[other];
+    const Collider& target = colliders[other];
+    ContactMemory::Other& known = memory.others[other];
+    const Approach approach = recall(self, target, nodes, settings.margin, known);
+    const std::vector<int> pressed = pressed_nodes(pressing, other, false);
+    const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoft) * settings.max_depth;
+    const double reach = std::max(settings.margin, deepest);
+    for (int node = 0; node < nodes; ++node) {
+      if (!(*self.free_nodes)[node]) continue;
       double& clear = known.clear[node];
-      clear -= owed[k];
-      const double margin = is_pressed(node, other) ? let_go : settings.margin;
-      if (clear >= margin || !in_reach(*target.bvh, p, margin)) continue;
-      int& hint = known.triangle[node];
+      const double before = clear;
+      clear = lowered(approach, approach.nearing.empty() ? 0 : self.followed->parts.of_node[node],
+                      clear);
+      if (clear >= let_go) continue;
+      const bool goes_on = std::binary_search(pressed.begin(), pressed.end(), node);
+      const double margin = goes_on ? let_go : settings.margin;
+      if (clear >= margin) continue;
+      const Row x = (*self.x)[node];
+      const Row way = approach.nearing.empty() ? Row{} : x - self.followed->before[node];
+      if (!may_be_near(approach, x, way, margin, before, clear)) continue;
+      const Vec3 p = to_vec(x);
       ++memory.searches;
-      const ClosestPoint found =
-          closest_point(*target.surface, *target.bvh, *target.x, p, reach, hint);
-      clear = found.triangle < 0 ? reach : std::max(found.distance, 0.0);
-      if (found.triangle < 0) continue;
-      hint = found.triangle;
-      const double most = target.free_nodes == nullptr ? settings.max_depth : deepest;
-      if (found.distance >= margin || found.distance <= -most) continue;
+      const ClosestPoint found = look(target, p, margin, reach, node, known);
+      if (found.triangle < 0 || found.distance >= margin || found.distance <= -deepest) continue;
       const Vec3 normal = normal_against(self, node, target, found, p, settings.margin);
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
@@ -194,6 +174,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       contacts.push_back(contact);
     }
   }
+  order_contacts(contacts);
 }
 
 }  // namespace thew

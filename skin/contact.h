@@ -1,44 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
-#include "skin/surface.h"
+#include "skin/contact_memory.h"
 
 namespace thew {
-
-/// A point of a surface, fixed to one of its triangles.
-struct SurfacePoint {
-  int triangle = -1;
-  double barycentric[3] = {0, 0, 0};
-};
-
-/// A surface as contact sees it. Rigid bones have no free node.
-struct Collider {
-  const Surface* surface = nullptr;
-  const Bvh* bvh = nullptr;
-  const Rows* x = nullptr;
-  const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
-  /// m, the sum over all searches of the most that a node had moved since the one before.
-  double travelled = 0.0;
-  NodeBox box = {};  ///< of the nodes; what is not near needs no tree
-  const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
-  double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
-};
-
-/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
-/// node and collider, and a distance (m) within which there surely is nothing of it.
-struct ContactMemory {
-  /// By node of the mover; empty until the two have been near each other once.
-  struct Other {
-    std::vector<int> triangle;
-    std::vector<double> clear;
-    double travelled = 0.0;  ///< m, of both, when `clear` was last looked at
-  };
-  std::vector<Other> others;  ///< by collider
-  std::int64_t searches = 0;  ///< made since the start
-};
 
 /// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a
 /// triangle of it: normal . (x_node - sum b_k y_k) >= gap + offset.
@@ -60,8 +27,8 @@ struct ContactSettings {
   double spacing = 0.005;    ///< m, of held points against faces
 };
 
-/// m, what two can have come nearer at most since `known`, of `points` points, was looked at last.
-double recall(const Collider& a, const Collider& b, int points, ContactMemory::Other& known);
+/// The nodes at which a contact with `other` bore a force, ascending.
+std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face);
 
 /// Halfway between the other surface's normal and straight back into the mover, whose own normal
 /// does not flip.

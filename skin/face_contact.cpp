@@ -16,9 +16,9 @@ Vec3 normal_at(const Collider& collider, const SurfacePoint& point) {
   return smooth_normal(*collider.surface, *collider.x, point.triangle, point.barycentric);
 }
 
-[[gnu::always_inline]] inline Row place_of(const Collider& collider, const SurfacePoint& point) {
+[[gnu::always_inline]] inline Row place_of(const Collider& collider, const Rows& x,
+                                           const SurfacePoint& point) {
   const Triangle& t = collider.surface->triangles[point.triangle];
-  const Rows& x = *collider.x;
   const auto& b = point.barycentric;
   return b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
 }
@@ -93,7 +93,7 @@ std::vector<SurfacePoint> held_points(const Surface& surface, const Rows& rest,
     }
   }
   const auto add = [&](const SurfacePoint& point) {
-    const Vec3 p = to_vec(place_of(at_rest, point));
+    const Vec3 p = to_vec(place_of(at_rest, rest, point));
     if (taken.take(p, normal_at(at_rest, point))) points.push_back(point);
   };
   for (size_t node = 0; node < rest.size(); ++node) {
@@ -179,18 +179,22 @@ NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<cha
   return true;
 }
 
-double distance_to(const NodeBox& box, const Row& p) {
-  const Row zero = {}, below = box.low - p, above = p - box.high;
-  return norm((below > zero ? below : zero) + (above > zero ? above : zero));
-}
-
-// The nodes at which such a contact bore a force in the step before, ascending.
-std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other) {
-  std::vector<int> nodes;
-  for (const Contact& c : pressing) {
-    if (c.of_face && c.other == other) nodes.push_back(c.node);
+// Of the triangles round nodes, and `reach` (m) beyond.
+NodeBox box_round(const Surface& surface, const Rows& x, const std::vector<int>& nodes,
+                  double reach) {
+  NodeBox box;
+  std::swap(box.low, box.high);
+  const Row around = {reach, reach, reach, 0.0};
+  for (const int node : nodes) {
+    for (const int t : surface.vertex_triangles[node]) {
+      for (const int corner : surface.triangles[t]) {
+        const Row low = x[corner] - around, high = x[corner] + around;
+        box.low = low < box.low ? low : box.low;
+        box.high = high > box.high ? high : box.high;
+      }
+    }
   }
-  return nodes;
+  return box;
 }
 
 }  // namespace
@@ -206,33 +210,41 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   if (self.free_nodes == nullptr) return;
   const double reach = std::max(settings.margin, settings.max_depth);
   const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
+  const Row around = {reach, reach, reach, 0.0};
+  const NodeBox within = {box.low - around, box.high + around};
   memory.others.resize(colliders.size());
   const size_t of_nodes = contacts.size();
   for (const int other : near) {
     const Collider& them = colliders[other];
     const std::vector<SurfacePoint>& points = *them.held_points;
     ContactMemory::Other& known = memory.others[other];
-    const double owed = recall(self, them, static_cast<int>(points.size()), known);
-    const std::vector<int> pressed = pressed_nodes(pressing, other);
-    const double farthest = pressed.empty() ? settings.margin : reach;
-    const Row around = {farthest, farthest, farthest, 0.0};
-    const NodeBox within = {box.low - around, box.high + around};
+    const Approach approach =
+        recall(them, self, static_cast<int>(points.size()), settings.margin, known);
+    const std::vector<int> pressed = pressed_nodes(pressing, other, true);
+    const NodeBox goes_on_in = box_round(*self.surface, *self.x, pressed, reach);
     for (size_t i = 0; i < points.size(); ++i) {
       double& clear = known.clear[i];
-      clear -= owed;
-      if (clear >= farthest) continue;
-      const Row place = place_of(them, points[i]);
+      const double before = clear;
+      clear = lowered(
+          approach,
+          approach.nearing.empty() ? 0 : them.followed->parts.of_triangle[points[i].triangle],
+          clear);
+      if (clear >= (pressed.empty() ? settings.margin : reach)) continue;
+      const Row place = place_of(them, *them.x, points[i]);
       if (!is_within(within, place)) {
-        clear = distance_to(box, place);
+        note_box(*self.bvh, place, clear);
         continue;
       }
+      const double farthest = is_within(goes_on_in, place) ? reach : settings.margin;
+      if (clear >= farthest) continue;
+      const Row way = approach.nearing.empty()
+                          ? Row{}
+                          : place - place_of(them, them.followed->before, points[i]);
+      if (!may_be_near(approach, place, way, farthest, before, clear)) continue;
       const Vec3 y = to_vec(place);
       ++memory.searches;
-      const ClosestPoint found =
-          closest_point(*self.surface, *self.bvh, *self.x, y, reach, known.triangle[i]);
-      clear = found.triangle < 0 ? reach : std::max(found.distance, 0.0);
+      const ClosestPoint found = look(self, y, farthest, reach, static_cast<int>(i), known);
       if (found.triangle < 0) continue;
-      known.triangle[i] = found.triangle;
       const Triangle& t = self.surface->triangles[found.triangle];
       const bool goes_on = std::any_of(t.begin(), t.end(), [&](int node) {
         return std::binary_search(pressed.begin(), pressed.end(), node);

@@ -5,20 +5,6 @@
 #include <cmath>
 
 namespace thew {
-namespace {
-
-// Squared distance from p to the box of the whole surface.
-double box_distance(const Bvh& bvh, const Vec3& p) {
-  const Bvh::Node& root = bvh.nodes[0];
-  double sum = 0.0;
-  for (int k = 0; k < 3; ++k) {
-    const double d = std::max({root.lo[k] - p[k], p[k] - root.hi[k], 0.0});
-    sum += d * d;
-  }
-  return std::sqrt(sum);
-}
-
-}  // namespace
 
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
                 int node, std::vector<int>& hints, FleshPlanes& planes) {
@@ -36,7 +22,7 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
     // Beyond the nearest by the bridging radius a surface has no weight.
     const bool outside = count > 0 && found[0].distance >= 0.0;
     const double bound = outside ? std::min(reach, found[0].distance + bridging) : reach;
-    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, p) > bound) return;
+    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_row(p)) > bound) return;
     const ClosestPoint near =
         closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
     if (near.triangle < 0) return;

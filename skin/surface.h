@@ -48,6 +48,8 @@ struct Bvh {
 };
 Bvh build_bvh(const Surface& surface, const Rows& x);
 void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh);
+/// m, of a point outside of the box of all of it, 0 inside. The tree is not empty.
+double box_distance(const Bvh& bvh, const Row& p);
 
 /// The nearest point of a surface. `distance` is signed, negative inside, by the angle-weighted
 /// pseudonormal of the feature (Baerentzen and Aanaes 2005).

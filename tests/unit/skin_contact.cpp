@@ -14,16 +14,14 @@ struct Pair {
   Shape a, b;
   std::vector<char> free_nodes;
   ContactMemory memory;
-  double travelled = 0.0;
   std::vector<Contact> contacts;
 
   Pair(const TriMesh& one, const TriMesh& two)
       : a(make_shape(one)), b(make_shape(two)), free_nodes(one.vertices.size(), 1) {}
   const std::vector<Contact>& find(const ContactSettings& settings, bool ignored = false) {
-    travelled += 1e3;  // they may be anywhere since
     const std::vector<Collider> colliders{
-        {&a.surface, &a.bvh, &a.x, &free_nodes, travelled, box_of(a.x)},
-        {&b.surface, &b.bvh, &b.x, nullptr, travelled, box_of(b.x)}};
+        {&a.surface, &a.bvh, &a.x, &free_nodes, nullptr, box_of(a.x)},
+        {&b.surface, &b.bvh, &b.x, nullptr, nullptr, box_of(b.x)}};
     const std::vector<int> near = near_pairs(colliders, settings)[0];
     find_contacts(colliders, 0, ignored ? std::vector<int>{} : near, settings, {}, memory,
                   contacts);
@@ -137,8 +135,8 @@ double turn_over_an_edge(bool soft) {
       return nodes;
     }();
     const std::vector<Collider> colliders{
-        {&a.surface, &a.bvh, &a.x, &only_it, 1e3, box_of(a.x)},
-        {&b.surface, &b.bvh, &b.x, soft ? &is_free : nullptr, 1e3, box_of(b.x)}};
+        {&a.surface, &a.bvh, &a.x, &only_it, nullptr, box_of(a.x)},
+        {&b.surface, &b.bvh, &b.x, soft ? &is_free : nullptr, nullptr, box_of(b.x)}};
     ContactMemory memory;
     std::vector<Contact> contacts;
     find_contacts(colliders, 0, {1}, {0.03, 0.1, 0.0}, {}, memory, contacts);
@@ -182,8 +180,8 @@ struct BetweenNodes {
     thin = make_shape(ball(0.1, to_vec(middle) + (0.1 - depth) * out, 16, 9));
     points = held_points(thin.surface, thin.x, nullptr, spacing);
     std::vector<Collider> colliders{
-        {&wide.surface, &wide.bvh, &wide.x, &all_free, 1e3, box_of(wide.x), &none},
-        {&thin.surface, &thin.bvh, &thin.x, nullptr, 1e3, box_of(thin.x), &points}};
+        {&wide.surface, &wide.bvh, &wide.x, &all_free, nullptr, box_of(wide.x), &none},
+        {&thin.surface, &thin.bvh, &thin.x, nullptr, nullptr, box_of(thin.x), &points}};
     const ContactSettings settings{0.03, 0.2, kGap};
     ContactMemory memory, face_memory;
     find_contacts(colliders, 0, {1}, settings, {}, memory, nodes);

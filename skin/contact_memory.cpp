@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/contact_memory.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace thew {
+namespace {
+
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+void Followed::go_on(const Rows& now) {
+  constexpr double kFar = 1e3;  // m, before the first search
+  travelled_before = travelled;
+  travelled += x.size() == now.size() ? largest_distance(now, x) : kFar;
+  before.swap(x);
+  x = now;
+}
+
+Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
+                ContactMemory::Other& known) {
+  constexpr double kRounding = 1e-9;  // m, of the sums
+  constexpr double kEnough = 2.0;     // margins
+  const Followed *a = points_of.followed, *b = surface.followed;
+  const double travelled = a && b ? a->travelled + b->travelled : 0.0;
+  Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, {}, surface};
+  if (a && b && a->parts.known && b->parts.known &&
+      known.travelled == a->travelled_before + b->travelled_before) {
+    approach.nearing = nearings(b->parts, a->parts, kEnough * margin);
+  }
+  known.travelled = travelled;
+  known.triangle.resize(points, -1);
+  known.clear.resize(points, -kAnywhere);
+  return approach;
+}
+
+double lowered(const Approach& approach, int part, double clear) {
+  if (!(clear > 0.0) || approach.nearing.empty()) return clear - approach.owed;
+  const Nearing& nearing = approach.nearing[part];
+  return std::min(clear - nearing.owed, nearing.apart);
+}
+
+void note_box(const Bvh& bvh, const Row& p, double& clear) {
+  const double distance = box_distance(bvh, p);
+  if (distance > 0.0) clear = std::max(clear, distance);
+}
+
+bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
+                 double before, double& clear) {
+  constexpr double kEnough = 2.0;  // margins
+  if (approach.surface.bvh->order.empty()) return false;
+  if (before > 0.0 && !approach.nearing.empty()) {
+    const Nearing at =
+        nearing(approach.surface.followed->parts, {p, p}, {way, way}, kEnough * margin);
+    clear = std::max(clear, std::min(before - at.owed, at.apart));
+  } else {
+    note_box(*approach.surface.bvh, p, clear);
+  }
+  return clear < margin;
+}
+
+ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double reach, int i,
+                  ContactMemory::Other& known) {
+  constexpr double kAhead = 3.0;  // margins, so that the next steps need not look
+  double& clear = known.clear[i];
+  // What may lie deeper than that is looked for anywhere, to learn its side.
+  const double within =
+      clear < -reach ? kAnywhere : std::min(reach, std::max(kAhead * margin, -clear));
+  const ClosestPoint found =
+      closest_point(*surface.surface, *surface.bvh, *surface.x, p, within, known.triangle[i]);
+  clear = found.triangle < 0 ? within : found.distance;
+  if (found.triangle >= 0) known.triangle[i] = found.triangle;
+  return found;
+}
+
+}  // namespace thew

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "skin/moved_parts.h"
+
+namespace thew {
+
+/// A point of a surface, fixed to one of its triangles.
+struct SurfacePoint {
+  int triangle = -1;
+  double barycentric[3] = {0, 0, 0};
+};
+
+/// How a body's nodes have moved from search to search for contacts.
+struct Followed {
+  Rows x, before;  ///< at the last search and the one before; empty or of another size: not known
+  double travelled = 0.0, travelled_before = 0.0;  ///< m, the most that a node moved, all in all
+  MovedParts parts;
+  void go_on(const Rows& now);
+};
+
+/// A surface as contact sees it. Rigid bones have no free node.
+struct Collider {
+  const Surface* surface = nullptr;
+  const Bvh* bvh = nullptr;
+  const Rows* x = nullptr;
+  const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
+  const Followed* followed = nullptr;             ///< null: it may have been anywhere
+  NodeBox box = {};                               ///< of the nodes; what is not near needs no tree
+  const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
+  double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
+};
+
+/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
+/// point and collider, and a bound of its signed distance (m): it surely has so much or more.
+struct ContactMemory {
+  /// By node of the mover, or by held point of the other; empty until the two have been near each
+  /// other once.
+  struct Other {
+    std::vector<int> triangle;
+    std::vector<double> clear;
+    double travelled = 0.0;  ///< m, of both, when `clear` was last looked at
+  };
+  std::vector<Other> others;  ///< by collider
+  std::int64_t searches = 0;  ///< made since the start
+};
+
+/// What may have come of the bounds of a collider's points against a surface since they were looked
+/// at last.
+struct Approach {
+  double owed = 0.0;             ///< m, what the two can have come nearer at most
+  std::vector<Nearing> nearing;  ///< by part of the points' collider; empty where it is not known
+  const Collider& surface;
+};
+Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
+                ContactMemory::Other& known);
+/// The bound of a point of a part, lowered by that.
+double lowered(const Approach& approach, int part, double clear);
+/// What lies outside of a surface's box is outside of the surface, by as much at least.
+void note_box(const Bvh& bvh, const Row& p, double& clear);
+/// Whether a point may lie within `margin` (m) of the surface or inside it, having gone `way` to p;
+/// raises the bound, which was `before`, where that tells more.
+bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
+                 double before, double& clear);
+/// The nearest point of the surface, of a point `i` that may be within `margin`: none where it is
+/// neither, nor inside. Beyond `reach` it may be missed.
+ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double reach, int i,
+                  ContactMemory::Other& known);
+
+}  // namespace thew

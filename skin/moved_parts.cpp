@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "skin/moved_parts.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "rig/vectorise.h"
+
+namespace thew {
+namespace {
+
+using Lanes = MovedParts::Lanes;
+constexpr int kParts = MovedParts::kParts;
+constexpr double kFar = 1e300;  // m^2
+
+// Level by level.
+void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts) {
+  std::vector<int>& roots = parts.roots;
+  roots = {0};
+  for (size_t k = 0; k < roots.size() && roots.size() < kParts;) {
+    const Bvh::Node& node = bvh.nodes[roots[k]];
+    if (node.count > 0) {
+      ++k;
+      continue;
+    }
+    roots.erase(roots.begin() + static_cast<std::ptrdiff_t>(k));
+    roots.insert(roots.end(), {node.first, node.first + 1});
+  }
+  parts.of_node.assign(nodes, 0);
+  parts.of_triangle.assign(surface.triangles.size(), 0);
+  for (size_t k = 0; k < roots.size(); ++k) {
+    std::vector<int>& of_part = parts.nodes.emplace_back();
+    std::vector<int> stack = {roots[k]};
+    while (!stack.empty()) {
+      const Bvh::Node& node = bvh.nodes[stack.back()];
+      stack.pop_back();
+      if (node.count == 0) stack.insert(stack.end(), {node.first, node.first + 1});
+      for (int i = node.first; i < node.first + node.count; ++i) {
+        parts.of_triangle[bvh.order[i]] = static_cast<int>(k);
+        const Triangle& t = surface.triangles[bvh.order[i]];
+        of_part.insert(of_part.end(), t.begin(), t.end());
+      }
+    }
+    std::sort(of_part.begin(), of_part.end());
+    of_part.erase(std::unique(of_part.begin(), of_part.end()), of_part.end());
+    for (const int i : of_part) parts.of_node[i] = static_cast<int>(k);
+  }
+}
+
+[[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
+[[gnu::always_inline]] inline Lanes less(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+
+[[gnu::always_inline]] inline Nearing nearing_of(const MovedParts& parts, const NodeBox& places,
+                                                 const NodeBox& ways, double enough) {
+  constexpr double kRounding = 1e-9;  // m, of the sums
+  const Lanes zero = {};
+  Lanes apart = {}, nearer = {};  // squared, m^2
+  for (int axis = 0; axis < 3; ++axis) {
+    // What each may have moved against the points, and all that it passed on the way.
+    const Lanes least = parts.least[axis] - ways.high[axis];
+    const Lanes most = parts.most[axis] - ways.low[axis];
+    const Lanes low = parts.low[axis] - places.high[axis] - larger(most, zero);
+    const Lanes high = parts.high[axis] - places.low[axis] - less(least, zero);
+    const Lanes off = larger(larger(low, -high), zero), moved = larger(most, -least);
+    apart += off * off;
+    nearer += moved * moved;
+  }
+  double closest = kFar, farthest = 0.0;
+  for (int k = 0; k < kParts; ++k) {
+    if (apart[k] >= enough * enough) {
+      closest = std::min(closest, apart[k]);
+    } else {
+      farthest = std::max(farthest, nearer[k]);
+    }
+  }
+  return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
+}
+
+}  // namespace
+
+THEW_VECTORISED
+void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& before,
+                MovedParts& parts) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  if (bvh.order.empty()) return;
+  if (parts.roots.empty()) cut(surface, bvh, x.size(), parts);
+  parts.known = before.size() == x.size();
+  for (int k = 0; k < kParts; ++k) {
+    const bool is_there = k < static_cast<int>(parts.roots.size());
+    Row least = {}, most = {};
+    if (parts.known && is_there) {
+      const std::vector<int>& nodes = parts.nodes[k];
+      least = most = x[nodes[0]] - before[nodes[0]];
+      for (const int i : nodes) {
+        const Row way = x[i] - before[i];
+        least = way < least ? way : least;
+        most = way > most ? way : most;
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      parts.low[axis][k] = is_there ? bvh.nodes[parts.roots[k]].lo[axis] : kNowhere;
+      parts.high[axis][k] = is_there ? bvh.nodes[parts.roots[k]].hi[axis] : kNowhere;
+      parts.least[axis][k] = least[axis];
+      parts.most[axis][k] = most[axis];
+    }
+  }
+}
+
+THEW_VECTORISED
+Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
+                double enough) {
+  return nearing_of(parts, places, ways, enough);
+}
+
+THEW_VECTORISED
+std::vector<Nearing> nearings(const MovedParts& parts, const MovedParts& of, double enough) {
+  std::vector<Nearing> all(of.roots.size());
+  for (size_t k = 0; k < all.size(); ++k) {
+    const auto at = [&](const Lanes* lanes) {
+      return Row{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
+    };
+    all[k] = nearing_of(parts, {at(of.low), at(of.high)}, {at(of.least), at(of.most)}, enough);
+  }
+  return all;
+}
+
+}  // namespace thew

@@ -150,6 +150,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
     const std::vector<int> pressed = pressed_nodes(pressing, other, false);
     const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoft) * settings.max_depth;
     const double reach = std::max(settings.margin, deepest);
+    const std::ptrdiff_t others = std::ssize(contacts);
     for (int node = 0; node < nodes; ++node) {
       if (!(*self.free_nodes)[node]) continue;
       double& clear = known.clear[node];
@@ -173,8 +174,9 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       contact.offset = self.thickness + target.thickness;
       contacts.push_back(contact);
     }
+    const auto by_node = [](const Contact& a, const Contact& b) { return a.node < b.node; };
+    std::inplace_merge(contacts.begin(), contacts.begin() + others, contacts.end(), by_node);
   }
-  order_contacts(contacts);
 }
 
 }  // namespace thew

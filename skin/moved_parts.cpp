@@ -82,7 +82,8 @@ THEW_VECTORISED
 void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& before,
                 MovedParts& parts) {
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
-  if (bvh.order.empty()) return;
+  constexpr size_t kFew = 64;  // triangles: looked at as fast as this
+  if (surface.triangles.size() < kFew) return;
   if (parts.roots.empty()) cut(surface, bvh, x.size(), parts);
   parts.known = before.size() == x.size();
   for (int k = 0; k < kParts; ++k) {

@@ -22,6 +22,7 @@ struct MovedParts {
 };
 
 /// Of the tree that is refitted to x. Nodes were `before`, or anywhere where it is of another size.
+/// Nothing is known of surfaces of few triangles.
 void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& before,
                 MovedParts& parts);
 

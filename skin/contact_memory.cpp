@@ -8,6 +8,7 @@ namespace thew {
 namespace {
 
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+constexpr double kEnough = 2.0;  // margins; what is so far apart need not be followed
 
 }  // namespace
 
@@ -22,7 +23,6 @@ void Followed::go_on(const Rows& now) {
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known) {
   constexpr double kRounding = 1e-9;  // m, of the sums
-  constexpr double kEnough = 2.0;     // margins
   const Followed *a = points_of.followed, *b = surface.followed;
   const double travelled = a && b ? a->travelled + b->travelled : 0.0;
   Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, {}, surface};
@@ -49,7 +49,6 @@ void note_box(const Bvh& bvh, const Row& p, double& clear) {
 
 bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
                  double before, double& clear) {
-  constexpr double kEnough = 2.0;  // margins
   if (approach.surface.bvh->order.empty()) return false;
   if (before > 0.0 && !approach.nearing.empty()) {
     const Nearing at =

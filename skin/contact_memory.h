@@ -35,7 +35,8 @@ struct Collider {
 };
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
-/// point and collider, and a bound of its signed distance (m): it surely has so much or more.
+/// point and collider, and a bound of its signed distance (m): it surely has so much or more, of a
+/// surface that does not cross itself.
 struct ContactMemory {
   /// By node of the mover, or by held point of the other; empty until the two have been near each
   /// other once.

@@ -13,24 +13,16 @@ constexpr double kStep = 5e-4;  // m, the least that a march goes on
 
 // The box of a box that has moved; `far`: the most that any of it did.
 NodeBox moved_box(const NodeBox& box, const Transform& motion, double& far) {
-  NodeBox out;
-  std::swap(out.low, out.high);
+  NodeBox out = empty_box();
   far = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3 p;
     for (int k = 0; k < 3; ++k) p[k] = (corner >> k & 1) ? box.high[k] : box.low[k];
     const Vec3 q = motion * p;
     far = std::max(far, (q - p).norm());
-    for (int k = 0; k < 3; ++k) {
-      out.low[k] = std::min(out.low[k], q[k]);
-      out.high[k] = std::max(out.high[k], q[k]);
-    }
+    grow(out, to_row(q), to_row(q));
   }
   return out;
-}
-
-NodeBox either_box(const NodeBox& a, const NodeBox& b) {
-  return {a.low < b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }
 
 // How much of the way from `from` to `to` lies behind the point where it first enters the surface.
@@ -59,7 +51,8 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
     const MuscleState& now = state.muscles[m];
     if (!has_forces(now.level)) continue;
     const NodeBox before = box_of(now.start), after = box_of(now.x);
-    const NodeBox both = either_box(before, after);
+    NodeBox both = after;
+    grow(both, before.low, before.high);
     const double own = largest_distance(now.x, now.start);
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const Bone& bone = model.bones[b];
@@ -69,7 +62,8 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
       // As the bone sees it where it is now: before, the muscle was elsewhere.
       const Transform since = state.pose[bone.body] * state.pose_before[bone.body].inverse();
       double far = 0.0;
-      const NodeBox swept = either_box(moved_box(before, since, far), after);
+      NodeBox swept = moved_box(before, since, far);
+      grow(swept, after.low, after.high);
       if (own + far <= depth || !are_near(swept, boxes[b], 0.0)) continue;
       fit_bone(model, static_cast<int>(b), state);
       for (size_t i = 0; i < now.x.size(); ++i) {

@@ -18,18 +18,6 @@ constexpr int kBins = 16;
 constexpr int kLeaf = 4;     // triangles
 constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
 
-// Holds nothing yet.
-NodeBox empty_box() {
-  NodeBox box;
-  std::swap(box.low, box.high);
-  return box;
-}
-
-[[gnu::always_inline]] inline void add(const Row& low, const Row& high, NodeBox& box) {
-  box.low = low < box.low ? low : box.low;
-  box.high = high > box.high ? high : box.high;
-}
-
 double half_area(const NodeBox& box) {
   const Row d = box.high - box.low;
   return d[0] >= 0.0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0.0;
@@ -37,7 +25,7 @@ double half_area(const NodeBox& box) {
 
 [[gnu::always_inline]] inline void add_triangle(const Triangle& triangle, const Rows& x,
                                                 NodeBox& box) {
-  for (const int corner : triangle) add(x[corner], x[corner], box);
+  for (const int corner : triangle) grow(box, x[corner], x[corner]);
 }
 
 // Splits order[first, first + count) in two by the cheapest plane through the centroids' bins.
@@ -46,7 +34,7 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   for (int i = first; i < first + count; ++i) {
     const NodeBox& box = boxes[order[i]];
     const Row centre = 0.5 * (box.low + box.high);
-    add(centre, centre, centroids);
+    grow(centroids, centre, centre);
   }
   const Row extent = centroids.high - centroids.low;
   const int axis = longest_axis(extent);
@@ -68,13 +56,13 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   int counts[kBins] = {};
   for (int i = first; i < first + count; ++i) {
     const NodeBox& box = boxes[order[i]];
-    add(box.low, box.high, bins[bin_of(order[i])]);
+    grow(bins[bin_of(order[i])], box.low, box.high);
     ++counts[bin_of(order[i])];
   }
   double right_cost[kBins] = {};
   NodeBox right = empty_box();
   for (int b = kBins - 1, n = 0; b > 0; --b) {
-    add(bins[b].low, bins[b].high, right);
+    grow(right, bins[b].low, bins[b].high);
     n += counts[b];
     right_cost[b] = half_area(right) * n;
   }
@@ -82,7 +70,7 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   int best = 0, left_count = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int b = 0, n = 0; b + 1 < kBins; ++b) {
-    add(bins[b].low, bins[b].high, left);
+    grow(left, bins[b].low, bins[b].high);
     n += counts[b];
     const double cost = half_area(left) * n + right_cost[b + 1];
     if (n > 0 && n < count && cost < best_cost) best = b, best_cost = cost, left_count = n;
@@ -193,7 +181,7 @@ bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& nea
 THEW_VECTORISED
 NodeBox box_of(const Rows& x) {
   NodeBox box = empty_box();
-  for (const Row& p : x) add(p, p, box);
+  for (const Row& p : x) grow(box, p, p);
   return box;
 }
 

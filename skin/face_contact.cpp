@@ -158,17 +158,11 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
 // Of the faces that have a free corner: no other can give way.
 THEW_VECTORISED
 NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
-  NodeBox box;
-  Row low = -box.low, high = box.low;
+  NodeBox box = empty_box();
   for (const auto& [i, j, k] : surface.triangles) {
     if (!is_free[i] && !is_free[j] && !is_free[k]) continue;
-    for (const int node : {i, j, k}) {
-      const Row p = x[node];
-      low = p < low ? p : low;
-      high = p > high ? p : high;
-    }
+    for (const int node : {i, j, k}) grow(box, x[node], x[node]);
   }
-  box.low = low, box.high = high;
   return box;
 }
 
@@ -182,15 +176,12 @@ NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<cha
 // Of the triangles round nodes, and `reach` (m) beyond.
 NodeBox box_round(const Surface& surface, const Rows& x, const std::vector<int>& nodes,
                   double reach) {
-  NodeBox box;
-  std::swap(box.low, box.high);
+  NodeBox box = empty_box();
   const Row around = {reach, reach, reach, 0.0};
   for (const int node : nodes) {
     for (const int t : surface.vertex_triangles[node]) {
       for (const int corner : surface.triangles[t]) {
-        const Row low = x[corner] - around, high = x[corner] + around;
-        box.low = low < box.low ? low : box.low;
-        box.high = high > box.high ? high : box.high;
+        grow(box, x[corner] - around, x[corner] + around);
       }
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "rig/types.h"
@@ -31,6 +32,16 @@ Vec3 node_normal(const Surface& surface, const Rows& x, int node);
 struct NodeBox {
   Row low = Row{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
 };
+/// Holds nothing yet.
+inline NodeBox empty_box() {
+  NodeBox box;
+  std::swap(box.low, box.high);
+  return box;
+}
+[[gnu::always_inline]] inline void grow(NodeBox& box, const Row& low, const Row& high) {
+  box.low = low < box.low ? low : box.low;
+  box.high = high > box.high ? high : box.high;
+}
 NodeBox box_of(const Rows& x);
 int longest_axis(const Row& extent);
 /// Whether they come within `reach` (m) of each other.

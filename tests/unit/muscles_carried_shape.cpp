@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "muscles/carried_shape.h"
-
 #include <gtest/gtest.h>
 
+#include "muscles/carried_shape.h"
 #include "muscles/tube.h"
 #include "muscles/volume.h"
 #include "rig/math.h"
@@ -57,8 +56,8 @@ TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
 
 TEST(CarriedShape, TendonsKeepTheirLength) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                {0.06, 0.24}, WeightProfile{});
+  const CarriedShape shape =
+      make_carried_shape(mesh, straight_path(), two_bodies(0, 0), {0.06, 0.24}, WeightProfile{});
   const CarriedPose pose = carry_pose(shape, two_bodies(-0.05, 0));
   EXPECT_NEAR(pose.path_length, 0.25, 1e-12);
   Vec3 from, to, tangent;
@@ -87,8 +86,8 @@ TEST(CarriedShape, MovesRigidlyWithItsBodies) {
 
 TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                {0.06, 0.24}, WeightProfile{});
+  const CarriedShape shape =
+      make_carried_shape(mesh, straight_path(), two_bodies(0, 0), {0.06, 0.24}, WeightProfile{});
   const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
   const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));
   const size_t middle = plain.curve.frames.size() / 2;

@@ -10,7 +10,8 @@
 namespace thew {
 
 /// Weight against the axis coordinate u in 0..1 from origin to insertion of the belly; linear
-/// between keys, constant beyond them. The paper's figure 3: left 1.8 up to u = 0.3, 0.2 from 0.7, even 1, right.
+/// between keys, constant beyond them. The paper's figure 3: left 1.8 up to u = 0.3, 0.2 from 0.7,
+/// even 1, right.
 struct WeightProfile {
   std::vector<std::array<double, 2>> keys = {{{0.0, 1.0}}, {{1.0, 1.0}}};
 };

@@ -175,8 +175,8 @@ TEST_F(Faults, ThatStayEndTheBakeWithItsLastGoodFrame) {
       std::filesystem::path(testing::TempDir()) / ("thew_faults_" + std::to_string(getpid()));
   for (const bool in_skin : {false, true}) {
     std::filesystem::remove_all(folder);
-    const Model model = model_with({"solver.substeps=1", "scene.settle=0",
-                                    "rig.clip.keys={ elbow = [[1, 0], [16, 20]] }"});
+    const Model model = model_with(
+        {"solver.substeps=1", "scene.settle=0", "rig.clip.keys={ elbow = [[1, 0], [16, 20]] }"});
     fault = {};
     fault.at = 2;  // frame 4: the first is not stepped
     fault.more = 1000;

@@ -20,12 +20,12 @@ TEST_F(Paper, TheQuickRunShowsWhatItMust) {
   options.progress = "none";
   ASSERT_EQ(paper_command(options, true, {}), ExitCode::kDone);
   for (const char* file :
-       {"report.html", "table1.csv", "table1_ratios.csv", "table1_errors.csv", "table2.csv",
-        "table2_muscles.csv", "distance.csv", "neo_hookean.csv", "fem_penalty.csv",
-        "printed_errors.csv", "verdicts.csv", "figure2_finger.png", "figure3_muscles.png",
-        "figure4_zone.png", "figure5_zone.png", "figure5_zone.svg", "figure6_cow.png",
-        "figure7_ball.png", "figure7_cube.png", "figure7_arm.png", "figure7_arm_skin.png",
-        "figure8.svg", "cube_load.png", "holes.png"}) {
+       {"report.html",          "table1.csv",         "table1_ratios.csv", "table1_errors.csv",
+        "table2.csv",           "table2_muscles.csv", "distance.csv",      "neo_hookean.csv",
+        "fem_penalty.csv",      "printed_errors.csv", "verdicts.csv",      "figure2_finger.png",
+        "figure3_muscles.png",  "figure4_zone.png",   "figure5_zone.png",  "figure5_zone.svg",
+        "figure6_cow.png",      "figure7_ball.png",   "figure7_cube.png",  "figure7_arm.png",
+        "figure7_arm_skin.png", "figure8.svg",        "cube_load.png",     "holes.png"}) {
     EXPECT_TRUE(std::filesystem::exists(options.out / file)) << file;
   }
   std::ifstream in(options.out / "verdicts.csv");

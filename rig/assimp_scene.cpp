@@ -91,6 +91,26 @@ void keep_importers(Assimp::Importer& importer, const std::string& ending) {
   }
 }
 
+// FBX says in its header which axes point to the right, up and to the front, and assimp 5.2 leaves
+// them as they are: turned, so that they are X, Y and Z.
+void turn_upright(const aiScene& scene) {
+  aiMatrix4x4 turn;
+  int row = 0;
+  unsigned seen = 0;
+  for (const char* axis : {"CoordAxis", "UpAxis", "FrontAxis"}) {
+    int along = -1, sign = 0;
+    if (!scene.mMetaData || !scene.mMetaData->Get(axis, along) ||
+        !scene.mMetaData->Get(std::string(axis) + "Sign", sign) || along < 0 || along > 2) {
+      return;
+    }
+    for (int k = 0; k < 3; ++k) turn[row][k] = k != along ? 0.0f : sign < 0 ? -1.0f : 1.0f;
+    seen |= 1u << along;
+    ++row;
+  }
+  if (seen != 7) return;  // two of one axis
+  scene.mRootNode->mTransformation = turn * scene.mRootNode->mTransformation;
+}
+
 }  // namespace
 
 Eigen::Matrix4d to_matrix(const aiMatrix4x4& m) {
@@ -131,7 +151,10 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
   } catch (const std::exception& error) {
     cause = error.what();
   }
-  if (scene && scene->mRootNode && (!with_meshes || scene->HasMeshes())) return *scene;
+  if (scene && scene->mRootNode && (!with_meshes || scene->HasMeshes())) {
+    if (ending == "fbx") turn_upright(*scene);
+    return *scene;
+  }
   if (!refused.empty()) {
     cause += (cause.empty() ? "" : "; ") + ("it needs \"" + refused) +
              "\", which is no regular file in its folder";

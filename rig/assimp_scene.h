@@ -22,8 +22,8 @@ std::string lower_ending(const std::filesystem::path& file);
 Eigen::Matrix4d to_matrix(const aiMatrix4x4& m);
 
 /// Reads the file by the importer of its own ending, confined to its folder, as triangles, in
-/// metres where the format names its unit. The scene belongs to `importer`. `with_meshes`: without
-/// a mesh it is Error(kInput).
+/// metres and Y up where the format names its unit and axes. The scene belongs to `importer`.
+/// `with_meshes`: without a mesh it is Error(kInput).
 const aiScene& read_assimp_scene(const std::filesystem::path& file, bool with_meshes,
                                  Assimp::Importer& importer);
 

@@ -48,12 +48,14 @@ int side_of(const std::vector<std::string>& words) {
 Part part_of(const std::vector<std::string>& words) {
   std::string all;
   for (const std::string& word : words) all += word;
+  // Blender's Collada puts the armature's name before each bone's.
+  for (size_t at; (at = all.find("armature")) != std::string::npos;) all.erase(at, 8);
   const auto has = [&](std::initializer_list<const char*> parts) {
     return std::any_of(parts.begin(), parts.end(),
                        [&](const char* part) { return all.find(part) != std::string::npos; });
   };
-  if (has({"twist", "roll", "target", "pole", "armature", "thumb", "finger", "index", "middle",
-           "ring", "pinky", "assimpfbx"})) {
+  if (has({"twist", "roll", "target", "pole", "thumb", "finger", "index", "middle", "ring", "pinky",
+           "assimpfbx"})) {
     return Part::kNone;
   }
   if (words.end() != std::find(words.begin(), words.end(), "ik")) return Part::kNone;

@@ -158,9 +158,8 @@ TEST_F(Import, MaterialLibrariesAreRegularFilesOfTheFolder) {
   }
 }
 
-// 100 units of a centimetre are a metre.
-TEST_F(Import, FbxUnitsBecomeMetres) {
-  const char fbx[] = R"(; FBX 7.4.0 project file
+// A tetrahedron of 100 units, 50 along x.
+constexpr char kFbx[] = R"(; FBX 7.4.0 project file
 FBXHeaderExtension:  {
 	FBXHeaderVersion: 1003
 	FBXVersion: 7400
@@ -199,10 +198,31 @@ Connections:  {
 	C: "OO",1001,1002
 }
 )";
+
+// 100 units of a centimetre are a metre.
+TEST_F(Import, FbxUnitsBecomeMetres) {
+  const TriMesh mesh = import_mesh(write("t.fbx", kFbx)).mesh;
+  ASSERT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6.0, 1e-6);
+  EXPECT_LT((mesh.vertices[0] - Vec3(0.5, 0, 0)).norm(), 1e-6);
+}
+
+// 3ds Max's and Blender's other axes: Z up, and -Y to the front.
+TEST_F(Import, FbxAxesAreTurnedUpright) {
+  std::string fbx = kFbx;
+  const auto set = [&](const std::string& axis, const char* value) {
+    const std::string before = '"' + axis + R"(", "int", "Integer", "",)";
+    fbx.replace(fbx.find(before) + before.size(), 1, value);
+  };
+  set("UpAxis", "2");
+  set("FrontAxis", "1");
+  set("FrontAxisSign", "-1");
   const TriMesh mesh = import_mesh(write("t.fbx", fbx)).mesh;
   ASSERT_EQ(mesh.vertices.size(), 4u);
   EXPECT_NEAR(enclosed_volume(mesh), 1.0 / 6.0, 1e-6);
   EXPECT_LT((mesh.vertices[0] - Vec3(0.5, 0, 0)).norm(), 1e-6);
+  EXPECT_LT((mesh.vertices[1] - Vec3(0.5, 0, -1)).norm(), 1e-6);
+  EXPECT_LT((mesh.vertices[3] - Vec3(0.5, 1, 0)).norm(), 1e-6);
 }
 
 TEST(RealMesh, ArmBonesAreClosed) {

@@ -69,6 +69,22 @@ TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
   EXPECT_EQ(man.skeleton.parent[arms[0].forearm], arms[0].humerus);
 }
 
+// As Blender's Collada has them.
+TEST_F(NewScene, ArmsAreFoundByNamesBehindTheArmatures) {
+  Character figure = import_character(kFigure);
+  std::vector<std::string> notes;
+  const auto plain = find_arms(figure, "both", {}, "figure", notes);
+  for (std::string& name : figure.skeleton.body_names) name = "FigureArmature_" + name;
+  const auto arms = find_arms(figure, "both", {}, "figure", notes);
+  EXPECT_TRUE(notes.empty());
+  for (int side = 0; side < 2; ++side) {
+    EXPECT_EQ(arms[side].clavicle, plain[side].clavicle);
+    EXPECT_EQ(arms[side].humerus, plain[side].humerus);
+    EXPECT_EQ(arms[side].forearm, plain[side].forearm);
+    EXPECT_EQ(arms[side].hand, plain[side].hand);
+  }
+}
+
 // His humerus has a sliver turned over, in front of which nothing is inside.
 TEST_F(NewScene, OverlapsAreToldOnlyWhereTheyAre) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/mesh_import.h"
 
+#include <assimp/fast_atof.h>
+
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "rig/assimp_scene.h"
@@ -71,9 +74,72 @@ Raw collect(const fs::path& file, const aiScene& scene) {
   return mesh;
 }
 
+using Place = std::array<float, 3>;
+
+// What assimp's inline reader of numbers throws; its own type is not exported.
+struct NoNumber {
+  template <typename... What>
+  explicit NoNumber(const What&...) {}
+};
+
+// Of the OBJ's vertices in the file's order, by assimp's own reading of numbers; none where it has
+// lines that are not understood.
+std::vector<Place> obj_places(const fs::path& file) {
+  const std::string bytes = read_whole(file, kAssimpFileLimit);
+  std::vector<Place> places;
+  for (size_t begin = 0; begin < bytes.size();) {
+    const size_t end = std::min(bytes.find('\n', begin), bytes.size());
+    const auto words = split_words(std::string_view(bytes).substr(begin, end - begin));
+    begin = end + 1;
+    if (words.empty() || words[0] != "v") continue;
+    if (words.size() < 4) return {};
+    Place p;
+    for (int k = 0; k < 3; ++k) {
+      if (!parse_number(words[k + 1])) return {};
+      p[k] = Assimp::fast_atof<NoNumber>(std::string(words[k + 1]).c_str());
+    }
+    places.push_back(p);
+  }
+  return places;
+}
+
+// assimp makes a vertex of each corner of an OBJ's faces, in their order. Back to the file's
+// vertices in the file's order, by place, without those of no face.
+void restore_order(const fs::path& file, Raw& raw) {
+  const std::vector<Vec3>& corners = raw.mesh.vertices;
+  const auto place_of = [&](size_t i) {
+    const Eigen::Vector3f p = corners[i].cast<float>();
+    return Place{p.x(), p.y(), p.z()};
+  };
+  std::map<Place, size_t> corner_at;
+  for (size_t i = 0; i < corners.size(); ++i) corner_at.emplace(place_of(i), i);
+  Raw ordered;
+  std::map<Place, int> vertex_at;
+  const auto add = [&](const Place& place, size_t corner) {
+    vertex_at.emplace(place, static_cast<int>(ordered.mesh.vertices.size()));
+    ordered.mesh.vertices.push_back(corners[corner]);
+    ordered.colours.push_back(raw.colours[corner]);
+  };
+  for (const Place& place : obj_places(file)) {
+    const auto corner = corner_at.find(place);
+    if (corner != corner_at.end()) add(place, corner->second);
+  }
+  for (size_t i = 0; i < corners.size(); ++i) {
+    if (vertex_at.count(place_of(i)) == 0) add(place_of(i), i);
+  }
+  for (const Triangle& t : raw.mesh.triangles) {
+    ordered.mesh.triangles.push_back(
+        {vertex_at.at(place_of(t[0])), vertex_at.at(place_of(t[1])), vertex_at.at(place_of(t[2]))});
+  }
+  ordered.coloured = raw.coloured;
+  raw = std::move(ordered);
+}
+
 Raw read_through_assimp(const fs::path& file) {
   Assimp::Importer importer;
-  return collect(file, read_assimp_scene(file, true, importer));
+  Raw raw = collect(file, read_assimp_scene(file, true, importer));
+  if (lower_ending(file) == "obj") restore_order(file, raw);
+  return raw;
 }
 
 // assimp searches a header without an end for ever, and sets aside what a header claims.

@@ -11,7 +11,8 @@ namespace thew {
 
 struct ImportedMesh {
   TriMesh mesh;               ///< welded by exact position
-  std::vector<int> map_back;  ///< index in `mesh` of each vertex as the importer delivered it
+  std::vector<int> map_back;  ///< index in `mesh` of each vertex of the file, FBX's and Collada's
+                              ///< as assimp has them
   int imported_vertices = 0;
   std::vector<std::array<float, 4>> colours;  ///< by vertex of `mesh`; empty: the file has none
 };

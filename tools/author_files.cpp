@@ -98,8 +98,9 @@ void write_arm(const fs::path& table, const fs::path& folder) {
   for (const BoneShape& bone : bones) {
     const Vec3 shift = humerus - rest[find_body(skeleton, bone.body)].translation();
     below.push_back(bone_mesh(bone));
-    write_text(folder / "bones" / (bone.body + ".obj"),
-               obj_text(bone.body + " in its own frame" + kMadeBy, below.back(), shift));
+    write_text(
+        folder / "bones" / (bone.body + ".obj"),
+        obj_text(bone.body + " in its own frame" + kMadeBy, in_order_of_use(below.back()), shift));
   }
   const std::vector<TriMesh> meshes = pack_muscles(muscles, skeleton, bones);
   std::string blocks;

@@ -19,6 +19,22 @@ std::string metres(const Vec3& p, const char* between) {
   return metres(p.x()) + between + metres(p.y()) + between + metres(p.z());
 }
 
+TriMesh in_order_of_use(const TriMesh& mesh) {
+  TriMesh out;
+  std::vector<int> index(mesh.vertices.size(), -1);
+  for (Triangle t : mesh.triangles) {
+    for (int& i : t) {
+      if (index[i] < 0) {
+        index[i] = static_cast<int>(out.vertices.size());
+        out.vertices.push_back(mesh.vertices[i]);
+      }
+      i = index[i];
+    }
+    out.triangles.push_back(t);
+  }
+  return out;
+}
+
 std::string obj_text(const std::string& what, const TriMesh& mesh, const Vec3& shift) {
   std::string text = "# " + what + "\n";
   for (const Vec3& p : mesh.vertices) text += "v " + metres(p + shift, " ") + "\n";

@@ -8,6 +8,7 @@
 
 #include "rig/math.h"
 #include "sim/durable_file.h"
+#include "tools/obj_text.h"
 #include "tools/peers/delaunay.h"
 
 namespace thew {
@@ -172,7 +173,8 @@ TriMesh paper_torus(double radius, double tube, int around, int along) {
   return mesh;
 }
 
-void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& mesh) {
+void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& shape) {
+  const TriMesh mesh = in_order_of_use(shape);
   std::string text = "# " + what + ", metres; made by author_paper, Apache-2.0\n";
   for (const Vec3& p : mesh.vertices) {
     text += "v " + places(p.x()) + " " + places(p.y()) + " " + places(p.z()) + "\n";

@@ -122,6 +122,15 @@ DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
   return geometry;
 }
 
+std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions) {
+  for (std::vector<Vec3>& mesh : positions) {
+    for (Vec3& p : mesh) {
+      for (double& value : p) value = static_cast<float>(value);
+    }
+  }
+  return positions;
+}
+
 void place_vertices(const std::vector<BakeMesh>& meshes,
                     const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
                     DrawGeometry& geometry) {

@@ -43,6 +43,9 @@ struct DrawGeometry {
 
 DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes);
 
+/// As a cache of single precision holds them: a bake draws what is drawn from its cache again.
+std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions);
+
 /// Vertices of the meshes that are `shown` at `positions`: area-weighted smooth normals, and edge
 /// points on the cubic of PN triangles (Vlachos 2001).
 void place_vertices(const std::vector<BakeMesh>& meshes,

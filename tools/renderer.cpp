@@ -424,8 +424,9 @@ void Renderer::show(int width, int height, const std::vector<BakeMesh>& meshes) 
 
 const std::string& Renderer::driver() const { return data_->context.driver(); }
 
-Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>& positions) {
+Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>& given) {
   check_view(view);
+  const std::vector<std::vector<Vec3>> positions = as_in_cache(given);
   Data& data = *data_;
   data.context.make_current();
   const bool skin = view.show == "skin", cut = view.show == "cutaway";

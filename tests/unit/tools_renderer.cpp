@@ -182,6 +182,27 @@ TEST(Renderer, TheSameFrameGivesTheSameBytes) {
   }
 }
 
+// Far out, where a float is coarse.
+TEST(Renderer, DrawsWhatACacheOfSinglePrecisionHolds) {
+  const std::vector<BakeMesh> meshes = small_scene();
+  SceneView view = view_of("muscles");
+  const Vec3 far(1e4, 0.0, 0.0);
+  view.eye += far;
+  view.target += far;
+  Positions positions = rest_of(meshes);
+  for (auto& mesh : positions) {
+    for (Vec3& p : mesh) p += far;
+  }
+  Renderer renderer(kWidth, kHeight, meshes);
+  const Image image = renderer.draw(view, positions);
+  for (auto& mesh : positions) {
+    for (Vec3& p : mesh) {
+      for (double& value : p) value = static_cast<float>(value);
+    }
+  }
+  EXPECT_EQ(renderer.draw(view, positions).rgb, image.rgb);
+}
+
 TEST(Renderer, ShowsOtherMeshesInAnotherSizeAsANewOneWould) {
   const std::vector<BakeMesh> meshes = small_scene();
   const std::vector<BakeMesh> one = {ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 0.05)};

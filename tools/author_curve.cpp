@@ -44,14 +44,14 @@ Vec3 tangent(const std::vector<Vec3>& points, size_t i) {
   return (points[std::min(i + 1, last)] - points[i > 0 ? i - 1 : 0]).normalized();
 }
 
+}  // namespace
+
 Mat3 frame_along(const Vec3& tangent, const Vec3& normal) {
   const Vec3 n = (normal - normal.dot(tangent) * tangent).normalized();
   Mat3 frame;
   frame << tangent, n, tangent.cross(n);
   return frame;
 }
-
-}  // namespace
 
 RestCurve make_rest_curve(const TracedPath& path) {
   RestCurve curve;

@@ -22,6 +22,9 @@ struct CurvePoint {
   Vec3 point;
   Mat3 frame;
 };
+/// The first column along `tangent`, the second as near `normal` as that leaves it.
+Mat3 frame_along(const Vec3& tangent, const Vec3& normal);
+
 /// `along`: m of the path, not of the rounded curve.
 CurvePoint point_on(const RestCurve& curve, double along);
 

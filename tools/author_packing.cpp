@@ -7,16 +7,16 @@
 #include "rig/math.h"
 #include "skin/surface.h"
 #include "tools/author_poses.h"
+#include "tools/author_smoothing.h"
 
 namespace thew {
 namespace {
 
-constexpr double kGap = 0.0008;    // m, kept between surfaces
 constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
-constexpr double kPatch = 0.010;   // m, round an attachment: there tendons may enter their bone
 constexpr int kPasses = 40, kSettlingPasses = 30;
-constexpr double kSqueeze =
-    0.0035;  // m that a muscle may reach into its neighbour's part when bent
+// Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
+// it does not swell; more where it does: contact presses it out.
+constexpr double kSqueeze = 0.1, kPressed = 0.3;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
@@ -26,6 +26,8 @@ struct Near {
 };
 
 struct Packing {
+  const std::vector<TableMuscle>& table;
+  const Skeleton& skeleton;
   std::vector<SectionedMuscle> muscles;
   const std::vector<BoneShape>& bones;
   std::vector<PackingPose> poses;
@@ -81,18 +83,6 @@ double beyond_parting(const SectionedMuscle& mine, const Near& a, const Sectione
 double smooth_max(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::max(a, b) + 0.25 * k * h * h;
-}
-
-// How deep a tendon may enter a bone: only where it is attached to it. Bellies never do: contact
-// would press them out again.
-double allowed_depth(const SectionedMuscle& muscle, bool belly, int body, const Vec3& p) {
-  if (belly) return 0.0;
-  double share = 0.0;
-  if (body == muscle.origin_body) share = 1.0 - (p - muscle.origin).norm() / kPatch;
-  if (body == muscle.insertion_body) {
-    share = std::max(share, 1.0 - (p - muscle.insertion).norm() / kPatch);
-  }
-  return std::max(share, 0.0) * 0.008;
 }
 
 // Muscles that may be in the way of a section.
@@ -153,21 +143,29 @@ struct Room {
       out = smooth_max(out, beyond_parting(mine, near, *other, p) + 0.5 * kGap, corner);
     }
     for (size_t k = 0; k < bent.size(); ++k) {
-      if (!bent[k].empty()) out = smooth_max(out, outside_bent(k, p), corner);
+      out = smooth_max(out, outside_bent(k, p), corner);
     }
     return out;
   }
 
-  // Bones are left out here: contact presses a belly off them, and tendons follow their path.
+  // Tendons give way to nothing, and follow their path into bones.
   double outside_bent(size_t k, const Vec3& p) const {
     const PackingPose& pose = packing.poses[k];
     const SectionedMuscle& mine = pose.muscles[m];
     const PosedSection& section = pose.sections[m][i];
+    const bool belly = mine.sections[i].belly;
+    const double soft = section.swell * mine.sections[i].radius;
     const Vec3 there = posed(section, p);
     double out = -1.0;
     const Near near = near_of(mine, there);
+    const double squeeze = belly ? kSqueeze * soft : -0.5 * kGap;
     for (const SectionedMuscle* other : bent[k]) {
-      out = std::max(out, beyond_parting(mine, near, *other, there) - kSqueeze);
+      out = std::max(out, beyond_parting(mine, near, *other, there) - squeeze);
+    }
+    for (int b : bones) {
+      if (!belly) break;
+      const Vec3 at_bone = pose.bend[b].inverse() * there;
+      out = std::max(out, kGap - kPressed * soft - bone_distance(packing.bones[b], at_bone));
     }
     return out / section.swell;
   }
@@ -253,6 +251,22 @@ void smooth_centres(SectionedMuscle& muscle) {
   }
 }
 
+// No ridge across the rings of the belly either: what sticks out from the rings before and after.
+void round_along(SectionedMuscle& muscle) {
+  constexpr double kMost = 1.15;  // of the mean of both
+  for (int pass = 0; pass < 3; ++pass) {
+    const std::vector<Section> was = muscle.sections;
+    for (size_t i = 1; i + 1 < was.size(); ++i) {
+      if (!was[i].belly) continue;
+      for (size_t k = 0; k < was[i].reach.size(); ++k) {
+        const double mean = 0.5 * (was[i - 1].reach[k] + was[i + 1].reach[k]);
+        double& reach = muscle.sections[i].reach[k];
+        reach = std::min(reach, kMost * mean);
+      }
+    }
+  }
+}
+
 double least_reach(const SectionedMuscle& muscle) {
   return 0.4 * std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
 }
@@ -286,73 +300,6 @@ void relax(size_t m, Packing& packing) {
   for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
 }
 
-// A mesh and its tree, to measure distances to.
-struct Measured {
-  TriMesh mesh;
-  Surface surface;
-  Rows x;
-  Bvh bvh;
-  std::vector<std::array<int, 2>> edges;
-  explicit Measured(TriMesh m) : mesh(std::move(m)) {
-    surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-    x = to_rows(mesh.vertices);
-    bvh = build_bvh(surface, x);
-    for (const Triangle& t : mesh.triangles) {
-      for (int k = 0; k < 3; ++k) {
-        if (t[k] < t[(k + 1) % 3]) edges.push_back({t[k], t[(k + 1) % 3]});
-      }
-    }
-  }
-};
-
-// The sections part the muscles at their nodes; between nodes triangles still cut corners. Draws
-// back the nodes (and the corners of the triangles) that come closer than the gap.
-void draw_back(const Measured& other, bool is_bone, int body, const Measured& mine,
-               SectionedMuscle& muscle) {
-  constexpr double kReach = 0.004;  // m, how deep crossings are looked for
-  const int around = muscle.around, last = static_cast<int>(mine.mesh.vertices.size()) - 1;
-  const auto shorten = [&](int node, double by) {
-    if (node == 0 || node == last) return;
-    Section& section = muscle.sections[(node - 1) / around];
-    double& limit = section.limit[(node - 1) % around];
-    limit = std::min(limit, section.reach[(node - 1) % around] - by);
-  };
-  const auto is_belly = [&](int node) {
-    return node != 0 && node != last && muscle.sections[(node - 1) / around].belly;
-  };
-  const auto missing = [&](const ClosestPoint& near, const Vec3& p, bool belly) {
-    const double allowed = is_bone ? allowed_depth(muscle, belly, body, p) : 0.0;
-    return kGap - allowed - near.distance;
-  };
-  const double share = is_bone ? 0.8 : 0.4;
-  const auto check = [&](const Vec3& p, int a, int b) {  // a node of mine, or an edge's middle
-    const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, kReach);
-    if (near.triangle < 0) return;
-    const double by = missing(near, p, is_belly(a) && is_belly(b));
-    if (by <= 0.0) return;
-    shorten(a, share * by);
-    shorten(b, share * by);
-  };
-  const auto check_other = [&](const Vec3& p) {
-    const ClosestPoint near = closest_point(mine.surface, mine.bvh, mine.x, p, kReach);
-    if (near.triangle < 0) return;
-    const Triangle& corners = mine.mesh.triangles[near.triangle];
-    const double by = missing(near, p, std::all_of(corners.begin(), corners.end(), is_belly));
-    if (by <= 0.0) return;
-    for (int k = 0; k < 3; ++k) {
-      if (near.barycentric[k] >= 0.15) shorten(corners[k], share * by);
-    }
-  };
-  for (int node = 1; node < last; ++node) check(mine.mesh.vertices[node], node, node);
-  for (const auto& [a, b] : mine.edges) {
-    check(0.5 * (mine.mesh.vertices[a] + mine.mesh.vertices[b]), a, b);
-  }
-  for (const Vec3& p : other.mesh.vertices) check_other(p);
-  for (const auto& [a, b] : other.edges) {
-    check_other(0.5 * (other.mesh.vertices[a] + other.mesh.vertices[b]));
-  }
-}
-
 void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
   std::vector<Measured> measured;
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
@@ -366,12 +313,20 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
       cast(out, muscle, 5e-4, section);
       if (!last) press(0.03, muscle, muscle.sections[i]);
     }
+    round_along(muscle);
     for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
     measured.emplace_back(mesh_of(muscle));
     muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
   }
   if (last) return;
   for (size_t m = 0; m < measured.size(); ++m) {
+    const std::vector<Vec3>& nodes = measured[m].mesh.vertices;
+    blunt(measured[m], nodes, packing.muscles[m]);
+    for (const double bend : kBends) {
+      blunt(measured[m],
+            carried_nodes(packing.table[m], measured[m].mesh, packing.skeleton, bend * kDegree),
+            packing.muscles[m]);
+    }
     for (size_t j = 0; j < measured.size(); ++j) {
       if (j != m) draw_back(measured[j], false, -1, measured[m], packing.muscles[m]);
     }
@@ -387,7 +342,7 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const S
                                   const std::vector<BoneShape>& bones) {
   const Pose rest = rest_pose(skeleton);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
-  Packing packing{{}, bones, {}};
+  Packing packing{table, skeleton, {}, bones, {}};
   for (const TableMuscle& muscle : table) {
     packing.muscles.push_back(make_sections(muscle, rest, humerus));
   }

@@ -10,6 +10,14 @@ namespace {
 // which the carried shape shows where it takes the section's plane.
 constexpr double kBeside = 0.01;  // m
 
+Pose bent_pose(const Skeleton& skeleton, double elbow) {
+  std::vector<double> joints(skeleton.size(), 0.0);
+  joints[find_joint(skeleton, "elbow")] = elbow;
+  Pose bent;
+  forward_kinematics(skeleton, joints, bent);
+  return bent;
+}
+
 TriMesh with_probes(const SectionedMuscle& muscle, const Vec3& humerus) {
   TriMesh mesh = mesh_of(muscle);
   for (const Section& section : muscle.sections) {
@@ -29,10 +37,7 @@ PackingPose make_packing_pose(const std::vector<TableMuscle>& table,
                               const std::vector<SectionedMuscle>& muscles, const Skeleton& skeleton,
                               double elbow) {
   const Pose rest = rest_pose(skeleton);
-  std::vector<double> joints(skeleton.size(), 0.0);
-  joints[find_joint(skeleton, "elbow")] = elbow;
-  Pose bent;
-  forward_kinematics(skeleton, joints, bent);
+  const Pose bent = bent_pose(skeleton, elbow);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
   PackingPose pose;
   for (int b = 0; b < skeleton.size(); ++b) {
@@ -65,6 +70,19 @@ PackingPose make_packing_pose(const std::vector<TableMuscle>& table,
     follow(muscles[m], m, pose);
   }
   return pose;
+}
+
+std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const Skeleton& skeleton,
+                                double elbow) {
+  const Pose rest = rest_pose(skeleton);
+  const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
+  for (Vec3& p : mesh.vertices) p += humerus;
+  const CarriedShape shape =
+      make_carried_shape(mesh, muscle.path, rest, muscle.belly, preset_profile(muscle.weights));
+  Rows carried;
+  carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), 1.0, true, carried);
+  for (size_t i = 0; i < carried.size(); ++i) mesh.vertices[i] = to_vec(carried[i]) - humerus;
+  return mesh.vertices;
 }
 
 Vec3 posed(const PosedSection& section, const Vec3& p) {

@@ -28,6 +28,10 @@ PackingPose make_packing_pose(const std::vector<TableMuscle>& table,
                               const std::vector<SectionedMuscle>& muscles, const Skeleton& skeleton,
                               double elbow);
 
+/// Where the solver will carry the nodes of a muscle's mesh, in the humerus' frame like the mesh.
+std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const Skeleton& skeleton,
+                                double elbow);
+
 Vec3 posed(const PosedSection& section, const Vec3& p);
 
 /// Moves the pose's copy of muscle m to where its sections are now.

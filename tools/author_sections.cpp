@@ -42,6 +42,22 @@ Vec3 lean_at(const TableMuscle& muscle, const RestCurve& curve, double along) {
   return Vec3::Zero();
 }
 
+// Where the section at `along` lies: across the path, or across the direction that the table gives
+// (linear between its rows).
+CurvePoint place_of(const TableMuscle& muscle, const RestCurve& curve, double along) {
+  CurvePoint place = point_on(curve, along);
+  if (muscle.across.empty()) return place;
+  size_t i = 0;
+  while (i + 1 < muscle.across.size() && muscle.across[i].first < along) ++i;
+  const auto& [s1, after] = muscle.across[i];
+  const auto& [s0, before] = muscle.across[i > 0 ? i - 1 : 0];
+  const double t = s1 > s0 ? std::clamp((along - s0) / (s1 - s0), 0.0, 1.0) : 1.0;
+  place.frame = frame_along(
+      (before.normalized() + t * (after.normalized() - before.normalized())).normalized(),
+      place.frame.col(1));
+  return place;
+}
+
 // Nanometres, as the file holds them.
 Vec3 rounded(const Vec3& p) {
   return {std::round(p.x() * 1e9) / 1e9, std::round(p.y() * 1e9) / 1e9,
@@ -140,7 +156,7 @@ SectionedMuscle make_sections(const TableMuscle& table, const Pose& rest, const 
   double tendon_volume = 0.0, spindle_volume = 0.0;
   for (size_t i = 0; i < places.size(); ++i) {
     Section section;
-    section.on_path = point_on(curve, places[i]);
+    section.on_path = place_of(table, curve, places[i]);
     const double u = (places[i] - from) / (to - from), w = std::clamp(u, 0.0, 1.0);
     const double tendon = (1.0 - w) * table.tendon_radius[0] + w * table.tendon_radius[1];
     section.belly = u > -1e-9 && u < 1.0 + 1e-9;

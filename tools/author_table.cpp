@@ -112,6 +112,8 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
     muscle.fullest = record.at(0);
   } else if (what == "centre") {
     muscle.centres.emplace_back(record.at(0), record.vec(1));
+  } else if (what == "across") {
+    muscle.across.emplace_back(record.at(0), record.vec(1));
   } else if (what == "flat") {
     muscle.flat = record.at(0);
     muscle.flat_along = record.vec(1);

@@ -27,6 +27,7 @@ struct TableMuscle {
   std::string weights = "even";           ///< preset profile along the belly
   double fullest = 0.5;  ///< where the belly's section is largest, 0..1 of the belly
   std::vector<std::pair<double, Vec3>> centres;  ///< m along the path, and where sections lie
+  std::vector<std::pair<double, Vec3>> across;   ///< m along the path, and what sections lie across
   double flat = 1.0;                             ///< its section is longer by this factor ...
   Vec3 flat_along = Vec3::UnitY();               ///< ... in this direction
 };

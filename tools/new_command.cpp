@@ -63,6 +63,11 @@ Template read_template() {
   return of;
 }
 
+// The template's anconeus fills what its own elbow leaves free; an elbow of other proportions
+// pinches it.
+constexpr std::array<const char*, 2> kMayOverlap[] = {{"anconeus", "humerus"},
+                                                      {"anconeus", "triceps_lateral"}};
+
 // Files of one arm, and its part of the scene.
 struct Written {
   std::string rig, muscles, ignore, keys;
@@ -121,9 +126,9 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
                                           mesh, Vec3::Zero()));
     out.muscles += muscle_text(to, muscle, name, file, size);
   }
-  for (const auto& [a, b] : from.scene.contact.ignore) {
-    out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(a + "_" + to.side) + ", " +
-                  quoted(b + "_" + to.side) + "]";
+  for (const auto& [a, b] : kMayOverlap) {
+    out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(std::string(a) + "_" + to.side) +
+                  ", " + quoted(std::string(b) + "_" + to.side) + "]";
   }
   Pose bind;
   forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),

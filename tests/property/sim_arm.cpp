@@ -188,7 +188,7 @@ TEST(Arm, NoFoldsAndNoSelfIntersection) {
 }
 
 // Neither bone nor a tendon of the biceps cuts through what can give way, between its nodes or at
-// them, but where its own tendon enters the bone; the anconeus is told to overlap the humerus.
+// them, but where its own tendon enters the bone.
 TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
   const Model& model = arm().model;
   const auto index = [&](const std::string& name) {

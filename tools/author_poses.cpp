@@ -18,7 +18,7 @@ Pose bent_pose(const Skeleton& skeleton, double elbow) {
   return bent;
 }
 
-TriMesh with_probes(const SectionedMuscle& muscle, const Vec3& humerus) {
+TriMesh with_probes(const SectionedMuscle& muscle) {
   TriMesh mesh = mesh_of(muscle);
   for (const Section& section : muscle.sections) {
     const CurvePoint& path = section.on_path;
@@ -27,7 +27,6 @@ TriMesh with_probes(const SectionedMuscle& muscle, const Vec3& humerus) {
       mesh.vertices.push_back(path.point + kBeside * path.frame.col(k));
     }
   }
-  for (Vec3& p : mesh.vertices) p += humerus;
   return mesh;
 }
 
@@ -45,19 +44,16 @@ PackingPose make_packing_pose(const std::vector<TableMuscle>& table,
     pose.bend.push_back(Eigen::Translation3d(-humerus) * bend * Eigen::Translation3d(humerus));
   }
   for (size_t m = 0; m < muscles.size(); ++m) {
-    const TriMesh mesh = with_probes(muscles[m], humerus);
-    const CarriedShape shape = make_carried_shape(mesh, table[m].path, rest, table[m].belly,
-                                                  preset_profile(table[m].weights));
-    Rows carried;
-    carried_positions(shape, carry_pose(shape, bent), 1.0, true, carried);
-    size_t probe = mesh.vertices.size() - 3 * muscles[m].sections.size();
+    const std::vector<Vec3> carried =
+        carried_nodes(table[m], with_probes(muscles[m]), skeleton, elbow);
+    size_t probe = carried.size() - 3 * muscles[m].sections.size();
     std::vector<PosedSection> sections;
     for (const Section& section : muscles[m].sections) {
       PosedSection out;
       out.at = section.on_path.point;
-      out.point = to_vec(carried[probe]) - humerus;
-      const Vec3 u = (to_vec(carried[probe + 1]) - humerus - out.point) / kBeside;
-      const Vec3 v = (to_vec(carried[probe + 2]) - humerus - out.point) / kBeside;
+      out.point = carried[probe];
+      const Vec3 u = (carried[probe + 1] - out.point) / kBeside;
+      const Vec3 v = (carried[probe + 2] - out.point) / kBeside;
       Mat3 there;
       there << u.cross(v).normalized(), u, v;
       out.linear = there * section.on_path.frame.transpose();

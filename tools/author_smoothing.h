@@ -9,7 +9,7 @@
 
 namespace thew {
 
-constexpr double kGap = 0.0008;  // m, kept between surfaces
+inline constexpr double kGap = 0.0008;  ///< m, kept between surfaces
 
 /// How deep a tendon may enter a bone: only where it is attached to it. Bellies never do: contact
 /// would press them out again.

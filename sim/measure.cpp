@@ -235,6 +235,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
   number("skin_penetration", measures.skin.max_penetration);
   number("skin_poke_through", measures.skin.max_poke_through);
   whole("skin_intersecting_pairs", measures.skin.intersecting_pairs);
+  number("skin_volume_error", measures.skin.volume_error);
   number("contact_penetration", measures.contact_penetration);
   whole("intersecting_pairs", measures.intersecting_pairs);
   whole("unreached", measures.unreached);

@@ -49,14 +49,26 @@ class PartedHash {
 
 void add_settings(const Scene& scene, PartedHash& hash) {
   hash.add("thew 0.1.0");
-  for (double value :
-       {scene.fps, scene.settle, scene.gravity.x(), scene.gravity.y(), scene.gravity.z(),
-        1.0 * scene.first_frame, 1.0 * scene.solver.substeps, 1.0 * scene.solver.iterations,
-        1.0 * scene.contact.enabled, scene.contact.settings.margin,
-        scene.contact.settings.max_depth, scene.contact.settings.gap,
-        scene.contact.settings.spacing, scene.contact.friction, scene.skin.settings.thickness,
-        scene.skin.settings.smoothing, 1.0 * scene.skin.settings.iterations,
-        scene.skin.settings.fold_gap}) {
+  for (double value : {scene.fps,
+                       scene.settle,
+                       scene.gravity.x(),
+                       scene.gravity.y(),
+                       scene.gravity.z(),
+                       1.0 * scene.first_frame,
+                       1.0 * scene.solver.substeps,
+                       1.0 * scene.solver.iterations,
+                       1.0 * scene.contact.enabled,
+                       scene.contact.settings.margin,
+                       scene.contact.settings.max_depth,
+                       scene.contact.settings.gap,
+                       scene.contact.settings.spacing,
+                       scene.contact.friction,
+                       scene.skin.settings.thickness,
+                       scene.skin.settings.smoothing,
+                       1.0 * scene.skin.settings.iterations,
+                       scene.skin.settings.fold_gap,
+                       scene.skin.settings.reach,
+                       1.0 * scene.skin.settings.keeps_volume}) {
     hash.number(value);
   }
   hash.add(scene.solver.integrator);

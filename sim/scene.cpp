@@ -170,6 +170,13 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read(table, "iterations", settings.iterations, 0, 10000);
   read(table, "fold_gap", settings.fold_gap, kNotNegative);
   read(table, "reach", settings.reach, kPositive);
+  std::string volume = "none";
+  read(table, "volume", volume, {"none", "exact"});
+  settings.keeps_volume = volume == "exact";
+  if (settings.keeps_volume && scene.skin.skinned) {
+    refuse(*find(table, "volume"), "remove it, or give a layer's mesh",
+           ", but the character's own skin need not be closed");
+  }
   bool enabled = true;
   read(table, "enabled", enabled);
   if (enabled) return;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "muscles/volume.h"
 #include "skin/skin_layer.h"
 
 namespace thew {
@@ -187,6 +188,7 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   model.surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
   model.rest = to_rows(mesh.vertices);
   model.bind_pose = bind_pose;
+  model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
   const Edges edges = weighted_edges(model);
   share_out(nearest_bodies(model, below, bodies_of), edges, skeleton.size(), model);

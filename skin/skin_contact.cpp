@@ -12,6 +12,8 @@ constexpr double kStale = 3e-4;        // m of motion after which the flesh is l
 constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
 constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
 constexpr double kFoldReach = 0.006;   // m between the walls of a fold
+constexpr double kSlope = 0.1;         // of the room along the skin, or it would look lumpy
+constexpr int kSlopeSweeps = 2;        // there and back
 constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
 constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
 constexpr int kRounds = 10;            // of what is repeated until it holds
@@ -63,22 +65,35 @@ void look_below_node(const SkinModel& model, const std::vector<Collider>& below,
 
 double moved(const SkinState& state, int i) { return to_vec(state.x[i] - state.looked[i]).norm(); }
 
+// The flesh at a node that is too near it, looked up there; not `found` where it is not.
+FleshValue too_near(const SkinModel& model, const std::vector<Collider>& below, int i,
+                    SkinState& state) {
+  const auto value = [&](double away) {
+    FleshValue flesh = flesh_value(state.planes, i, to_vec(state.x[i]), model.settings.bridging);
+    flesh.found &= flesh.nearest - away < model.least[i];
+    return flesh;
+  };
+  const double away = moved(state, i);
+  const FleshValue flesh = value(away);
+  if (!flesh.found || away == 0.0) return flesh;
+  look_below_node(model, below, i, state);
+  return value(0.0);
+}
+
 void clear_node(const SkinModel& model, const std::vector<Collider>& below, int i,
                 SkinState& state) {
-  for (int round = 0; round < kRounds; ++round) {
-    const Vec3 x = to_vec(state.x[i]);
-    FleshValue flesh = flesh_value(state.planes, i, x, model.settings.bridging);
-    const double away = moved(state, i);
-    if (!flesh.found || flesh.nearest - away >= model.least[i]) return;
-    if (away > 0.0) {
-      look_below_node(model, below, i, state);
-      continue;
-    }
-    if (flesh.nearest >= model.least[i]) return;
+  for (int round = 0; round < kRounds / 2; ++round) {
+    FleshValue flesh = too_near(model, below, i, state);
+    if (!flesh.found) return;
     flesh.gradient_of_level = flesh.normal_of_nearest;
     const Vec3 way = way_out(flesh, state.normals[i]);
-    state.x[i] = to_row(x + climb(flesh, way, model.least[i] - flesh.nearest + 1e-6) * way);
+    state.x[i] += to_row(climb(flesh, way, model.least[i] - flesh.nearest + 1e-6) * way);
   }
+}
+
+// A node of the flesh is through the skin.
+bool is_pierced(const SkinModel& model, const SkinState& state, const SkinPlane& cover) {
+  return cover.normal.dot(point_of(model, state, cover)) < cover.level - kCover;
 }
 
 // Nodes of crossing triangles and their neighbours.
@@ -127,14 +142,16 @@ void look_below(const SkinModel& model, const std::vector<Collider>& below, bool
   }
 }
 
-void look_above(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
+                SkinState& state) {
+  const double reach = std::max(depth, kCoverReach);
   refit_bvh(model.surface, state.x, state.bvh);
   state.covers.clear();
   for (const Collider& flesh : below) {
     for (const Row& row : *flesh.x) {
       const Vec3 p = to_vec(row);
-      const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, kCoverReach);
-      if (near.triangle < 0 || near.distance < -2.0 * kCover) continue;
+      const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, reach);
+      if (near.triangle < 0 || near.distance < -depth) continue;
       state.covers.push_back(plane_at(near, near.normal.dot(p) + kCover));
     }
   }
@@ -180,13 +197,11 @@ void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kCoverRounds = 4;
+  const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
     clear_flesh(model, below, state);
-    look_above(model, below, state);
-    const auto pierces = [&](const SkinPlane& cover) {
-      return cover.normal.dot(point_of(model, state, cover)) < cover.level - kCover;
-    };
-    if (std::none_of(state.covers.begin(), state.covers.end(), pierces)) return;
+    look_above(model, below, kCoverDepth, state);
+    if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
     cover_triangles(model, state);
   }
   clear_flesh(model, below, state);
@@ -208,6 +223,55 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
     }
     clear_flesh(model, below, state);
   }
+}
+
+void find_room(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  look_below(model, below, false, state);
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    const int node = static_cast<int>(i);
+    const FleshValue flesh =
+        flesh_value(state.planes, node, to_vec(state.x[i]), model.settings.bridging);
+    const double fat = flesh.nearest - model.least[i];
+    state.room[i] = flesh.found ? std::clamp(fat, 0.0, kPlenty) : kPlenty;
+  }
+  for (const SkinPlane& cover : state.covers) {
+    const Vec3 point = point_of(model, state, cover);
+    const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
+    if (over >= kPlenty) continue;
+    const Vec3 flesh = point - (over + kCover) * cover.normal;
+    triangles_near(state.bvh, flesh, 2.0 * kPlenty, state.nearby);
+    for (int t : state.nearby) {
+      for (int node : model.surface.triangles[t]) {
+        const double beside = (to_vec(state.x[node]) - flesh).norm();
+        state.room[node] = std::min(state.room[node], over + kSlope * beside);
+      }
+    }
+  }
+  for (int sweep = 0; sweep < 2 * kSlopeSweeps; ++sweep) {
+    for (size_t k = 0; k < state.x.size(); ++k) {
+      const size_t i = sweep % 2 == 0 ? k : state.x.size() - 1 - k;
+      for (int e = model.first_neighbour[i]; e < model.first_neighbour[i + 1]; ++e) {
+        const int j = model.neighbours[e];
+        const double far = norm(state.x[i] - state.x[j]);
+        state.room[i] = std::min(state.room[i], state.room[j] + kSlope * far);
+      }
+    }
+  }
+}
+
+void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,
+                 std::vector<char>& marked) {
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    if (too_near(model, below, static_cast<int>(i), state).found) marked[i] = 1;
+  }
+  for (const SkinPlane& cover : state.covers) {
+    if (!is_pierced(model, state, cover)) continue;
+    for (int node : model.surface.triangles[cover.triangle]) marked[node] = 1;
+  }
+  refit_bvh(model.surface, state.x, state.bvh);
+  mark(model,
+       crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x),
+       marked);
 }
 
 }  // namespace thew

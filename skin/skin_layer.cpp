@@ -6,7 +6,9 @@
 #include "skin/skin_layer.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "muscles/volume.h"
 #include "skin/skin_passes.h"
 
 namespace thew {
@@ -18,8 +20,9 @@ SkinState initial_skin(const SkinModel& model) {
   state.normals.resize(nodes);
   find_normals(model, state);
   state.offset.assign(nodes, Row{});
-  state.force = state.slip = state.offset;
+  state.force = state.slip = state.swelling = state.offset;
   state.moved.assign(nodes, 0.0);
+  state.room.resize(nodes);
   state.turned.resize(model.neighbours.size());
   state.turns.resize(nodes);
   state.planes.planes.resize(nodes);
@@ -38,7 +41,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kLookEvery == 0) {
       look_below(model, below, iteration == 0, state);
-      look_above(model, below, state);
+      look_above(model, below, kCoverDepth, state);
       look_across(model, state);
     }
     relax(model, state);
@@ -48,7 +51,8 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   ease(state);
   cover_flesh(model, below, state);
   untangle(model, below, state);
-  remember(model, state);
+  remember(model, state);  // of the skin by itself: its volume is laid on top, anew in each step
+  if (model.settings.keeps_volume) restore_volume(model, below, state);
   refit_bvh(model.surface, state.x, state.bvh);
 }
 
@@ -77,6 +81,8 @@ SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& be
   const auto pairs =
       crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
   metrics.intersecting_pairs = static_cast<int>(pairs.size());
+  const double volume = enclosed_volume(state.x, model.surface.triangles);
+  metrics.volume_error = std::abs(volume - model.volume) / model.volume;
   return metrics;
 }
 

@@ -13,12 +13,13 @@
 namespace thew {
 
 struct SkinSettings {
-  double thickness = 0.002;  ///< m, least distance of the skin's nodes from muscle and bone
-  double smoothing = 0.5;    ///< 0..1, resistance to bending and stretch against the bound shape
-  int iterations = 8;        ///< projections in each step
-  double fold_gap = 5e-4;    ///< m, kept between skin and skin
-  double bridging = 0.012;   ///< m, crevices of the flesh narrower than half of it are bridged
-  double reach = 0.03;       ///< m, a skinned skin feels the muscles within it
+  double thickness = 0.002;   ///< m, least distance of the skin's nodes from muscle and bone
+  double smoothing = 0.5;     ///< 0..1, resistance to bending and stretch against the bound shape
+  int iterations = 8;         ///< projections in each step
+  double fold_gap = 5e-4;     ///< m, kept between skin and skin
+  double bridging = 0.012;    ///< m, crevices of the flesh narrower than half of it are bridged
+  double reach = 0.03;        ///< m, a skinned skin feels the muscles within it
+  bool keeps_volume = false;  ///< what the skin encloses stays what it is at rest
 };
 
 /// What never changes: topology, rest shape, binding to the bodies.
@@ -28,6 +29,7 @@ struct SkinModel {
   std::vector<std::array<int, 4>> bodies;     ///< -1: unused
   std::vector<std::array<double, 4>> shares;  ///< sum 1
   Pose bind_pose;
+  double volume = 0.0;  ///< m^3, enclosed at rest
   SkinSettings settings;
   std::vector<double> fat;    ///< m, level of the flesh field under each node at rest
   std::vector<double> least;  ///< m, distance that each node keeps from the flesh
@@ -77,7 +79,9 @@ struct SkinState : SkinMotion {
   FleshPlanes planes;
   std::vector<SkinPlane> covers;
   std::vector<SkinFold> folds;
-  Rows parted;  ///< m, by which the walls of folds were last moved apart
+  Rows parted;               ///< m, by which the walls of folds were last moved apart
+  std::vector<double> room;  ///< m, how far a node may go inwards, up to what is plenty
+  Rows swelling;             ///< m^2, the way of a unit of the volume's multiplier
   std::vector<int> hints, nearby;
   RowPairs solution;
 };
@@ -86,6 +90,7 @@ struct SkinMetrics {
   double max_penetration = 0.0;   ///< m, skin nodes inside muscle or bone
   double max_poke_through = 0.0;  ///< m, muscle or (of our own skin) bone nodes outside the skin
   int intersecting_pairs = 0;     ///< skin with itself
+  double volume_error = 0.0;      ///< |V - V0| / V0 of what it encloses
 };
 
 /// `below` are bones and muscles in the bind pose, `bodies_of` the body that carries each collider

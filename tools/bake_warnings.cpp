@@ -46,6 +46,24 @@ std::string flesh_outside(const Model& model, const std::vector<int>& frames,
 
 }  // namespace
 
+std::string skin_too_full(const Model& model, const std::vector<int>& frames,
+                          const std::vector<FrameMeasures>& measures) {
+  constexpr double kHeld = 1e-9;
+  const auto worst = std::max_element(
+      measures.begin(), measures.end(),
+      [](const auto& a, const auto& b) { return a.skin.volume_error < b.skin.volume_error; });
+  if (!model.has_skin || !model.scene.skin.settings.keeps_volume || worst == measures.end() ||
+      worst->skin.volume_error <= kHeld || measures.size() != frames.size()) {
+    return "";
+  }
+  char line[160];
+  std::snprintf(line, sizeof line,
+                "skin: %.2g of its volume off in frame %d, where what is below leaves no room; "
+                "more fat over it at rest gives some",
+                worst->skin.volume_error, frames[worst - measures.begin()]);
+  return line;
+}
+
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader) {
   std::vector<std::string> warnings = model.warnings;
@@ -61,8 +79,10 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
                   result.settled.seconds, result.settled.speed);
     warnings.push_back(line);
   }
-  const std::string outside = flesh_outside(model, frames, result, reader);
-  if (!outside.empty()) warnings.push_back(outside);
+  for (const std::string& warning : {flesh_outside(model, frames, result, reader),
+                                     skin_too_full(model, frames, result.measures)}) {
+    if (!warning.empty()) warnings.push_back(warning);
+  }
   int unreached = 0, fallbacks = 0, zones = 0;
   for (const FrameMeasures& frame : result.measures) {
     unreached += frame.unreached;

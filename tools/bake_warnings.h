@@ -12,4 +12,8 @@ namespace thew {
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader);
 
+/// That a skin that is to keep its volume could not, how far it is off and where; else empty.
+std::string skin_too_full(const Model& model, const std::vector<int>& frames,
+                          const std::vector<FrameMeasures>& measures);
+
 }  // namespace thew

@@ -262,7 +262,11 @@ std::string contacts(const Report& report) {
   if (report.skin.triangles > 0) {
     html += "<p>Skin: deepest penetration " + readable(1e3 * report.skin.max_penetration_m) +
             " mm; muscle or bone stands out of it by " +
-            readable(1e3 * report.skin.max_poke_through_m) + " mm at most.</p>\n";
+            readable(1e3 * report.skin.max_poke_through_m) + " mm at most" +
+            (report.skin.keeps_volume
+                 ? "; volume error at most " + readable(report.skin.max_volume_error)
+                 : "") +
+            ".</p>\n";
   }
   return html;
 }

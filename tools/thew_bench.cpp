@@ -3,9 +3,10 @@
 // thew_bench SCENE: how fast the muscles are, and how right at that speed, as one JSON object.
 // thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and
 // its time beside that of the cheapest step that is the same for all muscles and as right.
-// thew_bench SCENE --copies OUT.svg: contact of 1 to 64 of it in one scene. Times
-// are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry over
-// between machines are the ratios.
+// thew_bench SCENE --copies OUT.svg: contact of 1 to 64 of it in one scene.
+// thew_bench SCENE --skin: its skin layer as it comes, and with its volume kept.
+// Times are CPU milliseconds of one thread, medians of interleaved runs; the figures that carry
+// over between machines are the ratios.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,10 +15,12 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "muscles/volume.h"
 #include "sim/drive.h"
 #include "sim/durable_file.h"
 #include "sim/fidelity_planner.h"
 #include "sim/step.h"
+#include "tools/bench_copies.h"
 #include "tools/scale_plot.h"
 
 namespace thew {
@@ -305,61 +308,6 @@ int run(const std::string& scene) {
   return 0;
 }
 
-// The model `count` times in a row, in one scene.
-Model copies_of(const Model& one, int count, double apart) {
-  Model all = one;
-  Skeleton& skeleton = all.skeleton;
-  const int bodies = one.skeleton.size(), joints = static_cast<int>(one.scene.clip.joints.size());
-  for (int k = 1; k < count; ++k) {
-    const Vec3 shift(0.0, 0.0, k * apart);
-    const int by = k * bodies;
-    const std::string mark = "#" + std::to_string(k);
-    for (int b = 0; b < bodies; ++b) {
-      const bool is_root = one.skeleton.parent[b] < 0;
-      skeleton.body_names.push_back(one.skeleton.body_names[b] + mark);
-      skeleton.parent.push_back(is_root ? 0 : one.skeleton.parent[b] + by);
-      skeleton.joint_in_parent.push_back(one.skeleton.joint_in_parent[b]);
-      if (is_root) skeleton.joint_in_parent.back().pretranslate(shift);
-      skeleton.joint_names.push_back(one.skeleton.joint_names[b] + mark);
-      skeleton.joint_types.push_back(one.skeleton.joint_types[b]);
-      skeleton.joint_axes.push_back(one.skeleton.joint_axes[b]);
-      skeleton.lower.push_back(one.skeleton.lower[b]);
-      skeleton.upper.push_back(one.skeleton.upper[b]);
-      skeleton.visuals.push_back(one.skeleton.visuals[b]);
-    }
-    for (int j = 0; j < joints; ++j) {
-      all.scene.clip.joints.push_back(one.scene.clip.joints[j] + mark);
-      for (size_t key = 0; key < all.scene.clip.values.size(); ++key) {
-        all.scene.clip.values[key].push_back(one.scene.clip.values[key][j]);
-      }
-    }
-    for (Muscle muscle : one.muscles) {
-      for (Vec3& p : muscle.rest.vertices) p += shift;
-      for (PathPoint& point : muscle.shape.path.points) point.body += by;
-      for (WrapCylinder& wrap : muscle.shape.path.wraps) wrap.body += by;
-      for (int& body : muscle.bodies) body += by;
-      all.muscles.push_back(std::move(muscle));
-    }
-    for (Bone bone : one.bones) {
-      bone.body += by;
-      all.bones.push_back(std::move(bone));
-    }
-  }
-  // Colliders are the muscles and then the bones, of all copies.
-  const int muscles = static_cast<int>(one.muscles.size()),
-            bones = static_cast<int>(one.bones.size());
-  all.ignore.assign(all.muscles.size(), std::vector<char>(all.colliders(), 0));
-  for (int k = 0; k < count; ++k) {
-    for (int m = 0; m < muscles; ++m) {
-      const std::vector<char>& own = one.ignore[m];
-      std::vector<char>& ignored = all.ignore[k * muscles + m];
-      std::copy_n(own.begin(), muscles, ignored.begin() + k * muscles);
-      std::copy_n(own.begin() + muscles, bones, ignored.begin() + count * muscles + k * bones);
-    }
-  }
-  return all;
-}
-
 // CPU seconds of one search without memory, as near a bone as a node that touches it.
 double price_of_query(const Model& model, const State& state) {
   const Bone& bone = model.bones.front();
@@ -414,7 +362,34 @@ int scale(const std::string& scene, const std::string& picture) {
   return 0;
 }
 
+// The skin alone, over the last state of the muscles: what a frame costs more than one without.
+int skin(const std::string& scene) {
+  const auto frame = [&](const char* setting) {
+    const Run run = simulate(build_model(read_scene(scene, {setting})));
+    return std::pair(run.milliseconds, run.state.skin.x);
+  };
+  const Model model = build_model(read_scene(scene, {}));
+  if (!model.has_skin) throw Error(ExitCode::kInput, scene + ": has no skin layer");
+  std::vector<double> none, free, kept;
+  double error = 0.0;
+  for (int i = 0; i < kRuns; ++i) {
+    none.push_back(frame("skin.enabled=false").first);
+    free.push_back(frame("skin.volume=none").first);
+    const auto [milliseconds, x] = frame("skin.volume=exact");
+    kept.push_back(milliseconds);
+    const double volume = enclosed_volume(x, model.skin.surface.triangles);
+    error = std::abs(volume - model.skin.volume) / model.skin.volume;
+  }
+  const double layer = median(free) - median(none), full = median(kept) - median(none);
+  const Json out = {{"scene", model.scene.name},       {"nodes", model.skin.rest.size()},
+                    {"cpu_ms_per_frame", layer},       {"cpu_ms_per_frame_with_its_volume", full},
+                    {"ratio_of_volume", full / layer}, {"volume_error", error}};
+  std::printf("%s\n", out.dump(2).c_str());
+  return 0;
+}
+
 int run_command(int argc, char** argv) {
+  if (argc == 3 && std::string_view(argv[2]) == "--skin") return skin(argv[1]);
   if (argc == 4 && std::string_view(argv[2]) == "--copies") return scale(argv[1], argv[3]);
   std::vector<std::string> overrides;
   double tolerance = 0.0;
@@ -428,7 +403,8 @@ int run_command(int argc, char** argv) {
   if (!understood || (tolerance <= 0.0) != (argc == 2)) {
     std::fprintf(
         stderr,
-        "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]... | --copies OUT.svg]\n");
+        "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]... | --copies OUT.svg | "
+        "--skin]\n");
     return 2;
   }
   return tolerance > 0.0 ? compare(argv[1], tolerance, overrides) : run(argv[1]);

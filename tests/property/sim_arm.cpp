@@ -296,6 +296,7 @@ TEST(Arm, SkinLiesOverAll) {
     EXPECT_LE(skin.max_penetration, 1e-6) << "frame " << f + 1;
     EXPECT_LE(skin.max_poke_through, 5e-4) << "frame " << f + 1;
     EXPECT_EQ(skin.intersecting_pairs, 0) << "frame " << f + 1;
+    EXPECT_LE(skin.volume_error, 1e-12) << "frame " << f + 1;
   }
 }
 

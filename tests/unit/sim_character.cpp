@@ -5,9 +5,9 @@
 
 #include "rig/character_import.h"
 #include "rig/math.h"
-#include "rig_temp.h"
 #include "sim/character_rig.h"
 #include "sim/step.h"
+#include "tests/unit/sim_scene_file.h"
 
 namespace thew {
 namespace {
@@ -63,6 +63,17 @@ TEST_F(CharacterScene, AnimationMovesBodiesAndSkin) {
   }
   EXPECT_GT(same, static_cast<int>(x.size()) / 2);
   EXPECT_GT(moved, 0);
+}
+
+TEST_F(CharacterScene, ItsOwnSkinIsNotAskedForItsVolume) {
+  fs::copy_file(fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf",
+                folder / "figure.gltf");
+  const fs::path file = write("volume.toml",
+                              "[rig]\nfile = \"figure.gltf\"\n"
+                              "[skin]\nkind = \"skinned\"\nvolume = \"exact\"\n");
+  EXPECT_EQ(usage_error(file),
+            ":5: skin.volume is \"exact\", but the character's own skin need not be closed; remove "
+            "it, or give a layer's mesh");
 }
 
 TEST_F(CharacterScene, HingeTurnsItsBodyFromTheBindPose) {

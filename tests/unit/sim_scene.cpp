@@ -103,11 +103,12 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.skin.settings.smoothing, 0.25);
   EXPECT_EQ(scene.skin.settings.iterations, 7);
   EXPECT_EQ(scene.skin.settings.fold_gap, 1e-3);
+  EXPECT_TRUE(scene.skin.settings.keeps_volume);
   EXPECT_EQ(scene.solver.integrator, "quasi_static");
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
-  EXPECT_EQ(scene.solver.place, file.string() + ":56");
+  EXPECT_EQ(scene.solver.place, file.string() + ":57");
   EXPECT_FALSE(scene.contact.enabled);
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
@@ -120,7 +121,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
   EXPECT_EQ(scene.contact.self, std::vector<std::string>{"tube"});
-  EXPECT_EQ(scene.contact.place, file.string() + ":69");
+  EXPECT_EQ(scene.contact.place, file.string() + ":70");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -145,7 +146,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":94");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":95");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

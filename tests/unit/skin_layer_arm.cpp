@@ -22,7 +22,9 @@ struct Flexed {
   int folds = 0;             // that the flexed arm's walls have
   double coming_back = 0.0;  // m, from the rest shape at the end
 
-  Flexed() : model(arm.bind({.iterations = 12})), state(initial_skin(model)) {
+  explicit Flexed(bool keeps_volume)
+      : model(arm.bind({.iterations = 12, .keeps_volume = keeps_volume})),
+        state(initial_skin(model)) {
     for (int frame = 0; frame <= 2 * kFrames + kRest; ++frame) {
       const double share = 1.0 - std::abs(frame - kFrames) / double(kFrames);
       const double degrees = kFlexed * std::max(share, 0.0);
@@ -34,6 +36,7 @@ struct Flexed {
       worst.max_penetration = std::max(worst.max_penetration, last.max_penetration);
       worst.max_poke_through = std::max(worst.max_poke_through, last.max_poke_through);
       worst.intersecting_pairs = std::max(worst.intersecting_pairs, last.intersecting_pairs);
+      worst.volume_error = std::max(worst.volume_error, last.volume_error);
     }
     for (size_t i = 0; i < model.rest.size(); ++i) {
       coming_back = std::max(coming_back, to_vec(state.x[i] - model.rest[i]).norm());
@@ -41,24 +44,37 @@ struct Flexed {
   }
 };
 
-const Flexed& flexed() {
-  static const Flexed one;
-  return one;
-}
+class SkinLayer : public testing::TestWithParam<bool> {
+ protected:
+  static const Flexed& flexed() {
+    static const Flexed free(false), full(true);
+    return GetParam() ? full : free;
+  }
+};
 
-TEST(SkinLayer, NothingPokesThroughAndNoNodeIsInside) {
+TEST_P(SkinLayer, NothingPokesThroughAndNoNodeIsInside) {
   EXPECT_LE(flexed().worst.max_penetration, 0.0);
   EXPECT_LE(flexed().worst.max_poke_through, 5e-4);
 }
 
-TEST(SkinLayer, TheWallsOfTheElbowsFoldAreFoundAndKeptApart) {
+TEST_P(SkinLayer, TheWallsOfTheElbowsFoldAreFoundAndKeptApart) {
   EXPECT_GT(flexed().folds, 10);
   EXPECT_EQ(flexed().worst.intersecting_pairs, 0);
 }
 
-TEST(SkinLayer, ComesBackToItsRestShapeWithinASecond) { EXPECT_LE(flexed().coming_back, 1e-3); }
+TEST_P(SkinLayer, ComesBackToItsRestShapeWithinASecond) { EXPECT_LE(flexed().coming_back, 1e-3); }
 
-TEST(SkinLayer, NormalsAreThoseOfTheSkinItself) {
+TEST_P(SkinLayer, KeepsItsVolumeWhereItIsAskedTo) {
+  if (GetParam()) {
+    EXPECT_LE(flexed().worst.volume_error, 1e-12);
+  } else {
+    EXPECT_GE(flexed().worst.volume_error, 0.01);  // or there would be nothing to keep
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, SkinLayer, testing::Bool());
+
+TEST(SkinNormals, AreThoseOfTheSkinItself) {
   // Averaged with the neighbours', and with no others': on a ball each points from the centre.
   const TriMesh mesh = ball(0.1, Vec3::Zero(), 32, 31);
   const Shape below = make_shape(ball(0.09, Vec3::Zero(), 32, 31));

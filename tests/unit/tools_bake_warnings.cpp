@@ -3,6 +3,7 @@
 
 #include "rig/text.h"
 #include "rig_temp.h"
+#include "tools/bake_warnings.h"
 #include "tools/commands.h"
 
 namespace thew {
@@ -48,6 +49,21 @@ TEST_F(BakeWarnings, ThatAMuscleStandsOutOfTheSkinNamesItSizeAndFrame) {
   EXPECT_HAS(text, "muscle \"two\" stands out of the character's skin by ");
   EXPECT_HAS(text, " mm in frame ");
   EXPECT_HAS(said("0.08", "0.01"), "muscle \"one\" stands out");
+}
+
+TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
+  Model model;
+  model.has_skin = model.scene.skin.settings.keeps_volume = true;
+  BakeResult result;
+  for (const double error : {0.0, 0.031, 1e-14}) {
+    result.measures.emplace_back().skin.volume_error = error;
+  }
+  const auto said = [&] { return skin_too_full(model, {7, 8, 9}, result.measures); };
+  EXPECT_EQ(said(),
+            "skin: 0.031 of its volume off in frame 8, where what is below leaves no room; more "
+            "fat over it at rest gives some");
+  result.measures[1].skin.volume_error = 2e-14;
+  EXPECT_EQ(said(), "");
 }
 
 }  // namespace

@@ -76,7 +76,8 @@ TEST(ReportJson, HasWhatIsPromised) {
   EXPECT_EQ(keys(read["seconds"]),
             Words({"contact", "muscles", "render", "rig", "skin", "total", "write"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
-  EXPECT_EQ(keys(read["skin"]), Words({"max_penetration_m", "max_poke_through_m", "triangles"}));
+  EXPECT_EQ(keys(read["skin"]),
+            Words({"max_penetration_m", "max_poke_through_m", "max_volume_error", "triangles"}));
   EXPECT_EQ(keys(read["contact"]), Words({"intersecting_triangle_pairs", "max_penetration_m"}));
   EXPECT_EQ(read["scene"], report.scene);
   EXPECT_EQ(read["frames"], report.frames);

@@ -186,6 +186,8 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
                               "skin.smoothing=0.3",
                               "skin.iterations=4",
                               "skin.fold_gap=2e-3",
+                              "skin.reach=0.02",
+                              "skin.volume=exact",
                               "skin.enabled=false",
                               "solver.integrator=explicit",
                               "solver.volume=linear",

@@ -136,17 +136,6 @@ void complete_skeleton(Character& character) {
   }
 }
 
-std::vector<int> first_at_place(const TriMesh& mesh) {
-  const WeldResult welded = weld(mesh);
-  std::vector<int> first(welded.mesh.vertices.size(), -1), out;
-  for (size_t i = 0; i < welded.map_back.size(); ++i) {
-    int& one = first[welded.map_back[i]];
-    if (one < 0) one = static_cast<int>(i);
-    out.push_back(one);
-  }
-  return out;
-}
-
 }  // namespace
 
 bool names_character(const fs::path& file) {

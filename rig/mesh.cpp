@@ -71,4 +71,24 @@ WeldResult weld(const TriMesh& mesh) {
   return result;
 }
 
+std::vector<int> first_at_place(const TriMesh& mesh) {
+  const WeldResult welded = weld(mesh);
+  std::vector<int> first(welded.mesh.vertices.size(), -1), out;
+  for (size_t i = 0; i < welded.map_back.size(); ++i) {
+    int& one = first[welded.map_back[i]];
+    if (one < 0) one = static_cast<int>(i);
+    out.push_back(one);
+  }
+  return out;
+}
+
+std::vector<Triangle> joined_triangles(const TriMesh& mesh) {
+  const std::vector<int> first = first_at_place(mesh);
+  std::vector<Triangle> triangles = mesh.triangles;
+  for (Triangle& t : triangles) {
+    for (int& i : t) i = first[i];
+  }
+  return triangles;
+}
+
 }  // namespace thew

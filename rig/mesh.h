@@ -28,6 +28,28 @@ struct WeldResult {
 };
 WeldResult weld(const TriMesh& mesh);
 
+/// Of each vertex the first one at exactly its place.
+std::vector<int> first_at_place(const TriMesh& mesh);
+/// The triangles, with the first vertex of each place for all that are there.
+std::vector<Triangle> joined_triangles(const TriMesh& mesh);
+
+/// A mesh as its file has it, where several of the file's vertices lie at one place, as along the
+/// seams of a texture. Empty: as it is once they are joined.
+struct FileOrder {
+  std::vector<int> node;            ///< of each vertex of the file
+  std::vector<Triangle> triangles;  ///< the joined mesh's, by vertices of the file
+};
+
+/// Values by node as values by vertex of the file.
+template <typename T>
+std::vector<T> by_file(const FileOrder& order, std::vector<T> by_node) {
+  if (order.node.empty() || by_node.empty()) return by_node;
+  std::vector<T> out;
+  out.reserve(order.node.size());
+  for (const int node : order.node) out.push_back(by_node[node]);
+  return out;
+}
+
 /// One kind of defect: how many there are, and the first one with its place.
 struct Defect {
   enum Kind {

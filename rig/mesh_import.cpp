@@ -82,15 +82,27 @@ struct NoNumber {
   explicit NoNumber(const What&...) {}
 };
 
-// Of the OBJ's vertices in the file's order, by assimp's own reading of numbers; none where it has
-// lines that are not understood.
-std::vector<Place> obj_places(const fs::path& file) {
+struct ObjLines {
+  std::vector<Place> places;  // of the vertices in the file's order
+  std::vector<int> corners;   // of the faces in the file's order, the vertex of each
+};
+
+// By assimp's own reading of numbers; nothing where a vertex is not understood.
+ObjLines read_obj_lines(const fs::path& file) {
   const std::string bytes = read_whole(file, kAssimpFileLimit);
-  std::vector<Place> places;
+  ObjLines lines;
+  const auto add_face = [&](const std::vector<std::string_view>& words) {
+    for (size_t k = 1; k < words.size(); ++k) {
+      const int number = std::atoi(std::string(words[k]).c_str());  // from 1, or back from -1
+      const int count = static_cast<int>(lines.places.size());
+      lines.corners.push_back(number < 0 ? count + number : number - 1);
+    }
+  };
   for (size_t begin = 0; begin < bytes.size();) {
     const size_t end = std::min(bytes.find('\n', begin), bytes.size());
     const auto words = split_words(std::string_view(bytes).substr(begin, end - begin));
     begin = end + 1;
+    if (!words.empty() && words[0] == "f") add_face(words);
     if (words.empty() || words[0] != "v") continue;
     if (words.size() < 4) return {};
     Place p;
@@ -98,13 +110,14 @@ std::vector<Place> obj_places(const fs::path& file) {
       if (!parse_number(words[k + 1])) return {};
       p[k] = Assimp::fast_atof<NoNumber>(std::string(words[k + 1]).c_str());
     }
-    places.push_back(p);
+    lines.places.push_back(p);
   }
-  return places;
+  return lines;
 }
 
 // assimp makes a vertex of each corner of an OBJ's faces, in their order. Back to the file's
-// vertices in the file's order, by place, without those of no face.
+// vertices in the file's order, by place, without those of no face; a corner is its own vertex's
+// where the file's faces are assimp's, else the first's at its place.
 void restore_order(const fs::path& file, Raw& raw) {
   const std::vector<Vec3>& corners = raw.mesh.vertices;
   const auto place_of = [&](size_t i) {
@@ -116,20 +129,29 @@ void restore_order(const fs::path& file, Raw& raw) {
   Raw ordered;
   std::map<Place, int> vertex_at;
   const auto add = [&](const Place& place, size_t corner) {
-    vertex_at.emplace(place, static_cast<int>(ordered.mesh.vertices.size()));
+    const int vertex = static_cast<int>(ordered.mesh.vertices.size());
+    vertex_at.emplace(place, vertex);
     ordered.mesh.vertices.push_back(corners[corner]);
     ordered.colours.push_back(raw.colours[corner]);
+    return vertex;
   };
-  for (const Place& place : obj_places(file)) {
+  const ObjLines lines = read_obj_lines(file);
+  std::vector<int> of_line;
+  for (const Place& place : lines.places) {
     const auto corner = corner_at.find(place);
-    if (corner != corner_at.end()) add(place, corner->second);
+    of_line.push_back(corner == corner_at.end() ? -1 : add(place, corner->second));
   }
+  std::vector<int> of_corner;
   for (size_t i = 0; i < corners.size(); ++i) {
-    if (vertex_at.count(place_of(i)) == 0) add(place_of(i), i);
+    const Place place = place_of(i);
+    if (vertex_at.count(place) == 0) add(place, i);
+    const int line = lines.corners.size() == corners.size() ? lines.corners[i] : -1;
+    const bool own =
+        line >= 0 && line < static_cast<int>(of_line.size()) && lines.places[line] == place;
+    of_corner.push_back(own ? of_line[line] : vertex_at.at(place));
   }
   for (const Triangle& t : raw.mesh.triangles) {
-    ordered.mesh.triangles.push_back(
-        {vertex_at.at(place_of(t[0])), vertex_at.at(place_of(t[1])), vertex_at.at(place_of(t[2]))});
+    ordered.mesh.triangles.push_back({of_corner[t[0]], of_corner[t[1]], of_corner[t[2]]});
   }
   ordered.coloured = raw.coloured;
   raw = std::move(ordered);
@@ -194,6 +216,15 @@ Raw read_in_child(const fs::path& file) {
   return raw;
 }
 
+FileOrder file_order(const Raw& raw, const std::vector<int>& map_back) {
+  FileOrder order{map_back, {}};
+  for (const Triangle& t : raw.mesh.triangles) {
+    const int a = map_back[t[0]], b = map_back[t[1]], c = map_back[t[2]];
+    if (a != b && b != c && c != a) order.triangles.push_back(t);
+  }
+  return order;
+}
+
 }  // namespace
 
 ImportedMesh import_mesh(const fs::path& file) {
@@ -212,7 +243,12 @@ ImportedMesh import_mesh(const fs::path& file) {
   ImportedMesh out{std::move(welded.mesh),
                    std::move(welded.map_back),
                    static_cast<int>(raw.mesh.vertices.size()),
+                   {},
                    {}};
+  const bool has_order = ending == "obj" || ending == "ply" || ending == "gltf" || ending == "glb";
+  if (has_order && out.mesh.vertices.size() < out.map_back.size()) {
+    out.order = file_order(raw, out.map_back);
+  }
   if (raw.coloured == 0) return out;
   out.colours.resize(out.mesh.vertices.size());
   for (size_t i = out.map_back.size(); i-- > 0;) {  // the first vertex of a place has the last word

@@ -15,6 +15,7 @@ struct ImportedMesh {
                               ///< as assimp has them
   int imported_vertices = 0;
   std::vector<std::array<float, 4>> colours;  ///< by vertex of `mesh`; empty: the file has none
+  FileOrder order;  ///< of OBJ, PLY and glTF, whose vertices come as the file has them
 };
 
 /// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp, in a child

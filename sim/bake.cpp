@@ -28,15 +28,31 @@ std::vector<Vec3> to_points(const Rows& rows) {
   throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
 }
 
-BakeFrame to_frame(int number, const State& state, const FrameMeasures& measures) {
+BakeFrame to_frame(const Model& model, int number, const State& state,
+                   const FrameMeasures& measures) {
   BakeFrame frame;
   frame.frame = number;
-  for (const MuscleState& muscle : state.muscles) frame.positions.push_back(to_points(muscle.x));
+  for (size_t m = 0; m < state.muscles.size(); ++m) {
+    frame.positions.push_back(by_file(model.muscles[m].order, to_points(state.muscles[m].x)));
+  }
   for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
   frame.metrics = flatten(measures);
   frame.state = pack_state(state);
   return frame;
+}
+
+BakeMesh bake_mesh(const Muscle& muscle) {
+  const FileOrder& order = muscle.order;
+  BakeMesh mesh{muscle.name, BakeMesh::Kind::kMuscle, muscle.rest, muscle.weights, {}};
+  for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
+    mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
+  }
+  mesh.rest.vertices = by_file(order, std::move(mesh.rest.vertices));
+  if (!order.node.empty()) mesh.rest.triangles = order.triangles;
+  mesh.weights = by_file(order, std::move(mesh.weights));
+  mesh.coordinates = by_file(order, std::move(mesh.coordinates));
+  return mesh;
 }
 
 }  // namespace
@@ -52,11 +68,7 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
   info.frames = frames;
   info.metric_names = measure_names(model);
   for (const Muscle& muscle : model.muscles) {
-    BakeMesh mesh{muscle.name, BakeMesh::Kind::kMuscle, muscle.rest, muscle.weights, {}};
-    for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
-      mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
-    }
-    info.meshes.push_back(std::move(mesh));
+    info.meshes.push_back(bake_mesh(muscle));
   }
   for (const Bone& bone : model.bones) {
     info.meshes.push_back({bone.name, BakeMesh::Kind::kBone, bone.in_body, {}, {}});
@@ -114,7 +126,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
       continue;
     }
     const FrameMeasures measures = measure(model, rest_areas, parallel, state);
-    const BakeFrame frame = to_frame(number, state, measures);
+    const BakeFrame frame = to_frame(model, number, state, measures);
     const auto begin = std::chrono::steady_clock::now();
     writer.write(frame);
     result.write_seconds += seconds_since(begin);

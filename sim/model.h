@@ -23,6 +23,7 @@ namespace thew {
 struct Muscle {
   std::string name;
   TriMesh rest;
+  FileOrder order;  ///< in which a bake has it
   Surface surface;
   double rest_volume = 0.0;  ///< m^3
   VolumeZones zones;         ///< empty: one multiplier for all of it

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "rig/math.h"
+#include "tools/seams.h"
 
 namespace thew {
 namespace {
@@ -71,6 +72,7 @@ DrawConstant halfway(const DrawConstant& a, const DrawConstant& b) {
 
 DrawMesh append_mesh(const BakeMesh& mesh, DrawGeometry& geometry) {
   DrawMesh draw;
+  draw.triangles = shaded_triangles(mesh);
   draw.first_vertex = geometry.constants.size();
   const std::vector<DrawConstant> constants = mesh_constants(mesh);
   geometry.constants.insert(geometry.constants.end(), constants.begin(), constants.end());
@@ -85,7 +87,7 @@ DrawMesh append_mesh(const BakeMesh& mesh, DrawGeometry& geometry) {
     return at->second;
   };
   const auto first = static_cast<std::uint32_t>(draw.first_vertex);
-  for (const auto& [i, j, k] : mesh.rest.triangles) {
+  for (const auto& [i, j, k] : draw.triangles) {
     const std::uint32_t a = first + i, b = first + j, c = first + k;
     const std::uint32_t ab = vertex_of(i, j), bc = vertex_of(j, k), ca = vertex_of(k, i);
     geometry.indices.insert(geometry.indices.end(), {a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca});
@@ -140,7 +142,7 @@ void place_vertices(const std::vector<BakeMesh>& meshes,
     if (!shown[static_cast<int>(meshes[m].kind)]) continue;
     assert(positions[m].size() == meshes[m].rest.vertices.size());
     placed.vertices = positions[m];
-    placed.triangles = meshes[m].rest.triangles;
+    placed.triangles = geometry.meshes[m].triangles;
     const std::vector<Vec3> normals = vertex_normals(placed);
     const std::vector<Vec3>& p = placed.vertices;
     DrawVertex* out = geometry.vertices.data() + geometry.meshes[m].first_vertex;

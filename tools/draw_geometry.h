@@ -24,6 +24,7 @@ struct DrawConstant {
 
 /// One mesh, refined for drawing: its own vertices, then one on each edge.
 struct DrawMesh {
+  std::vector<Triangle> triangles;  ///< as they are shaded
   std::vector<std::array<int, 2>> edges;
   std::size_t first_vertex = 0;
 };

@@ -206,7 +206,7 @@ Exported export_alembic(const Shot& shot, const std::filesystem::path& file) {
       };
       add(kBounds, box(positions));
       add(kPositions, floats(positions));
-      add(kNormals, floats(unit_normals(shot.mesh(m).rest, positions)));
+      add(kNormals, floats(unit_normals(shot.mesh(m), positions)));
       add(kVelocities, floats(velocity[m]));
     }
   });

@@ -107,11 +107,10 @@ std::vector<Vec3> rounded(const std::vector<Vec3>& values) {
 Morphs exact_morphs(const Shot& shot, const BakeMesh& mesh, const Frames& frames) {
   Morphs morphs;
   morphs.base = rounded(mesh.rest.vertices);
-  morphs.base_normals = unit_normals(mesh.rest, morphs.base);
+  morphs.base_normals = unit_normals(mesh, morphs.base);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     morphs.targets.push_back(minus(*frames[f], morphs.base));
-    morphs.target_normals.push_back(
-        minus(unit_normals(mesh.rest, *frames[f]), morphs.base_normals));
+    morphs.target_normals.push_back(minus(unit_normals(mesh, *frames[f]), morphs.base_normals));
     morphs.names.push_back("frame " + std::to_string(shot.frame(f)));
     morphs.weights.emplace_back(frames.size(), 0.0f)[f] = 1.0f;
   }
@@ -127,7 +126,7 @@ Morphs basis_morphs(const BakeMesh& mesh, const Frames& frames, int count) {
   morphs.base = rounded(combine(basis.base_factors, frames));
   std::vector<std::vector<Vec3>> normals;
   Frames normal_frames;
-  for (const auto* frame : frames) normals.push_back(unit_normals(mesh.rest, *frame));
+  for (const auto* frame : frames) normals.push_back(unit_normals(mesh, *frame));
   for (auto& frame : normals) normal_frames.push_back(&frame);
   morphs.base_normals = combine(std::vector<double>(frames.size(), 1.0), normal_frames);
   for (Vec3& n : morphs.base_normals) n = n.norm() > 0.0 ? n.normalized() : Vec3::UnitY();

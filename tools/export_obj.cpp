@@ -16,7 +16,7 @@ std::string obj_text(const Shot& shot, const std::vector<std::vector<Vec3>>& pos
     for (const Vec3& p : positions[m]) {
       text += "v " + (shot.info().double_precision ? digits<double>(p) : digits<float>(p)) + "\n";
     }
-    for (const Vec3& n : unit_normals(mesh.rest, positions[m])) {
+    for (const Vec3& n : unit_normals(mesh, positions[m])) {
       text += "vn " + digits<float>(n) + "\n";
     }
     text += "s 1\n";

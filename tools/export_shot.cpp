@@ -9,6 +9,7 @@
 #include "tools/commands.h"
 #include "tools/export_file.h"
 #include "tools/progress.h"
+#include "tools/seams.h"
 
 namespace thew {
 namespace {
@@ -102,8 +103,12 @@ std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place) {
   return result;
 }
 
-std::vector<Vec3> unit_normals(const TriMesh& rest, const std::vector<Vec3>& positions) {
-  std::vector<Vec3> normals = vertex_normals({positions, rest.triangles});
+std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions) {
+  std::vector<Vec3> normals = vertex_normals({positions, shaded_triangles(mesh)});
+  if (mesh.kind != BakeMesh::Kind::kSkin) {
+    const std::vector<int> first = first_at_place(mesh.rest);
+    for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = normals[first[i]];
+  }
   for (Vec3& normal : normals) {
     if (normal.isZero(0.0)) normal = Vec3::UnitY();
   }

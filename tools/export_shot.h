@@ -44,8 +44,8 @@ std::vector<ShotFrame> all_frames(const Shot& shot);
 /// the first and the last frame that to the neighbour. A bake of one frame stands still.
 std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place);
 
-/// One a vertex, of length 1: a vertex without area gets up.
-std::vector<Vec3> unit_normals(const TriMesh& rest, const std::vector<Vec3>& positions);
+/// One a vertex, of length 1, smooth across a muscle's seams: a vertex without area gets up.
+std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions);
 
 /// The only mesh that is chosen. Error(kUsage) with the choice where there are more.
 const BakeMesh& only_mesh(const Shot& shot, const std::string& format);

@@ -105,10 +105,9 @@ Exported export_usda(const Shot& shot, const std::filesystem::path& file) {
     write_samples(out, "float3[] extent", shot, [&](auto i) { return extent(positions(i)); });
     out.append(topology(mesh.rest));
     write_samples(out, "normal3f[] normals", shot,
-                  [&](auto i) { return unit_normals(mesh.rest, positions(i)); });
-    out.append(
-        "        normal3f[] normals = " + tuples(unit_normals(mesh.rest, mesh.rest.vertices)) +
-        " (\n            interpolation = \"vertex\"\n        )\n");
+                  [&](auto i) { return unit_normals(mesh, positions(i)); });
+    out.append("        normal3f[] normals = " + tuples(unit_normals(mesh, mesh.rest.vertices)) +
+               " (\n            interpolation = \"vertex\"\n        )\n");
     out.append("        uniform token orientation = \"rightHanded\"\n");
     write_samples(out, "point3f[] points", shot, positions);
     out.append("        point3f[] points = " + tuples(mesh.rest.vertices) + "\n");

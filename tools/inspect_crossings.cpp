@@ -41,19 +41,6 @@ bool share_vertex(const Triangle& s, const Triangle& t) {
                      [&](int i) { return std::find(t.begin(), t.end(), i) != t.end(); });
 }
 
-/// A mesh's triangles with vertices at one place at rest made one, as a character's skin has them
-/// along its seams.
-std::vector<Triangle> welded_triangles(const TriMesh& rest) {
-  const std::vector<int> map_back = weld(rest).map_back;
-  std::vector<int> first(rest.vertices.size(), -1);
-  for (std::size_t i = map_back.size(); i-- > 0;) first[map_back[i]] = static_cast<int>(i);
-  std::vector<Triangle> triangles = rest.triangles;
-  for (Triangle& t : triangles) {
-    for (int& i : t) i = first[map_back[i]];
-  }
-  return triangles;
-}
-
 bool is_edge(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
 /// The share of edges that lack a neighbour.
@@ -293,7 +280,7 @@ std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
   std::array<Crossings, kLayerPairs.size()> found;
   Layers layers{meshes, positions, {}};
-  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(welded_triangles(mesh.rest));
+  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(joined_triangles(mesh.rest));
   count_pairs(layers, found);
   for (std::size_t b = 0; b < meshes.size(); ++b) {
     const double open = open_share(layers.triangles[b]);

@@ -10,6 +10,7 @@
 #include "tools/base64.h"
 #include "tools/export_file.h"
 #include "tools/report_viewer_page.h"
+#include "tools/seams.h"
 #include "tools/svg_chart.h"
 
 namespace thew {
@@ -131,7 +132,7 @@ std::string report_viewer(const BakeReader& bake) {
                       {"weighted", !mesh.weights.empty()},
                       {"colour", muscle ? chart_colour(muscles++) : ""},
                       {"errors", volume_errors(info, frames, mesh.name)}});
-    for (const Triangle& triangle : mesh.rest.triangles) {
+    for (const Triangle& triangle : shaded_triangles(mesh)) {
       for (const int vertex : triangle) put(bytes, static_cast<std::uint32_t>(vertex));
     }
     for (const double weight : mesh.weights) {

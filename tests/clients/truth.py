@@ -15,7 +15,7 @@ def write(folder, one):
     arrays, meshes, at = [], [], 0
     with h5py.File(os.path.join(folder, "bake.h5")) as bake:
         for name, group in bake["meshes"].items():
-            entry = {"name": name}
+            entry = {"name": name, "kind": bytes(group.attrs["kind"]).decode()}
             for key in ("positions", "triangles"):
                 values = numpy.asarray(group[key], dtype="<f8")
                 entry[key] = {"at": at, "shape": list(values.shape)}

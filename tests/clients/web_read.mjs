@@ -117,11 +117,8 @@ function usda(file, truth) {
   result.tell();
 }
 
-// The character's own animation as three.js plays it, curves of all kinds and skinning included:
-// the bake is that, vertex by vertex in the file's order, and the muscles' displacement on top.
-async function character(file, truth) {
-  const result = new Comparison(`three.js ${THREE.REVISION}`, file, 1e-6);
-  await validate(file);
+// A character's own animation as three.js plays it, curves of all kinds and skinning included.
+async function play(file) {
   const asset = await new GLTFLoader().parseAsync(fs.readFileSync(file, 'utf8'), '');
   let thing;
   asset.scene.traverse((node) => thing = node.isSkinnedMesh ? node : thing);
@@ -130,47 +127,126 @@ async function character(file, truth) {
   action.setLoop(THREE.LoopOnce);
   action.clampWhenFinished = true;
   action.play();
-  const skin = truth.meshes.find((mesh) => mesh.name === 'skin');
-  if (String(thing.geometry.index.array) !== String(skin.triangles)) {
-    result.wrong.push('triangles differ');
-  }
-  const { skinIndex, skinWeight, position } = thing.geometry.attributes;
-  // Muscles act neither on what the hips carry nor on the fingers.
-  const { bones, boneInverses } = thing.skeleton;
+  const seek = (seconds) => {
+    mixer.setTime(seconds);
+    asset.scene.updateMatrixWorld(true);
+  };
+  // A place of the bind pose, as vertex v's weights carry it.
+  const carry = (v, place) =>
+    thing.applyBoneTransform(v, place.clone()).applyMatrix4(thing.matrixWorld);
+  return { thing, seek, carry };
+}
+
+// By vertex, whether no muscle reaches it: on what the hips carry, and on the fingers.
+function beyond_muscles({ geometry, skeleton }) {
+  const { skinIndex, skinWeight, position } = geometry.attributes;
+  const { bones, boneInverses } = skeleton;
   const weight_of = (v, name) => [0, 1, 2, 3].reduce((sum, k) => sum +
     (bones[skinIndex.getComponent(v, k)].name === name ? skinWeight.getComponent(v, k) : 0), 0);
   const is_finger = (v, name) => weight_of(v, name) === 1 && new THREE.Vector3()
     .fromBufferAttribute(position, v)
     .applyMatrix4(boneInverses[bones.findIndex((bone) => bone.name === name)]).length() > 0.1;
-  const apart = Array.from({ length: position.count }, (_, v) => weight_of(v, 'Hips') > 0 ||
+  return Array.from({ length: position.count }, (_, v) => weight_of(v, 'Hips') > 0 ||
     is_finger(v, 'LeftHand') || is_finger(v, 'RightHand'));
-  const point = new THREE.Vector3();
-  let moved = 0;
-  for (let i = 0; i < truth.frames.length; ++i) {
-    mixer.setTime((truth.frames[i] - 1) / truth.fps);
-    asset.scene.updateMatrixWorld(true);
-    const read = [], expected = [];
-    for (let v = 0; v < position.count; ++v) {
-      thing.getVertexPosition(v, point).applyMatrix4(thing.matrixWorld);
-      const at = 3 * (i * position.count + v), baked = skin.positions.subarray(at, at + 3);
-      if (!apart[v]) {
-        moved = Math.max(moved, point.distanceTo(new THREE.Vector3(...baked)));
-        continue;
-      }
-      read.push(...point.toArray());
-      expected.push(...baked);
-    }
-    result.add(`hips and fingers, frame ${truth.frames[i]}`, read, expected);
+}
+
+function place_of(truth, mesh, i, v) {
+  const at = i * mesh.positions.length / truth.frames.length + 3 * v;
+  return new THREE.Vector3(...mesh.positions.subarray(at, at + 3));
+}
+
+// The baked skin against three.js's, in the file's order of vertices; all, or those that `chosen`
+// says of the character.
+async function weights_alone(file, truth, what, chosen = () => null) {
+  const result = new Comparison(`three.js ${THREE.REVISION}`, `${file}, ${what}`, 1e-6);
+  const { thing, seek } = await play(file);
+  const skin = truth.meshes.find((mesh) => mesh.name === 'skin');
+  if (String(thing.geometry.index.array) !== String(skin.triangles)) {
+    result.wrong.push('triangles differ');
   }
-  console.log(`  between them muscles move the skin by up to ${(1e3 * moved).toFixed(2)} mm`);
-  if (!(moved > 1e-4 && moved < 0.03)) result.wrong.push('that is not what muscles do');
+  const among = chosen(thing), point = new THREE.Vector3();
+  for (let i = 0; i < truth.frames.length; ++i) {
+    seek((truth.frames[i] - 1) / truth.fps);
+    const read = [], expected = [];
+    for (let v = 0; v < thing.geometry.attributes.position.count; ++v) {
+      if (among && !among[v]) continue;
+      read.push(...thing.getVertexPosition(v, point).applyMatrix4(thing.matrixWorld).toArray());
+      expected.push(...place_of(truth, skin, i, v).toArray());
+    }
+    result.add(`frame ${truth.frames[i]}`, read, expected);
+  }
   result.tell();
+}
+
+// Skin vertices of one arm within `reach` (m) of its muscles in the first frame, each with the
+// node that is nearest to it.
+function over_flesh(truth, side, reach) {
+  const skin = truth.meshes.find((mesh) => mesh.name === 'skin');
+  const muscles = truth.meshes.filter(({ name, kind }) => kind === 'muscle' && name.endsWith(side));
+  const nodes = muscles.flatMap((mesh) => Array.from(
+    { length: mesh.positions.length / truth.frames.length / 3 },
+    (_, node) => ({ mesh, node, was: place_of(truth, mesh, 0, node) })));
+  const pairs = [];
+  for (let v = 0; v < skin.positions.length / truth.frames.length / 3; ++v) {
+    const was = place_of(truth, skin, 0, v);
+    const [best, squared] = nodes.reduce((least, node) => {
+      const d = node.was.distanceToSquared(was);
+      return d < least[1] ? [node, d] : least;
+    }, [null, reach * reach]);
+    if (best) pairs.push({ v, was, flesh: best, above: Math.sqrt(squared) });
+  }
+  return pairs;
+}
+
+// Muscles take the skin along with them against its weights, and no farther than they go. In a bent
+// elbow that is far: two tubes of radius r meet at r / cos(a / 2) from its axis, a its angle, and
+// weights of a half leave the skin at r cos(a / 2), deep in the flesh. So in each frame and arm the
+// most that the skin has gone, beside what its weights make of it as the first frame has it, is
+// held against the most by which the flesh below has come up, along what the weights make of the
+// line from there to the skin.
+async function displacement(file, truth) {
+  const { thing, seek, carry } = await play(file);
+  const skin = truth.meshes.find((mesh) => mesh.name === 'skin');
+  const place = `${file}: muscles`, wrong = [];
+  let farthest = 0, closest = 0;
+  seek(0);
+  const { position } = thing.geometry.attributes, point = new THREE.Vector3();
+  for (let v = 0; v < position.count; ++v) {
+    point.fromBufferAttribute(position, v);
+    if (!(carry(v, point).distanceTo(point) < 1e-6)) wrong.push(`vertex ${v}: begins not at bind`);
+  }
+  const arms = ['_left', '_right'].map((side) => over_flesh(truth, side, 0.03));
+  for (let i = 1; i < truth.frames.length; ++i) {
+    seek((truth.frames[i] - 1) / truth.fps);
+    for (const pairs of arms) {
+      let gone = 0, come = 0;
+      for (const { v, was, flesh, above } of pairs) {
+        const carried = carry(v, was), out = carried.clone().sub(carry(v, flesh.was)).normalize();
+        const level = out.dot(place_of(truth, flesh.mesh, i, flesh.node)) + above;
+        gone = Math.max(gone, carried.distanceTo(place_of(truth, skin, i, v)));
+        come = Math.max(come, Math.abs(level - out.dot(carried)));
+      }
+      if (!(gone > 1e-4 && gone <= come)) {
+        wrong.push(`frame ${truth.frames[i]}: skin by ${gone} m, flesh by ${come} m`);
+      }
+      farthest = Math.max(farthest, gone);
+      closest = Math.max(closest, gone / come);
+    }
+  }
+  console.log(`${place} take the skin along by up to ${(1e3 * farthest).toFixed(1)} mm, at most ` +
+              `${closest.toFixed(2)} of their own way`);
+  for (const line of wrong.slice(0, 5)) console.log('  ' + line);
+  good &&= wrong.length === 0;
 }
 
 for (const folder of process.argv.slice(3)) {
   const truth = load(folder);
   if (folder.endsWith('/wave')) {
-    await character(`${folder}/input.gltf`, truth);
+    const file = `${folder}/input.gltf`;
+    await validate(file);
+    await weights_alone(file, truth, 'hips and fingers', beyond_muscles);
+    await weights_alone(file, load(`${folder}/weights`), 'without muscles');
+    await displacement(file, truth);
     continue;
   }
   const stated = fs.readFileSync(`${folder}/basis.txt`, 'utf8').match(/position error (\S+) mm/);

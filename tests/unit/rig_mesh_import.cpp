@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "rig/character_import.h"
 #include "rig/mesh_import.h"
 #include "rig/text.h"
 #include "rig_shapes.h"
@@ -104,6 +105,62 @@ TEST_F(Import, RefusesVerticesThatAreNotFinite) {
                           bytes_of<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, nan, 0}) +
                           bytes_of<uint16_t>({0});
   EXPECT_HAS(error_of(write("nan.stl", stl)), "vertex 2 is not finite: (0, nan, 0)");
+}
+
+// Two pyramids on the square between them, each with its own four corners of it.
+std::string two_halves(const char* vertex, const char* face, int from, const char* between) {
+  std::string text;
+  const int at[10][3] = {{1, 0, 0},  {0, 1, 0},  {-1, 0, 0}, {0, -1, 0}, {0, 0, 1},
+                         {0, 0, -1}, {0, -1, 0}, {1, 0, 0},  {0, 1, 0},  {-1, 0, 0}};
+  for (const auto& p : at) {
+    text += vertex;
+    for (const int value : p) text += std::to_string(value) + " ";
+    text += "\n";
+  }
+  const int faces[8][3] = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                           {8, 7, 5}, {9, 8, 5}, {6, 9, 5}, {7, 6, 5}};
+  for (const auto& f : faces) {
+    text += face;
+    for (const int i : f) text += " " + std::to_string(i + from) + between;
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(Import, VerticesAtOnePlaceStayApartInTheFilesOrder) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 10\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 8\nproperty list uchar int vertex_indices\nend_header\n";
+  const fs::path files[] = {write("a.obj", two_halves("v ", "f", 1, "")),
+                            write("b.obj", two_halves("v ", "f", -10, "")),
+                            write("c.obj", "vt 0 0\n" + two_halves("v ", "f", 1, "/1")),
+                            write("d.ply", ply + two_halves("", "3", 0, ""))};
+  for (const fs::path& file : files) {
+    const ImportedMesh mesh = import_closed_mesh_whole(file, Eigen::Affine3d::Identity());
+    EXPECT_EQ(mesh.mesh.vertices.size(), 6u) << file;
+    EXPECT_EQ(mesh.order.node, (std::vector<int>{0, 1, 2, 3, 4, 5, 3, 0, 1, 2})) << file;
+    EXPECT_EQ(mesh.order.triangles, (std::vector<Triangle>{{0, 1, 4},
+                                                           {1, 2, 4},
+                                                           {2, 3, 4},
+                                                           {3, 0, 4},
+                                                           {8, 7, 5},
+                                                           {9, 8, 5},
+                                                           {6, 9, 5},
+                                                           {7, 6, 5}}))
+        << file;
+  }
+  const auto apart = import_mesh(write("e.obj", two_halves("v ", "f", 1, "") + "l 1 2\n"));
+  EXPECT_EQ(apart.order.node.size(), 10u);
+  EXPECT_TRUE(import_mesh(write("cube.obj", cube_obj())).order.node.empty());
+}
+
+// The figure's seams, as its skin has them.
+TEST_F(Import, GltfKeepsItsVerticesAtOnePlaceApart) {
+  const fs::path file = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
+  const TriMesh skin = import_character(file).mesh;
+  const FileOrder order = import_mesh(file).order;
+  EXPECT_EQ(order.node, weld(skin).map_back);
+  EXPECT_EQ(order.triangles, skin.triangles);
 }
 
 // A tetrahedron of volume 1/6 in an external buffer, under two nodes: moved, and mirrored.

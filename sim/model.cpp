@@ -162,7 +162,8 @@ Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const Sc
   muscle.settings = scene;
   muscle.swells = false;
   const ImportedMesh imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
-  muscle.rest = imported.mesh, muscle.order = imported.order;
+  muscle.rest = imported.mesh;
+  muscle.order = imported.order;
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   const std::vector<int> held = held_nodes(skeleton, scene, muscle.rest);
@@ -196,7 +197,8 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
                             scene.profile.radius);
   } else {
     imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
-    muscle.rest = imported.mesh, muscle.order = imported.order;
+    muscle.rest = imported.mesh;
+    muscle.order = imported.order;
   }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));

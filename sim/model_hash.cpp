@@ -114,6 +114,8 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
   hash.add(muscle.name);
   hash.points(muscle.rest.vertices);
   hash.faces(muscle.rest.triangles);
+  hash.add(muscle.order.node.data(), muscle.order.node.size() * sizeof(int));
+  hash.faces(muscle.order.triangles);
   add_path(muscle.shape.path, hash);
   hash.list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.settings.guide,
              muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,

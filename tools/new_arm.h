@@ -97,6 +97,9 @@ Mat3 linear_at(const ArmFit& fit, double y);
 /// outside, or where the axis is.
 double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
 
+/// Girth over length, of the template's, below which an arm is slender.
+inline constexpr double kSlender = 0.75;
+
 /// What crosses the elbow in one piece would, in a fold, stand out of an arm more slender than the
 /// template's: its upper end lies as far from the joint as the bone is long. A place on the piece,
 /// as far from the joint as the girth asks for, holds it to the humerus (the forearm rolls); the

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 
 #include "rig/character_import.h"
@@ -74,6 +75,8 @@ struct Written {
   std::vector<std::string> outside;  // muscles that stand out of the skin
   double fat = 1.0, volume = 0.0;    // m, the least over the muscles; m^3
   double thickness = 1e3;            // of the thinnest segment, over the template's
+  double section = 1e3;              // of the thinnest section of a muscle, over the template's
+  bool slender = false;              // whether any is, for its length
 };
 
 // Over the template's, of the upper arm and of the forearm.
@@ -90,6 +93,29 @@ std::string forearm_text(const Target& to) {
          ", radius = " + quoted(to.name_of(to.arm.radius)) + ", head = [" +
          metres(into * head, ", ") + "], wrist = [" +
          metres(into * to.rest[to.arm.hand].translation(), ", ") + "] }\n";
+}
+
+// m, from the middle of each ring of a tube (muscles/tube.h) to its nodes, in the mean.
+std::vector<double> ring_radii(const TriMesh& tube) {
+  const auto at_pole = [](const Triangle& t) { return t[0] == 0 || t[1] == 0 || t[2] == 0; };
+  const size_t n = std::count_if(tube.triangles.begin(), tube.triangles.end(), at_pole);
+  std::vector<double> radii;
+  for (size_t first = 1; first + n < tube.vertices.size(); first += n) {
+    const Vec3* x = &tube.vertices[first];
+    const Vec3 middle = std::accumulate(x, x + n, Vec3(Vec3::Zero())) / n;
+    double sum = 0.0;
+    for (size_t k = 0; k < n; ++k) sum += (x[k] - middle).norm();
+    radii.push_back(sum / n);
+  }
+  return radii;
+}
+
+// Over the same one of the template's.
+double thinnest_section(const TriMesh& tube, const TriMesh& of_template) {
+  const std::vector<double> radii = ring_radii(tube), before = ring_radii(of_template);
+  double least = 1e3;
+  for (size_t i = 0; i < radii.size(); ++i) least = std::min(least, radii[i] / before[i]);
+  return least;
 }
 
 void write_arm(const Target& to, const fs::path& folder, Written& out) {
@@ -119,6 +145,7 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
     const double volume = enclosed_volume(mesh);
     const MappedSize size{volume, volume / enclosed_volume(before),
                           least_fat(to.fit, to.skin, points)};
+    out.section = std::min(out.section, thinnest_section(mesh, before));
     if (size.fat < 0.0) out.outside.push_back(name);
     out.fat = std::min(out.fat, size.fat);
     out.volume += size.volume;
@@ -148,6 +175,8 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
       "\nrange = [0, 140]\n" + forearm_text(to) + "\n";
   const auto [upper, fore] = thickness_of(to);
   out.thickness = std::min({out.thickness, upper, fore});
+  out.slender =
+      out.slender || upper < kSlender * to.fit.along_upper || fore < kSlender * to.fit.along_fore;
   out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
               "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
 }
@@ -164,7 +193,8 @@ std::string clip_text(const Written& written, const Character& character) {
   return text + "\n";
 }
 
-// Deeper in than a thin muscle is thick, its node would be drawn out on the wrong side.
+// Deeper in than a muscle is thick where it is thinnest, its node would be drawn out on the wrong
+// side.
 std::string contact_text(const ContactSettings& of_template, const Written& written) {
   const auto line = [&](const char* key, double of) {
     return std::string(key) + " = " + metres(of * written.thickness) + "\n";
@@ -172,9 +202,20 @@ std::string contact_text(const ContactSettings& of_template, const Written& writ
   char note[120];
   std::snprintf(note, sizeof note, "[contact]  # the template's, by the thinnest segment: %.2f\n",
                 written.thickness);
-  return note + line("margin", of_template.margin) + line("max_depth", of_template.max_depth) +
-         line("gap", of_template.gap) + line("spacing", of_template.spacing) + "ignore = [" +
-         written.ignore + "]\n\n";
+  return note + line("margin", of_template.margin) +
+         "max_depth = " + metres(of_template.max_depth * written.section) +
+         "  # by the thinnest section\n" + line("gap", of_template.gap) +
+         line("spacing", of_template.spacing) + "ignore = [" + written.ignore + "]\n\n";
+}
+
+// Within the reach of a person's skin there lie, in a slender arm, muscles of its other side: with
+// them its skin would be drawn off it.
+std::string skin_text(const Written& written) {
+  const std::string text =
+      "[skin]  # the character's own, with the muscles' displacement on top\nkind = \"skinned\"\n";
+  if (!written.slender) return text + "\n";
+  return text + "reach = " + metres(SkinSettings{}.reach * written.thickness) +
+         "  # by the thinnest segment\n\n";
 }
 
 std::string scene_text(const std::string& name, const fs::path& character_file, double scale,
@@ -186,10 +227,8 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          "\nfps = 24\nframes = \"1-72\"\nsettle = 2.0\ngravity = [0, -9.81, 0]\n\n[rig]\nfile = " +
          quoted(character_file.string()) + "\n" +
          (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + written.rig + clip +
-         written.muscles +
-         "[skin]  # the character's own, with the muscles' displacement on top\nkind = "
-         "\"skinned\"\n\n" +
-         contact + "[render]\nsize = [960, 540]\n\n" + views + "[[bound]]\nvolume_error = 1e-9\n";
+         written.muscles + skin_text(written) + contact + "[render]\nsize = [960, 540]\n\n" +
+         views + "[[bound]]\nvolume_error = 1e-9\n";
 }
 
 // A scene reads nothing outside its folder: a character from elsewhere is copied beside it.

@@ -4,11 +4,6 @@
 #include "tools/new_arm.h"
 
 namespace thew {
-namespace {
-
-constexpr double kSlender = 0.75;  // girth over length, below which a path is held
-
-}  // namespace
 
 void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
                    const std::vector<double>& heights, MusclePath& path) {

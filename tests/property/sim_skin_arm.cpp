@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The arm's skin as an anatomist knows it: it slides over the tip of the elbow, and a forearm that
+// turns over does not wring it like the paper of a sweet.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "sim/drive.h"
+#include "sim/step.h"
+
+namespace thew {
+namespace {
+
+struct Moved {
+  Model model;
+  Parallel parallel{2};
+  State state;
+  Pose rest;  // bodies in the first frame
+  Rows skin;  // there
+
+  explicit Moved(const std::string& keys)
+      : model(build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml",
+                                     {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"}))),
+        state(initial_state(model)) {
+    settle(model, parallel, state);
+    rest = state.pose;
+    skin = state.skin.x;
+  }
+  void go_to(int frame) {
+    StageSeconds seconds;
+    step_frame(model, (frame - 1) / model.scene.fps, parallel, state, seconds);
+  }
+};
+
+int bone_named(const Model& model, const std::string& name) {
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    if (model.bones[b].name == name) return static_cast<int>(b);
+  }
+  throw std::runtime_error("no bone " + name);
+}
+
+// The tip of the olecranon: of the ulna's upper 3 cm the point farthest back.
+Vec3 tip_of_elbow(const Moved& arm) {
+  const Rows& ulna = arm.state.bones[bone_named(arm.model, "ulna")].x;
+  double top = -1.0;
+  for (const Row& x : ulna) top = std::max(top, x[1]);
+  Vec3 tip = Vec3::Constant(1.0);
+  for (const Row& x : ulna) {
+    if (x[1] > top - 0.03 && x[0] < tip.x()) tip = to_vec(x);
+  }
+  return tip;
+}
+
+TEST(ArmSkin, SlidesOverTheTipOfTheElbow) {
+  Moved arm("elbow = [[1, 0], [30, 130], [60, 0]]");
+  const Vec3 tip = tip_of_elbow(arm);
+  const int ulna = arm.model.bones[bone_named(arm.model, "ulna")].body;
+  const auto slid = [&] {  // m, over the ulna, of the skin within 3 cm of the tip, in the mean
+    const Transform back = arm.rest[ulna] * arm.state.pose[ulna].inverse();
+    double sum = 0.0;
+    int count = 0;
+    for (size_t i = 0; i < arm.skin.size(); ++i) {
+      const Vec3 was = to_vec(arm.skin[i]);
+      if ((was - tip).norm() > 0.03) continue;
+      sum += (back * to_vec(arm.state.skin.x[i]) - was).norm();
+      ++count;
+    }
+    EXPECT_GT(count, 20);
+    return sum / count;
+  };
+  for (int frame = 2; frame <= 30; ++frame) arm.go_to(frame);
+  const double flexed = slid();
+  for (int frame = 31; frame <= 60; ++frame) arm.go_to(frame);
+  std::printf("%.1f mm at 130 degrees, %.2f mm back at 0\n", 1e3 * flexed, 1e3 * slid());
+  EXPECT_GT(flexed, 0.01);
+  EXPECT_LT(flexed, 0.04);
+  EXPECT_LT(slid(), 5e-4);
+}
+
+// m^2, of the skin's rings by their height at rest: nodes of one height in order around.
+std::map<double, double> ring_areas(const Moved& arm, const Rows& now) {
+  std::map<double, std::vector<Vec3>> rings;
+  for (size_t i = 0; i < now.size(); ++i) {
+    rings[std::round(1e6 * arm.model.skin.rest[i][1])].push_back(to_vec(now[i]));
+  }
+  std::map<double, double> areas;
+  for (const auto& [height, ring] : rings) {
+    if (ring.size() < 32) continue;
+    Vec3 sum = Vec3::Zero();
+    for (size_t k = 0; k < ring.size(); ++k) {
+      sum += (ring[k] - ring[0]).cross(ring[(k + 1) % ring.size()] - ring[0]);
+    }
+    areas[height] = 0.5 * sum.norm();
+  }
+  return areas;
+}
+
+TEST(ArmSkin, IsNotWrungByTheForearmsTurn) {
+  for (const char* angle : {"80", "-80"}) {
+    Moved arm(std::string("forearm_rotation = [[1, 0], [30, ") + angle + "]]");
+    const auto before = ring_areas(arm, arm.skin);
+    for (int frame = 2; frame <= 30; ++frame) arm.go_to(frame);
+    double least = 1.0;
+    for (const auto& [height, area] : ring_areas(arm, arm.state.skin.x)) {
+      least = std::min(least, area / before.at(height));
+    }
+    std::printf("%s degrees: narrowest ring %.3f of its area at rest\n", angle, least);
+    EXPECT_GT(before.size(), 50u);
+    EXPECT_GT(least, 0.9);
+  }
+}
+
+}  // namespace
+}  // namespace thew

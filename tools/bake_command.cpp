@@ -343,6 +343,10 @@ ExitCode bake_command(const CommandOptions& options) {
 
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,
                         int turntable) {
+  if (scene_file.empty() && !options.overrides.empty()) {
+    throw Error(ExitCode::kUsage, "--set " + options.overrides.front() +
+                                      " sets a key of a scene, but none is given; add --scene");
+  }
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
   SceneRender render;

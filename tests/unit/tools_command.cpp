@@ -136,6 +136,10 @@ TEST_F(Command, ATurntableGoesRoundOneFrame) {
   turn.out = folder / "straight";
   render_command(turn, views);
   EXPECT_EQ(read_png(turn.out / "front.0002.png").rgb, images[0].rgb);
+  // A key that no scene is there for is not ignored.
+  turn.overrides = {"render.size=[32, 32]"};
+  EXPECT_THROW(render_command(turn, {}), Error);
+  turn.overrides.clear();
   turn.frames = "1-2";
   try {
     render_command(turn, views, 4);

@@ -225,8 +225,7 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
   }
 }
 
-void find_room(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  look_below(model, below, false, state);
+void find_room(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
     const FleshValue flesh =

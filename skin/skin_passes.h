@@ -53,8 +53,9 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
 void remember(const SkinModel& model, SkinState& state);
 
 inline constexpr double kPlenty = 0.006;  ///< m of fat that gives way freely
-/// Sets room by the fat that is left under each node and over each node of the flesh.
-void find_room(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+/// Sets room by the fat that is left under each node and over each node of the flesh, by the planes
+/// and covers that were last looked up.
+void find_room(const SkinModel& model, SkinState& state);
 /// Moves the skin to the volume that it has at rest, to rounding error, where there is room for it
 /// without coming too near the flesh, being pierced by it or crossing itself; or as near as may be.
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);

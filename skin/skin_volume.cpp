@@ -44,12 +44,13 @@ bool swell(const SkinModel& model, SkinState& state) {
 
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;
+  look_below(model, below, false, state);
   look_above(model, below, 2.0 * kPlenty, state);
   const Rows before = state.x;
   std::vector<char> held(state.x.size(), 0), faulty;
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {
-      find_room(model, below, state);
+      find_room(model, state);
       for (size_t i = 0; i < held.size(); ++i) {
         if (held[i]) state.room[i] = 0.0;
       }

@@ -121,6 +121,35 @@ void even_out(const SkinModel& model, int i, SkinState& state) {
   state.x[i] += 0.5 * (sum * (1.0 / weight) - state.x[i]);
 }
 
+// A node of the flesh takes room from the skin about it, the less the farther.
+void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& state) {
+  const Vec3 point = point_of(model, state, cover);
+  const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
+  if (over >= kPlenty) return;
+  const Vec3 flesh = point - (over + kCover) * cover.normal;
+  triangles_near(state.bvh, flesh, 2.0 * kPlenty, state.nearby);
+  for (int t : state.nearby) {
+    for (int node : model.surface.triangles[t]) {
+      const double beside = (to_vec(state.x[node]) - flesh).norm();
+      state.room[node] = std::min(state.room[node], over + kSlope * beside);
+    }
+  }
+}
+
+// Nowhere does it grow faster along the skin than by its slope.
+void smooth_room(const SkinModel& model, SkinState& state) {
+  for (int sweep = 0; sweep < 2 * kSlopeSweeps; ++sweep) {
+    for (size_t k = 0; k < state.x.size(); ++k) {
+      const size_t i = sweep % 2 == 0 ? k : state.x.size() - 1 - k;
+      for (int e = model.first_neighbour[i]; e < model.first_neighbour[i + 1]; ++e) {
+        const int j = model.neighbours[e];
+        const double far = norm(state.x[i] - state.x[j]);
+        state.room[i] = std::min(state.room[i], state.room[j] + kSlope * far);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Vec3 way_out(const FleshValue& flesh, const Row& normal) {
@@ -233,29 +262,8 @@ void find_room(const SkinModel& model, SkinState& state) {
     const double fat = flesh.nearest - model.least[i];
     state.room[i] = flesh.found ? std::clamp(fat, 0.0, kPlenty) : kPlenty;
   }
-  for (const SkinPlane& cover : state.covers) {
-    const Vec3 point = point_of(model, state, cover);
-    const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
-    if (over >= kPlenty) continue;
-    const Vec3 flesh = point - (over + kCover) * cover.normal;
-    triangles_near(state.bvh, flesh, 2.0 * kPlenty, state.nearby);
-    for (int t : state.nearby) {
-      for (int node : model.surface.triangles[t]) {
-        const double beside = (to_vec(state.x[node]) - flesh).norm();
-        state.room[node] = std::min(state.room[node], over + kSlope * beside);
-      }
-    }
-  }
-  for (int sweep = 0; sweep < 2 * kSlopeSweeps; ++sweep) {
-    for (size_t k = 0; k < state.x.size(); ++k) {
-      const size_t i = sweep % 2 == 0 ? k : state.x.size() - 1 - k;
-      for (int e = model.first_neighbour[i]; e < model.first_neighbour[i + 1]; ++e) {
-        const int j = model.neighbours[e];
-        const double far = norm(state.x[i] - state.x[j]);
-        state.room[i] = std::min(state.room[i], state.room[j] + kSlope * far);
-      }
-    }
-  }
+  for (const SkinPlane& cover : state.covers) leave_room_over(model, cover, state);
+  smooth_room(model, state);
 }
 
 void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What the skin encloses keeps its volume by the multiplier of the muscles (Hong et al. 2006, eqs.
-// 9 and 10; its cubic solved exactly), where a scene asks for it: [skin] volume = "exact".
+// 9 to 14, its cubic solved exactly), where a scene asks for it: [skin] volume = "exact".
 #include <algorithm>
 
 #include "muscles/volume.h"
@@ -47,6 +47,7 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
   look_below(model, below, false, state);
   look_above(model, below, 2.0 * kPlenty, state);
   const Rows before = state.x;
+  // Where something goes wrong the skin stays as it was, and the rest goes the farther.
   std::vector<char> held(state.x.size(), 0), faulty;
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {

@@ -107,6 +107,11 @@ inline constexpr double kSlender = 0.75;
 void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
                    const std::vector<double>& heights, MusclePath& path);
 
+/// A character's shoulder blade does not go along when its arm drops from the bind pose to the
+/// side, as a person's does: what a path has on it below the joint, the origin apart, would pass
+/// through the upper arm. It goes with the humerus instead; the path at rest is the same.
+void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path);
+
 /// The rest pose: the bind pose with the elbow straight as the template's, and the forearm rolled
 /// as its animations have it.
 Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,

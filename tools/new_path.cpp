@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Paths across the elbow of an arm that is not of the template's proportions.
+// Paths across the joints of an arm that is not the template's.
 #include "tools/new_arm.h"
 
 namespace thew {
@@ -23,6 +23,17 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
     for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= segment;
     path.points.insert(path.points.begin() + segment + 1, {a.body, rest[a.body].inverse() * held});
     return;
+  }
+}
+
+void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path) {
+  const Vec3 joint = rest[arm.humerus].translation();
+  const Vec3 down = (rest[arm.forearm].translation() - joint).normalized();
+  for (size_t i = 1; i + 1 < path.points.size(); ++i) {
+    PathPoint& point = path.points[i];
+    const Vec3 world = rest[point.body] * point.position;
+    if (point.body != arm.clavicle || down.dot(world - joint) <= 0.0) continue;
+    point = {arm.humerus, rest[arm.humerus].inverse() * world};
   }
 }
 

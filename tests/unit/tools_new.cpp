@@ -55,6 +55,26 @@ TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   EXPECT_EQ(thick.points.size(), 3u);
 }
 
+// At rest the path is the same; what lies beside the upper arm goes with it.
+TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
+  const ArmBodies arm{false, 0, 1, 2, 3, 2, 2};
+  Pose rest(4, Transform::Identity());
+  for (int b = 1; b < 4; ++b) rest[b].translation().y() = -0.3 * (b - 1);
+  rest[1].linear() = rotation_about(Vec3::UnitX(), 0.4);
+  const MusclePath plain{{{0, Vec3(0.03, -0.01, 0.0)},
+                          {0, Vec3(0.03, 0.01, 0.0)},
+                          {0, Vec3(0.02, -0.03, 0.0)},
+                          {1, Vec3(0.01, -0.13, 0.0)}},
+                         {}};
+  MusclePath held = plain;
+  hold_at_shoulder(arm, rest, held);
+  for (size_t i = 0; i < plain.points.size(); ++i) {
+    EXPECT_EQ(held.points[i].body, i < 2 ? 0 : 1) << i;
+    const Vec3 before = rest[plain.points[i].body] * plain.points[i].position;
+    EXPECT_LT((rest[held.points[i].body] * held.points[i].position - before).norm(), 1e-15) << i;
+  }
+}
+
 TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
   const Character man = import_character(data("cesium_man.gltf"));

@@ -110,7 +110,7 @@ double measured(const std::string& quantity, const Report& report) {
   }
   if (quantity == "poke_through") return report.skin.max_poke_through_m;
   const bool of_skin = quantity == "volume_error" && report.skin.keeps_volume;
-  double most = of_skin ? report.skin.max_volume_error : 0.0;
+  double most = of_skin ? *report.skin.max_volume_error : 0.0;
   for (const Report::Muscle& row : report.muscles) {
     most = std::max(most, quantity == "volume_error"           ? row.max_volume_error
                           : quantity == "substep_volume_error" ? row.max_substep_volume_error
@@ -132,16 +132,19 @@ Report make_report(const Model& model, const CommandOptions& options,
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     report.muscles.push_back(muscle_of(model, m, result));
   }
+  std::vector<double> volume_error;  // of a skin layer
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {
     report.skin.penetration_m.push_back(frame.skin.max_penetration);
     report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
-    report.skin.max_volume_error = std::max(report.skin.max_volume_error, frame.skin.volume_error);
+    if (model.has_skin && !model.skinned) volume_error.push_back(frame.skin.volume_error);
     report.contact.max_penetration_m =
         std::max(report.contact.max_penetration_m, frame.contact_penetration);
     report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
   }
-  report.skin.keeps_volume = model.has_skin && scene.skin.settings.keeps_volume;
+  if (!volume_error.empty()) report.skin.max_volume_error = largest(volume_error);
+  report.skin.keeps_volume =
+      report.skin.max_volume_error.has_value() && scene.skin.settings.keeps_volume;
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
   report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
   for (const Bound& bound : scene.bounds) {

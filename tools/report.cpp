@@ -89,6 +89,10 @@ std::string report_as_json(const Report& report) {
       muscles[m]["fidelity"] = chosen_as_json(report.solver.plan->muscles[m]);
     }
   }
+  ordered_json skin = {{"triangles", report.skin.triangles},
+                       {"max_penetration_m", report.skin.max_penetration_m},
+                       {"max_poke_through_m", report.skin.max_poke_through_m}};
+  if (report.skin.max_volume_error) skin["max_volume_error"] = *report.skin.max_volume_error;
   const ordered_json all = {
       {"thew", report.thew},
       {"scene", report.scene},
@@ -98,11 +102,7 @@ std::string report_as_json(const Report& report) {
       {"hash", report.hash},
       {"solver", solver},
       {"muscles", muscles},
-      {"skin",
-       {{"triangles", report.skin.triangles},
-        {"max_penetration_m", report.skin.max_penetration_m},
-        {"max_poke_through_m", report.skin.max_poke_through_m},
-        {"max_volume_error", report.skin.max_volume_error}}},
+      {"skin", skin},
       {"contact",
        {{"max_penetration_m", report.contact.max_penetration_m},
         {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},

@@ -45,7 +45,7 @@ struct Report {
     double max_penetration_m = 0.0,
            max_poke_through_m = 0.0;                    ///< into flesh; flesh out of the skin
     std::vector<double> penetration_m, poke_through_m;  ///< by frame, for the chart
-    double max_volume_error = 0.0;                      ///< |V - V0| / V0 of what a layer encloses
+    std::optional<double> max_volume_error;             ///< |V - V0| / V0, of a layer
     bool keeps_volume = false;                          ///< [skin] volume = "exact"
   } skin;
 

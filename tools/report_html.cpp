@@ -264,7 +264,7 @@ std::string contacts(const Report& report) {
             " mm; muscle or bone stands out of it by " +
             readable(1e3 * report.skin.max_poke_through_m) + " mm at most" +
             (report.skin.keeps_volume
-                 ? "; volume error at most " + readable(report.skin.max_volume_error)
+                 ? "; volume error at most " + readable(*report.skin.max_volume_error)
                  : "") +
             ".</p>\n";
   }

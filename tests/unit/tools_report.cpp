@@ -41,8 +41,8 @@ Report sample() {
     }
     report.muscles.push_back(muscle);
   }
-  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4),
-                 std::vector<double>(120, 2e-4)};
+  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
+                 2e-15};
   report.contact = {2e-4, std::vector<int>(120, 0)};
   report.seconds = {10.0, 0.1, 5.0, 2.0, 1.5, 0.9, 0.5};
   report.bounds = {{"volume_error", 3e-15, 1e-9}, {"penetration", 1.5e-4, 5e-4}};

@@ -17,8 +17,8 @@ void predict_skin(SkinState& state);
 /// Flesh under each node that has moved since it was looked up; all of them at first.
 void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
                 SkinState& state);
+inline constexpr double kCoverDepth = 0.002;  ///< m; flesh nodes are kept half as deep
 /// Flesh nodes within `depth` (m) of a skin triangle from within, or through it.
-inline constexpr double kCoverDepth = 0.002;  // m, where they are kept half as deep
 void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
                 SkinState& state);
 /// Skin nodes that come near the other wall of a fold, or through it.
@@ -45,10 +45,6 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 /// Evens out what still crosses, with the ring around it, until nothing does.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 
-/// Marks the nodes that are too near the flesh or in a triangle that the flesh pierces, and those
-/// in and around triangles that cross.
-void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,
-                 std::vector<char>& marked);
 /// Sets force, slip and offset for the step to come.
 void remember(const SkinModel& model, SkinState& state);
 
@@ -56,8 +52,13 @@ inline constexpr double kPlenty = 0.006;  ///< m of fat that gives way freely
 /// Sets room by the fat that is left under each node and over each node of the flesh, by the planes
 /// and covers that were last looked up.
 void find_room(const SkinModel& model, SkinState& state);
-/// Moves the skin to the volume that it has at rest, to rounding error, where there is room for it
-/// without coming too near the flesh, being pierced by it or crossing itself; or as near as may be.
+/// Marks the nodes that are too near the flesh or in a triangle that the flesh pierces, and those
+/// in and around triangles that cross.
+void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,
+                 std::vector<char>& marked);
+/// Moves the skin to the volume that it has at rest, to rounding error; where there is no room, as
+/// near as the fat allows; and not at all where it would leave the skin too near the flesh, pierced
+/// or crossing whatever part of it is held.
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 
 /// Out of the flesh, a unit vector: along the field's gradient, with a little of the skin's normal

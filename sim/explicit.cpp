@@ -16,7 +16,7 @@ namespace thew {
 namespace {
 
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
-constexpr double kMargin = 0.8;    // of the stable step
+constexpr double kMargin = 0.95;   // of the stable step, by a bound of the spectrum (Gershgorin)
 constexpr int kContactRounds = 60;
 constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
 
@@ -284,7 +284,7 @@ int explicit_substeps(const Model& model, int m, double h) {
   return std::max(1, static_cast<int>(std::ceil(h / (kMargin * stable))));
 }
 
-void step_explicit(const Model& model, int m, double time, double frame, State& state) {
+void step_explicit(const Model& model, int m, double frame, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const VolumeMethod method = model.volume;
@@ -294,7 +294,7 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
   const int substeps = explicit_substeps(model, m, frame);
   const double h = frame / substeps;
   const Row gravity = to_row(model.scene.gravity);
-  Touches touches = touches_of(model, m, time - frame, state);
+  Touches touches = touches_of(model, m, state);
   begin_explicit(muscle, now);
   RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length;
@@ -330,7 +330,9 @@ void step_explicit(const Model& model, int m, double time, double frame, State& 
     restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0, now.x);  // that moved it
   }
   for (size_t c = 0; c < touches.size(); ++c) {
-    now.push[c] = touches[c].pushed / (frame * contact_stiffness(muscle, touches[c].node));
+    const double pushed = touches[c].pushed;
+    now.push[c] =
+        pushed == 0.0 ? 0.0 : pushed / (frame * contact_stiffness(muscle, touches[c].node));
   }
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }

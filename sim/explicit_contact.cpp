@@ -5,47 +5,43 @@
 #include <cmath>
 
 #include "rig/vectorise.h"
-#include "sim/drive.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
 namespace {
 
-Touch touch_of(const Model& model, const State& state, const Pose& pose_before,
+// To where a body's points were when the step began.
+Transform way_back(const State& state, int body) {
+  return state.pose_before[body] * state.pose[body].inverse();
+}
+
+Touch touch_of(const Model& model, const State& state, const std::vector<Transform>& back,
                const Contact& contact) {
-  const int muscles = static_cast<int>(model.muscles.size());
-  const Vec3& normal = contact.normal;
-  Row before, after;
-  if (contact.other < muscles) {
-    before = after = contact_point(model, contact, other_seen(state, contact));
-  } else {
-    const Bone& bone = model.bones[contact.other - muscles];
-    const Triangle& t = bone.surface.triangles[contact.triangle];
-    const std::vector<Vec3>& y = bone.in_body.vertices;
-    const auto& b = contact.barycentric;
-    const Vec3 point = b[0] * y[t[0]] + b[1] * y[t[1]] + b[2] * y[t[2]];
-    before = to_row(pose_before[bone.body] * point);
-    after = to_row(state.pose[bone.body] * point);
+  const Row after = contact_point(model, contact, other_seen(state, contact));
+  Row before = after;
+  if (contact.other >= state.count()) {
+    const int body = model.bones[contact.other - state.count()].body;
+    const Transform& move = back[body];
+    if (state.body_moved[body]) before = to_row(move.linear() * to_vec(after) + move.translation());
   }
-  const double from =
-      normal.dot(to_vec(before)) + model.scene.contact.settings.gap + contact.offset;
-  return {.normal = to_row(normal),
-          .from = from,
-          .way = normal.dot(to_vec(after - before)),
+  const Row normal = to_row(contact.normal);
+  return {.normal = normal,
+          .from = dot(normal, before) + model.scene.contact.settings.gap + contact.offset,
+          .way = dot(normal, after - before),
           .node = contact.node};
 }
 
 }  // namespace
 
-Touches touches_of(const Model& model, int m, double begin, const State& state) {
+Touches touches_of(const Model& model, int m, const State& state) {
   Touches touches;
-  if (state.muscles[m].contacts.empty()) return touches;
-  std::vector<double> joints;
-  Pose pose_before;
-  joints_at(model, begin, joints);
-  forward_kinematics(model.skeleton, joints, pose_before);
-  for (const Contact& contact : state.muscles[m].contacts) {
-    touches.push_back(touch_of(model, state, pose_before, contact));
+  const std::vector<Contact>& contacts = state.muscles[m].contacts;
+  if (contacts.empty()) return touches;
+  std::vector<Transform> back;
+  for (int b = 0; b < model.skeleton.size(); ++b) back.push_back(way_back(state, b));
+  touches.reserve(contacts.size());
+  for (const Contact& contact : contacts) {
+    touches.push_back(touch_of(model, state, back, contact));
     const size_t last = touches.size() - 1;
     if (last > 0 && touches[last - 1].node == contact.node) {  // they come by node
       touches[last - 1].shared = touches[last].shared = true;

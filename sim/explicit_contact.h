@@ -25,8 +25,8 @@ struct Touch {
 };
 static_assert(sizeof(Touch) == 64);
 using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
-/// Of muscle m in the step that begins at `begin` (s) and ends at the pose of `state`.
-Touches touches_of(const Model& model, int m, double begin, const State& state);
+/// Of muscle m in the step that ends at the pose of `state`.
+Touches touches_of(const Model& model, int m, const State& state);
 
 struct Held {
   Touch* touch;

@@ -76,7 +76,6 @@ void iterate_xpbd(const Model& model, int m, State& state);
 /// of h (s) as the spectrum asks for. Within h the rig moves along a straight line: where its
 /// velocity jumps from one h to the next the muscle is shaken, and more substeps shake it less.
 int explicit_substeps(const Model& model, int m, double h);
-/// `time` is the step's end, s.
-void step_explicit(const Model& model, int m, double time, double h, State& state);
+void step_explicit(const Model& model, int m, double h, State& state);
 
 }  // namespace thew

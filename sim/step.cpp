@@ -41,7 +41,7 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
   });
 }
 
-void solve_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
+void solve_muscles(const Model& model, double h, Parallel& parallel, State& state) {
   const auto each = [&](const auto& work) {
     parallel.each(state.count(), [&](int m) {
       if (has_forces(state.muscles[m].level)) work(m);
@@ -51,7 +51,7 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
   const auto look = [&](int m) { see(state.muscles[m]); };
   each(look);
   if (model.integrator == Integrator::kExplicit) {
-    each([&](int m) { step_explicit(model, m, time, h, state); });
+    each([&](int m) { step_explicit(model, m, h, state); });
     return;
   }
   const bool xpbd = model.integrator == Integrator::kXpbd;
@@ -80,7 +80,7 @@ std::optional<Trouble> step(const Model& model, double time, double h, Parallel&
     find_all_contacts(model, parallel, state);
   }
   StopWatch watch(seconds.muscles);
-  solve_muscles(model, time, h, parallel, state);
+  solve_muscles(model, h, parallel, state);
   return find_trouble(model, h, state);
 }
 

@@ -284,7 +284,9 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x
     const Entry entry = stack[--top];
     if (entry.distance2 > best2) continue;
     const Bvh::Node& node = bvh.nodes[entry.node];
-    for (int i = node.first; i < node.first + node.count; ++i) look(bvh.order[i]);
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      if (bvh.order[i] != hint) look(bvh.order[i]);
+    }
     if (node.count > 0) continue;
     Entry near{node.first, box_distance2(bvh.nodes[node.first], query)};
     Entry far{node.first + 1, box_distance2(bvh.nodes[node.first + 1], query)};

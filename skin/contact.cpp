@@ -112,6 +112,19 @@ Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
 
 namespace {
 
+// Whether a node's normal points against `n`: surely where all its faces do, which takes no angle.
+bool points_against(const Collider& self, int node, const Vec3& n) {
+  const Rows& x = *self.x;
+  const auto faces_against = [&](int triangle) {
+    const Triangle& t = self.surface->triangles[triangle];
+    const Vec3 a = to_vec(x[t[0]]);
+    return (to_vec(x[t[1]]) - a).cross(to_vec(x[t[2]]) - a).dot(n) < 0.0;
+  };
+  const std::vector<int>& round = self.surface->vertex_triangles[node];
+  return std::all_of(round.begin(), round.end(), faces_against) ||
+         node_normal(*self.surface, x, node).dot(n) < 0.0;
+}
+
 // What gives way is met along its smooth normal. On a wide flat face of a bone its own counts, so
 // that nothing is left inside it when it slides along; not where the node has come from the other
 // side.
@@ -125,10 +138,11 @@ Vec3 normal_against(const Collider& self, int node, const Collider& target,
                          smooth_normal(surface, x, found.triangle, found.barycentric));
   }
   const Vec3 face = face_normal(surface, x, found.triangle);
-  const bool flat = is_flat(surface, x, found.triangle, face, found.barycentric, reach);
-  if (flat && found.distance > -kTouching) return face;
-  const Vec3 own = own_normal();
-  return flat && own.dot(face) < 0.0 ? face : steady_normal(own, contact_normal(found, p));
+  if (is_flat(surface, x, found.triangle, face, found.barycentric, reach) &&
+      (found.distance > -kTouching || points_against(self, node, face))) {
+    return face;
+  }
+  return steady_normal(own_normal(), contact_normal(found, p));
 }
 
 }  // namespace
@@ -148,6 +162,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
     ContactMemory::Other& known = memory.others[other];
     const Approach approach = recall(self, target, nodes, settings.margin, known);
     const std::vector<int> pressed = pressed_nodes(pressing, other, false);
+    auto next_pressed = pressed.begin();  // not before the node
     const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoft) * settings.max_depth;
     const double reach = std::max(settings.margin, deepest);
     const std::ptrdiff_t others = std::ssize(contacts);
@@ -158,7 +173,8 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       clear = lowered(approach, approach.nearing.empty() ? 0 : self.followed->parts.of_node[node],
                       clear);
       if (clear >= let_go) continue;
-      const bool goes_on = std::binary_search(pressed.begin(), pressed.end(), node);
+      while (next_pressed != pressed.end() && *next_pressed < node) ++next_pressed;
+      const bool goes_on = next_pressed != pressed.end() && *next_pressed == node;
       const double margin = goes_on ? let_go : settings.margin;
       if (clear >= margin) continue;
       const Row x = (*self.x)[node];

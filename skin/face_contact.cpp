@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "rig/vectorise.h"
 
@@ -200,9 +201,15 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const double reach = std::max(settings.margin, settings.max_depth);
-  const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
-  const Row around = {reach, reach, reach, 0.0};
-  const NodeBox within = {box.low - around, box.high + around};
+  std::optional<NodeBox> within;  // from the first that asks
+  const auto is_in_reach = [&](const Row& p) {
+    if (!within) {
+      const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
+      const Row around = {reach, reach, reach, 0.0};
+      within = NodeBox{box.low - around, box.high + around};
+    }
+    return is_within(*within, p);
+  };
   memory.others.resize(colliders.size());
   const size_t of_nodes = contacts.size();
   for (const int other : near) {
@@ -222,7 +229,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
           clear);
       if (clear >= (pressed.empty() ? settings.margin : reach)) continue;
       const Row place = place_of(them, *them.x, points[i]);
-      if (!is_within(within, place)) {
+      if (!is_in_reach(place)) {
         note_box(*self.bvh, place, clear);
         continue;
       }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "rig/math.h"
+#include "rig/vectorise.h"
 
 namespace thew {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 constexpr int kSamples = 129;
 constexpr double kRounding = 0.007;  // m, length over which corners are rounded
 constexpr double kJunction = 0.012;  // m, over which tendon turns into belly
+constexpr double kTaper = 0.15;      // of the belly, at either end, where a scale sets in
 
 std::vector<double> arc_lengths(const std::vector<Vec3>& points) {
   std::vector<double> s(points.size(), 0.0);
@@ -36,18 +38,21 @@ std::vector<Vec3> resample(const std::vector<Vec3>& points, int count) {
   return out;
 }
 
-// p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
+// Twice p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
 // unlike a count of averaging passes.
 void round_corners(std::vector<Vec3>& p, double spacing, double radius) {
+  constexpr int kPasses = 2;
   const double a = radius * radius / (spacing * spacing);
   const int n = static_cast<int>(p.size());
-  std::vector<double> c(n, 0.0);
+  std::vector<double> inverse(n, 0.0), c(n, 0.0);
   for (int i = 1; i + 1 < n; ++i) {
-    const double pivot = 1.0 + 2.0 * a - (i > 1 ? a * c[i - 1] : 0.0);
-    c[i] = a / pivot;
-    p[i] = (p[i] + a * p[i - 1]) / pivot;  // p[0] is fixed; for i > 1 p[i-1] is already reduced
+    inverse[i] = 1.0 / (1.0 + 2.0 * a - a * c[i - 1]);
+    c[i] = a * inverse[i];
   }
-  for (int i = n - 2; i >= 1; --i) p[i] += c[i] * p[i + 1];
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (int i = 1; i + 1 < n; ++i) p[i] = inverse[i] * (p[i] + a * p[i - 1]);
+    for (int i = n - 2; i >= 1; --i) p[i] += c[i] * p[i + 1];
+  }
 }
 
 // The smallest rotation that takes unit vector a to unit vector b.
@@ -64,57 +69,66 @@ Vec3 tangent_at(const std::vector<Vec3>& p, int i) {
   return (p[std::min(i + 1, last)] - p[std::max(i - 1, 0)]).normalized();
 }
 
-// Frames from the origin's by smallest rotations; the twist left over against the insertion's frame
-// is shared out along the curve.
-void set_frames(const Mat3& first, const Mat3* last, CarryCurve& curve) {
-  const int n = static_cast<int>(curve.points.size());
-  curve.frames.resize(n);
-  curve.frames[0] = first;
+// Samples at points, with frames from the origin's by smallest rotations; the twist left over
+// against the insertion's frame is shared out along the curve.
+void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3* last,
+                 CarryCurve& curve) {
+  const int n = static_cast<int>(points.size());
+  std::vector<Vec3> tangent(n), normal(n);
+  tangent[0] = first.col(0);
+  normal[0] = first.col(1);
   for (int i = 1; i < n; ++i) {
-    const Vec3 t = tangent_at(curve.points, i);
-    curve.frames[i] = smallest_rotation(curve.frames[i - 1].col(0), t) * curve.frames[i - 1];
+    const Vec3 &before = tangent[i - 1], &turned = normal[i - 1];
+    const Vec3 t = tangent_at(points, i);
+    tangent[i] = t;
+    normal[i] = turned - turned.dot(t) / std::max(1.0 + before.dot(t), 1e-9) * (before + t);
   }
-  if (!last) return;
-  const Mat3& end = curve.frames[n - 1];
-  const Vec3 wanted = last->col(1);
-  const double twist = arc_tan2(wanted.dot(end.col(2)), wanted.dot(end.col(1)));
+  SinCos step{0.0, 1.0}, turn{0.0, 1.0};
+  if (last) {
+    const Vec3 wanted = last->col(1), binormal = tangent[n - 1].cross(normal[n - 1]);
+    step = sin_cos(arc_tan2(wanted.dot(binormal), wanted.dot(normal[n - 1])) / (n - 1));
+  }
+  curve.samples.resize(n);
   for (int i = 0; i < n; ++i) {
-    curve.frames[i] = rotation_about(curve.frames[i].col(0), twist * i / (n - 1)) * curve.frames[i];
+    const Vec3 binormal = tangent[i].cross(normal[i]);
+    curve.samples[i] = {to_row(points[i]), to_row(tangent[i]),
+                        to_row(turn.cos * normal[i] + turn.sin * binormal),
+                        to_row(turn.cos * binormal - turn.sin * normal[i])};
+    turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
   }
 }
 
-CarryCurve rounded_curve(const TracedPath& path) {
-  CarryCurve curve;
-  curve.points = resample(path.points, kSamples);
+std::vector<Vec3> rounded_points(const TracedPath& path) {
+  std::vector<Vec3> points = resample(path.points, kSamples);
   const double spacing = path.length / (kSamples - 1);
-  const double radius = std::min(kRounding, 0.1 * path.length);
-  for (int pass = 0; pass < 2; ++pass) round_corners(curve.points, spacing, radius);
-  curve.points = resample(curve.points, kSamples);
-  curve.length = arc_lengths(curve.points).back();
-  return curve;
+  round_corners(points, spacing, std::min(kRounding, 0.1 * path.length));
+  return resample(points, kSamples);
 }
 
-struct CurvePoint {
-  Vec3 point;
-  Mat3 frame;  // interpolated, so only nearly orthonormal: the same at rest and later
-};
-
-// `part`: of the curve's length, 0..1.
-CurvePoint interpolate(const CarryCurve& curve, double part) {
-  const double at = std::clamp(part, 0.0, 1.0) * (kSamples - 1);
+// Interpolated, so only nearly orthonormal: the same at rest and later.
+[[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve& curve, double part) {
+  const double at = std::min(std::max(part, 0.0), 1.0) * (kSamples - 1);
   const int i = std::min(static_cast<int>(at), kSamples - 2);
   const double t = at - i;
-  return {curve.points[i] + t * (curve.points[i + 1] - curve.points[i]),
-          curve.frames[i] + t * (curve.frames[i + 1] - curve.frames[i])};
+  const CurveSample &a = curve.samples[i], &b = curve.samples[i + 1];
+  return {a.point + t * (b.point - a.point), a.tangent + t * (b.tangent - a.tangent),
+          a.normal + t * (b.normal - a.normal), a.binormal + t * (b.binormal - a.binormal)};
+}
+
+// x in a sample's frame.
+Vec3 place_in(const CurveSample& sample, const Row& x) {
+  Mat3 frame;
+  frame << to_vec(sample.tangent), to_vec(sample.normal), to_vec(sample.binormal);
+  return frame.inverse() * to_vec(x - sample.point);
 }
 
 // Part of the curve's length at which it is nearest to x.
 double nearest_part(const CarryCurve& curve, const Vec3& x) {
   double best = std::numeric_limits<double>::infinity(), part = 0.0;
   for (int i = 0; i + 1 < kSamples; ++i) {
-    const Vec3 d = curve.points[i + 1] - curve.points[i];
-    const double t = std::clamp(d.dot(x - curve.points[i]) / d.squaredNorm(), 0.0, 1.0);
-    const double distance = (curve.points[i] + t * d - x).squaredNorm();
+    const Vec3 p = to_vec(curve.samples[i].point), d = to_vec(curve.samples[i + 1].point) - p;
+    const double t = std::clamp(d.dot(x - p) / d.squaredNorm(), 0.0, 1.0);
+    const double distance = (p + t * d - x).squaredNorm();
     if (distance < best) {
       best = distance;
       part = (i + t) / (kSamples - 1);
@@ -151,18 +165,24 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   CarriedShape shape;
   shape.path = path;
   const TracedPath traced = trace_path(path, rest_pose);
-  CarryCurve curve = rounded_curve(traced);
-  const Vec3 t = tangent_at(curve.points, 0);
+  const std::vector<Vec3> points = rounded_points(traced);
+  const Vec3 t = tangent_at(points, 0);
   const Vec3 n = t.unitOrthogonal();
   Mat3 first;
   first << t, n, t.cross(n);
-  set_frames(first, nullptr, curve);
+  CarryCurve curve;
+  set_samples(points, first, nullptr, curve);
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   const Transform& origin = rest_pose[path.points.front().body];
   const Transform& insertion = rest_pose[path.points.back().body];
-  shape.rest_end_frames = {origin.rotation().transpose() * curve.frames.front(),
-                           insertion.rotation().transpose() * curve.frames.back()};
+  const auto frame_in = [](const Transform& body, const CurveSample& end) {
+    Mat3 frame;
+    frame << to_vec(end.tangent), to_vec(end.normal), to_vec(end.binormal);
+    return Mat3(body.rotation().transpose() * frame);
+  };
+  shape.rest_end_frames = {frame_in(origin, curve.samples.front()),
+                           frame_in(insertion, curve.samples.back())};
 
   const double length = shape.belly[1] - shape.belly[0];
   const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
@@ -172,15 +192,19 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.stretch_share.resize(nodes);
   shape.stretch_rate.resize(nodes);
   shape.bulge.resize(nodes);
+  shape.inner.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const double part = nearest_part(curve, mesh.vertices[i]);
-    const CurvePoint at = interpolate(curve, part);
     const double s = part * traced.length;
     shape.along[i] = s;
-    shape.offset[i] = at.frame.inverse() * (mesh.vertices[i] - at.point);
+    shape.offset[i] = place_in(interpolate(curve, part), to_row(mesh.vertices[i]));
     shape.stretch_share[i] = profile.share(s);
     shape.stretch_rate[i] = profile.rate(s);
-    shape.bulge[i] = profile_weight(weights, belly_coordinate(shape, static_cast<int>(i)));
+    const double u = belly_coordinate(shape, static_cast<int>(i));
+    shape.bulge[i] = profile_weight(weights, u);
+    if (shape.stretch_rate[i] > 0.0) {
+      shape.inner[i] = smoothstep(0.0, kTaper, u) * smoothstep(0.0, kTaper, 1.0 - u);
+    }
   }
   // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate, where the sections
   // A are weighed by the share of the volume that each node's triangles enclose.
@@ -189,9 +213,9 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
-      const CurvePoint at = interpolate(curve, shape.along[k] / traced.length);
+      const CurveSample at = interpolate(curve, shape.along[k] / traced.length);
       const double wedge =
-          outward.dot(at.frame * Vec3(0, shape.offset[k].y(), shape.offset[k].z()));
+          dot(to_row(outward), shape.offset[k].y() * at.normal + shape.offset[k].z() * at.binormal);
       plain += wedge * shape.stretch_rate[k];
       weighted += wedge * shape.stretch_rate[k] * shape.bulge[k];
     }
@@ -209,7 +233,7 @@ CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
   shape.rest_path_length = 1.0;
   shape.held = held;
   for (std::vector<double>* values :
-       {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge}) {
+       {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge, &shape.inner}) {
     values->assign(nodes, 0.0);
   }
   for (size_t i = 0; i < nodes; ++i) {
@@ -227,15 +251,15 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   }
   const TracedPath traced = trace_path(shape.path, pose);
   out.path_length = traced.length;
-  out.curve = rounded_curve(traced);
+  const std::vector<Vec3> points = rounded_points(traced);
   out.change = traced.length - shape.rest_path_length;
   const auto end_frame = [&](int end, int sample) {
     const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
     const Mat3 carried = pose[point.body].rotation() * shape.rest_end_frames[end];
-    return Mat3(smallest_rotation(carried.col(0), tangent_at(out.curve.points, sample)) * carried);
+    return Mat3(smallest_rotation(carried.col(0), tangent_at(points, sample)) * carried);
   };
   const Mat3 first = end_frame(0, 0), last = end_frame(1, kSamples - 1);
-  set_frames(first, &last, out.curve);
+  set_samples(points, first, &last, out.curve);
   return out;
 }
 
@@ -246,41 +270,43 @@ double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) 
 
 namespace {
 
-// Where a node is carried to: the curve's point there, its frame, and the node's place in it.
+// Where a node is carried to: what the curve is there, and by how much its offset swells.
 struct CarriedNode {
-  CurvePoint at;
-  Vec3 offset;
+  CurveSample at;
+  double swelling;
 };
-CarriedNode carry_node(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
-                       int i) {
+[[gnu::always_inline]] inline CarriedNode carry_node(const CarriedShape& shape,
+                                                     const CarriedPose& pose, bool swell,
+                                                     size_t i) {
   const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
   double g = 1.0;
-  if (shape.stretch_rate[i] > 0.0) {
-    const double swelling = 1.0 / stretch_at(shape, pose, i) - 1.0;
-    if (swell) g = std::sqrt(std::max(1.0 + shape.bulge[i] * swelling, 0.04));
-    if (scale != 1.0) {
-      const double u = belly_coordinate(shape, i);
-      g *= 1.0 + (scale - 1.0) * (smoothstep(0.0, 0.15, u) * smoothstep(0.0, 0.15, 1.0 - u));
-    }
+  if (swell && shape.stretch_rate[i] > 0.0) {
+    const double shrinking = 1.0 / stretch_at(shape, pose, i) - 1.0;
+    g = std::sqrt(std::max(1.0 + shape.bulge[i] * shrinking, 0.04));
   }
-  const Vec3& o = shape.offset[i];
-  return {interpolate(pose.curve, s / pose.path_length), Vec3(o.x(), g * o.y(), g * o.z())};
+  return {interpolate(pose.curve, s / pose.path_length), g};
 }
 
 }  // namespace
 
-void carried_positions(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
-                       Rows& positions) {
-  const int nodes = static_cast<int>(shape.along.size());
+THEW_VECTORISED
+void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                       Rows& positions, double scale, Rows* scaled) {
+  const size_t nodes = shape.along.size();
   positions.resize(nodes);
-  for (int i = 0; i < nodes && !shape.held.empty(); ++i) {
+  for (size_t i = 0; i < nodes && !shape.held.empty(); ++i) {
     const int body = shape.held[i];
     positions[i] = to_row(body < 0 ? shape.offset[i] : pose.bodies[body] * shape.offset[i]);
   }
   if (!shape.held.empty()) return;
-  for (int i = 0; i < nodes; ++i) {
-    const CarriedNode node = carry_node(shape, pose, scale, swell, i);
-    positions[i] = to_row(node.at.point + node.at.frame * node.offset);
+  if (scaled) scaled->resize(nodes);
+  for (size_t i = 0; i < nodes; ++i) {
+    const auto [at, swelling] = carry_node(shape, pose, swell, i);
+    const Vec3& offset = shape.offset[i];
+    const Row axis = at.point + offset.x() * at.tangent;
+    const Row away = swelling * (offset.y() * at.normal + offset.z() * at.binormal);
+    positions[i] = axis + away;
+    if (scaled) (*scaled)[i] = axis + (1.0 + (scale - 1.0) * shape.inner[i]) * away;
   }
 }
 
@@ -288,25 +314,29 @@ std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& 
                                   const Rows& x) {
   std::vector<Vec3> offsets;
   for (size_t i = 0; i < x.size(); ++i) {
-    const CarriedNode node = carry_node(shape, pose, 1.0, swell, static_cast<int>(i));
-    offsets.push_back(node.at.frame.inverse() * (to_vec(x[i]) - node.at.point) - node.offset);
+    const auto [at, g] = carry_node(shape, pose, swell, i);
+    const Vec3& offset = shape.offset[i];
+    offsets.push_back(place_in(at, x[i]) - Vec3(offset.x(), g * offset.y(), g * offset.z()));
   }
   return offsets;
 }
 
+THEW_VECTORISED
 void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
                         const CarriedProfile& profile, Rows& positions) {
-  const int nodes = static_cast<int>(shape.along.size());
+  const size_t nodes = shape.along.size();
   const std::vector<double>& knots = profile.change;
   const auto after = std::upper_bound(knots.begin(), knots.end(), pose.change);
   const size_t high = std::min<size_t>(after - knots.begin(), knots.size() - 1);
   const size_t low = after == knots.begin() ? high : after - knots.begin() - 1;
   const double t = low < high ? (pose.change - knots[low]) / (knots[high] - knots[low]) : 0.0;
   positions.resize(nodes);
-  for (int i = 0; i < nodes; ++i) {
-    const CarriedNode node = carry_node(shape, pose, 1.0, swell, i);
-    const Vec3 more = (1.0 - t) * profile.offset[low][i] + t * profile.offset[high][i];
-    positions[i] = to_row(node.at.point + node.at.frame * (node.offset + more));
+  for (size_t i = 0; i < nodes; ++i) {
+    const auto [at, g] = carry_node(shape, pose, swell, i);
+    const Row one = to_row(profile.offset[low][i]), two = to_row(profile.offset[high][i]);
+    const Row offset = to_row(shape.offset[i]) * Row{1.0, g, g, 0.0} + (1.0 - t) * one + t * two;
+    positions[i] =
+        at.point + offset[0] * at.tangent + offset[1] * at.normal + offset[2] * at.binormal;
   }
 }
 
@@ -326,10 +356,10 @@ void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, 
               Vec3& tangent) {
   const double length = shape.belly[1] - shape.belly[0];
   const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
-  const CurvePoint at =
+  const CurveSample at =
       interpolate(pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);
-  point = at.point;
-  tangent = at.frame.col(0).normalized();
+  point = to_vec(at.point);
+  tangent = to_vec(at.tangent).normalized();
 }
 
 }  // namespace thew

@@ -10,13 +10,15 @@
 
 namespace thew {
 
+/// A point of a curve (m) and its frame.
+struct CurveSample {
+  Row point, tangent, normal, binormal;
+};
 /// The traced path with its corners rounded (so a little shorter; places on it are parts of its
 /// length, which stand for the same parts of the path's), sampled at equal distances, with a frame
 /// per sample that turns as little as possible and shares the twist between origin and insertion.
 struct CarryCurve {
-  std::vector<Vec3> points;
-  std::vector<Mat3> frames;  ///< columns: tangent, normal, binormal
-  double length = 0.0;       ///< m
+  std::vector<CurveSample, AlignedAllocator<CurveSample>> samples;
 };
 
 /// How a muscle's rest shape is carried along its present path. Tendons are rigid: the belly, from
@@ -34,6 +36,7 @@ struct CarriedShape {
       stretch_share;  ///< share of the belly's change of length before the node, 0..1
   std::vector<double> stretch_rate;  ///< its derivative, 1/m: 0 in the tendons
   std::vector<double> bulge;         ///< b w(u): how much of the belly's swelling the node takes
+  std::vector<double> inner;         ///< 1 in the belly, falling to 0 at its ends
   /// A soft body without a path: the body that holds each node, -1 none; `offset` is the node's
   /// place in that body, or in the world. Empty for a muscle.
   std::vector<int> held;
@@ -61,10 +64,11 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose);
 /// Local stretch of the belly at a node, 1 in the tendons.
 double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);
 
-/// The carried shape itself (shape.md: g^2 = 1 + b w (1/s - 1)); offsets in the belly are scaled by
-/// `scale` besides. With `swell` false offsets keep their size. One row per node.
-void carried_positions(const CarriedShape& shape, const CarriedPose& pose, double scale, bool swell,
-                       Rows& positions);
+/// The carried shape itself (shape.md: g^2 = 1 + b w (1/s - 1)), one row per node; with `swell`
+/// false offsets keep their size. `scaled`, where asked for: the same of a muscle with a path, its
+/// offsets in the belly scaled by `scale` besides.
+void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                       Rows& positions, double scale = 1.0, Rows* scaled = nullptr);
 
 /// What a muscle was measured to differ from its carried shape by, in the curve's frames: by knot,
 /// knots by rising change of the path. Linear between knots, constant beyond them.

@@ -127,9 +127,38 @@ struct Lanes3 {
   return out;
 }
 
+// slice(at, degree) for each: a degree known at compile time is worth a third of the time.
+template <typename Work>
+[[gnu::always_inline]] inline void each_slice(const RingSprings& rings, size_t first, size_t last,
+                                              const Work& work) {
+  for (size_t s = first; s < last; ++s) {
+    const RingSprings::Slice& at = rings.slices[s];
+    switch (at.degree) {
+      case 4:
+        work.template slice<4>(at);
+        break;
+      case 5:
+        work.template slice<5>(at);
+        break;
+      case 6:
+        work.template slice<6>(at);
+        break;
+      case 7:
+        work.template slice<7>(at);
+        break;
+      case 8:
+        work.template slice<8>(at);
+        break;
+      default:
+        work.template slice<0>(at);
+    }
+  }
+}
+
+template <bool kGradient>
 struct RingPass {
   const RingSprings& rings;
-  size_t first, last;  // slices
+  const Lanes* rest_length;
   const Row *x, *v;
   double dashpot;
   Row *f, *gradient;
@@ -142,7 +171,7 @@ struct RingPass {
     const Lanes length = root(squared);
     const Lanes rate = dashpot * (d.x * w.x + d.y * w.y + d.z * w.z);
     const Lanes pull =
-        rings.stiffness[slot] * ((squared - rings.rest_length[slot] * length + rate) / squared);
+        rings.stiffness[slot] * ((squared - rest_length[slot] * length + rate) / squared);
     sum.x += pull * d.x;
     sum.y += pull * d.y;
     sum.z += pull * d.z;
@@ -151,7 +180,7 @@ struct RingPass {
   // The gradient is a third of the ring's area: cut into quads from its first corner, twice the
   // area of each the product of its diagonals. Each as soon as its corners are there: only the
   // first and the last two need to stay in registers.
-  template <bool kGradient, int kDegree>
+  template <int kDegree>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
     const int degree = kDegree > 0 ? kDegree : at.degree;
     const Lanes3 p = gather(x, at.node.data()), u = gather(v, at.node.data());
@@ -176,45 +205,54 @@ struct RingPass {
     const Lanes3 third = {area.x * (1.0 / 6.0), area.y * (1.0 / 6.0), area.z * (1.0 / 6.0)};
     scatter(third, at.node.data(), gradient);
   }
+};
 
-  // A degree known at compile time is worth a third of the time.
-  template <bool kGradient>
-  [[gnu::always_inline]] void all() const {
-    for (size_t s = first; s < last; ++s) {
-      const RingSprings::Slice& at = rings.slices[s];
-      switch (at.degree) {
-        case 4:
-          slice<kGradient, 4>(at);
-          break;
-        case 5:
-          slice<kGradient, 5>(at);
-          break;
-        case 6:
-          slice<kGradient, 6>(at);
-          break;
-        case 7:
-          slice<kGradient, 7>(at);
-          break;
-        case 8:
-          slice<kGradient, 8>(at);
-          break;
-        default:
-          slice<kGradient, 0>(at);
+// f += sum pull d, d = x_i - x_j, pull = k L / |d|; or k, where there is no L.
+struct RingPull {
+  const RingSprings& rings;
+  const Lanes* rest_length;
+  double scale;
+  const Row* x;
+  Row* f;
+
+  template <int kDegree>
+  [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
+    const int degree = kDegree > 0 ? kDegree : at.degree;
+    const Lanes3 p = gather(x, at.node.data());
+    Lanes3 sum = gather(f, at.node.data());
+#pragma GCC unroll 8
+    for (int j = at.first; j < at.first + 2 * degree; ++j) {
+      const Lanes3 d = minus(p, gather(x, rings.other[j].data()));
+      Lanes pull = scale * rings.stiffness[j];
+      if (rest_length) {
+        pull = pull * rest_length[j] / root(d.x * d.x + d.y * d.y + d.z * d.z);
       }
+      sum.x += pull * d.x;
+      sum.y += pull * d.y;
+      sum.z += pull * d.z;
     }
+    scatter(sum, at.node.data(), f);
   }
 };
 
 THEW_VECTORISED
-void plain_pass(const RingPass& pass) { pass.all<false>(); }
+void plain_pass(const RingPass<false>& pass, size_t first, size_t last) {
+  each_slice(pass.rings, first, last, pass);
+}
 
 THEW_VECTORISED
-void gradient_pass(const RingPass& pass) { pass.all<true>(); }
+void gradient_pass(const RingPass<true>& pass, size_t first, size_t last) {
+  each_slice(pass.rings, first, last, pass);
+}
+
+THEW_VECTORISED
+void pull_pass(const RingPull& pull) { each_slice(pull.rings, 0, pull.rings.free_slices, pull); }
 
 }  // namespace
 
-RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
-                              const Springs& springs) {
+RingSprings make_ring_springs(const std::vector<Triangle>& triangles,
+                              const std::vector<char>& driven, const Springs& springs) {
+  const int nodes = static_cast<int>(driven.size());
   std::map<std::array<int, 2>, int> third;
   std::vector<int> first(nodes, -1);
   for (const Triangle& t : triangles) {
@@ -237,30 +275,54 @@ RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
     rings.push_back(ring_of(i, first[i], third, edges, opposites));
     order.push_back(i);
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return rings[a].other.size() < rings[b].other.size(); });
+  const auto key = [&](int i) { return std::pair(driven[i], rings[i].other.size()); };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
   RingSprings out;
   for (size_t at = 0; at < order.size(); at += out.slices.back().count) {
     add_slice(rings, order, at, springs, out);
+    if (!driven[order[at]]) out.free_slices = out.slices.size();
   }
   out.order = std::move(order);
   return out;
 }
 
-void set_rest_lengths(const std::vector<double>& rest_length, RingSprings& rings) {
-  for (size_t slot = 0; slot < rings.spring.size(); ++slot) {
+void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spring,
+                     RingSprings::BySlot& by_slot) {
+  by_slot.resize(rings.spring.size());
+  for (size_t slot = 0; slot < by_slot.size(); ++slot) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const int k = rings.spring[slot][lane];
-      if (k >= 0) rings.rest_length[slot][lane] = rest_length[k];
+      by_slot[slot][lane] = k < 0 ? 0.0 : by_spring[k];
     }
   }
 }
 
-void ring_forces(const RingSprings& rings, size_t first, size_t last, const Rows& x, const Rows& v,
-                 double dashpot, Rows& f, Rows* gradient) {
-  const RingPass pass{rings,    first,   last,     x.data(),
-                      v.data(), dashpot, f.data(), gradient ? gradient->data() : nullptr};
-  gradient ? gradient_pass(pass) : plain_pass(pass);
+void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length, size_t first,
+                 size_t last, const Rows& x, const Rows& v, double dashpot, Rows& f,
+                 Rows* gradient) {
+  const auto pass = [&]<bool kGradient>() {
+    return RingPass<kGradient>{rings,
+                               rest_length.data(),
+                               x.data(),
+                               v.data(),
+                               dashpot,
+                               f.data(),
+                               gradient ? gradient->data() : nullptr};
+  };
+  if (gradient) {
+    gradient_pass(pass.template operator()<true>(), first, last);
+  } else {
+    plain_pass(pass.template operator()<false>(), first, last);
+  }
+}
+
+void add_ring_projections(const RingSprings& rings, const RingSprings::BySlot& rest_length,
+                          const Rows& x, Rows& f) {
+  pull_pass({rings, rest_length.data(), 1.0, x.data(), f.data()});
+}
+
+void add_ring_edges(const RingSprings& rings, double scale, const Rows& x, Rows& f) {
+  pull_pass({rings, nullptr, scale, x.data(), f.data()});
 }
 
 }  // namespace thew

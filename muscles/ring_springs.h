@@ -17,6 +17,7 @@ struct RingSprings {
   static constexpr int kLanes = 4;  // AVX2 has the registers for four, not for eight
   using Lanes = double __attribute__((vector_size(8 * kLanes)));
   using Indices = std::array<int, kLanes>;
+  using BySlot = std::vector<Lanes, AlignedAllocator<Lanes>>;
   struct Slice {
     int degree = 0, first = 0, count = 0;  ///< 2 * degree slots from `first`; nodes that count
     int at = 0;                            ///< of its first node in `order`
@@ -25,18 +26,27 @@ struct RingSprings {
   std::vector<Slice> slices;
   std::vector<int> order;              ///< the nodes, slice by slice
   std::vector<Indices> other, spring;  ///< by slot: the far node, the spring (-1: none)
-  std::vector<Lanes, AlignedAllocator<Lanes>> stiffness, rest_length;  ///< by slot, N/m and m
+  BySlot stiffness, rest_length;       ///< N/m and m
+  size_t free_slices = 0;              ///< the first so many have all nodes that are not driven
 };
-RingSprings make_ring_springs(const std::vector<Triangle>& triangles, int nodes,
-                              const Springs& springs);
+RingSprings make_ring_springs(const std::vector<Triangle>& triangles,
+                              const std::vector<char>& driven, const Springs& springs);
 
-/// By spring, m.
-void set_rest_lengths(const std::vector<double>& rest_length, RingSprings& rings);
+/// Lengths (m) given by spring.
+void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spring,
+                     RingSprings::BySlot& by_slot);
 
 /// f = k (|d| - L + dashpot d/dt |d|) along each spring (N; dashpot in s), overwritten; with
 /// `gradient` also dV/dx (m^2): of the nodes of the slices [first, last) alone, f and gradient
 /// being as long as x. The same bytes for any vector width.
-void ring_forces(const RingSprings& rings, size_t first, size_t last, const Rows& x, const Rows& v,
-                 double dashpot, Rows& f, Rows* gradient);
+void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length, size_t first,
+                 size_t last, const Rows& x, const Rows& v, double dashpot, Rows& f,
+                 Rows* gradient);
+
+/// What of the springs' force is not in proportion to d = x_i - x_j, at the free nodes:
+/// f += sum k L d / |d| (N). And f += scale sum k d.
+void add_ring_projections(const RingSprings& rings, const RingSprings::BySlot& rest_length,
+                          const Rows& x, Rows& f);
+void add_ring_edges(const RingSprings& rings, double scale, const Rows& x, Rows& f);
 
 }  // namespace thew

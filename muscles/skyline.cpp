@@ -43,12 +43,17 @@ std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<c
   return order;
 }
 
-// A vector wider than the processor's registers lives in memory: halves fit AVX2's.
 // Inline even without optimisation: across clones a vector is not returned in the same register.
-[[gnu::always_inline]] inline Row load(const double* from) {
-  Row row;
-  __builtin_memcpy(&row, from, sizeof row);
-  return row;
+template <typename Vector = Row>
+[[gnu::always_inline]] inline Vector load(const double* from) {
+  Vector vector;
+  __builtin_memcpy(&vector, from, sizeof vector);
+  return vector;
+}
+
+template <typename Vector>
+[[gnu::always_inline]] inline void store(const Vector& vector, double* to) {
+  __builtin_memcpy(to, &vector, sizeof vector);
 }
 
 // Sum of a[k] b[k] in a fixed order of eight lanes, whatever the processor's width.
@@ -129,43 +134,65 @@ bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineF
   return true;
 }
 
-THEW_VECTORISED
-void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b) {
+namespace {
+
+// A vector wider than the processor's registers lives in memory: a pair of rows goes in as many
+// parts as it takes.
+template <typename Vector>
+[[gnu::always_inline]] inline void solve_by(const Skyline& matrix, const SkylineFactor& factor,
+                                            double* x) {
+  constexpr int kPair = 8, kPart = sizeof(Vector) / sizeof(double);
   const int n = matrix.size();
-  const auto store = [](const Row& row, double* to) { __builtin_memcpy(to, &row, sizeof row); };
-  double* const x = b.empty() ? nullptr : reinterpret_cast<double*>(b.data());  // eight a node
   for (int i = 0; i < n; ++i) {
     const int first = matrix.first[i], count = i - first;
     const double* row = factor.values.data() + matrix.start[i];
-    const double* at = x + 8 * first;
-    Row even0 = load(x + 8 * i), even1 = load(x + 8 * i + 4), odd0 = {}, odd1 = {};
-    int k = 0;
-    for (; k + 2 <= count; k += 2, at += 16) {
-      even0 -= row[k] * load(at);
-      even1 -= row[k] * load(at + 4);
-      odd0 -= row[k + 1] * load(at + 8);
-      odd1 -= row[k + 1] * load(at + 12);
+#pragma GCC unroll 2
+    for (int part = 0; part < kPair; part += kPart) {
+      double* const own = x + kPair * i + part;
+      const double* at = x + kPair * first + part;
+      Vector a = load<Vector>(own), b = {}, c = {}, d = {};  // each waits for itself alone
+      int k = 0;
+      for (; k + 4 <= count; k += 4, at += 4 * kPair) {
+        a -= row[k] * load<Vector>(at);
+        b -= row[k + 1] * load<Vector>(at + kPair);
+        c -= row[k + 2] * load<Vector>(at + 2 * kPair);
+        d -= row[k + 3] * load<Vector>(at + 3 * kPair);
+      }
+      for (; k < count; ++k, at += kPair) a -= row[k] * load<Vector>(at);
+      store<Vector>(((a + b) + (c + d)) * factor.inverse_diagonal[i], own);
     }
-    if (k < count) {
-      even0 -= row[k] * load(at);
-      even1 -= row[k] * load(at + 4);
-    }
-    store((even0 + odd0) * factor.inverse_diagonal[i], x + 8 * i);
-    store((even1 + odd1) * factor.inverse_diagonal[i], x + 8 * i + 4);
   }
   for (int i = n - 1; i >= 0; --i) {
     const int first = matrix.first[i], count = i - first;
     const double* row = factor.values.data() + matrix.start[i];
-    const Row x0 = load(x + 8 * i) * factor.inverse_diagonal[i];
-    const Row x1 = load(x + 8 * i + 4) * factor.inverse_diagonal[i];
-    store(x0, x + 8 * i);
-    store(x1, x + 8 * i + 4);
-    double* at = x + 8 * first;
-    for (int k = 0; k < count; ++k, at += 8) {
-      store(load(at) - row[k] * x0, at);
-      store(load(at + 4) - row[k] * x1, at + 4);
+#pragma GCC unroll 2
+    for (int part = 0; part < kPair; part += kPart) {
+      double* const own = x + kPair * i + part;
+      const Vector solved = load<Vector>(own) * factor.inverse_diagonal[i];
+      store<Vector>(solved, own);
+      double* at = x + kPair * first + part;
+      for (int k = 0; k < count; ++k, at += kPair) {
+        store<Vector>(load<Vector>(at) - row[k] * solved, at);
+      }
     }
   }
+}
+
+THEW_WIDE
+void solve_whole(const Skyline& matrix, const SkylineFactor& factor, double* x) {
+  solve_by<RowPair>(matrix, factor, x);
+}
+
+THEW_VECTORISED
+void solve_in_halves(const Skyline& matrix, const SkylineFactor& factor, double* x) {
+  solve_by<Row>(matrix, factor, x);
+}
+
+}  // namespace
+
+void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b) {
+  (THEW_HAS_WIDE ? solve_whole : solve_in_halves)(matrix, factor,
+                                                  reinterpret_cast<double*>(b.data()));
 }
 
 }  // namespace thew

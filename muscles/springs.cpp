@@ -130,6 +130,49 @@ void add_spring_forces(const Springs& springs, const std::vector<double>& rest_l
   }
 }
 
+THEW_VECTORISED
+void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& length) {
+  const size_t count = springs.nodes.size();
+  length.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    length[i] = squared(x[springs.nodes[i][0]] - x[springs.nodes[i][1]]);
+  }
+  for (size_t i = 0; i < count; ++i) length[i] = std::sqrt(length[i]);
+}
+
+// Four edges at a time: roots and sums would wait for one another.
+THEW_VECTORISED
+EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
+                           const Rows& x, const Rows& target, double most) {
+  constexpr int kLanes = 4;
+  EdgeStrain strain;
+  Row energy = {}, usual = {};
+  for (int first = 0; first < springs.structural; first += kLanes) {
+    Row length = {}, stiffness = {}, now = {}, before = {};
+    const int count = std::min(kLanes, springs.structural - first);
+    for (int lane = 0; lane < count; ++lane) {
+      const int k = first + lane;
+      const auto& [a, b] = springs.nodes[k];
+      const Row d = x[a] - x[b];
+      length[lane] = squared(d);
+      stiffness[lane] = 0.5 * springs.stiffness[k];
+      now[lane] = rest_length[k];
+      before[lane] = springs.rest_length[k];
+      strain.reversed += sum3(d * (target[a] - target[b])) < 0.0;
+    }
+    for (int lane = 0; lane < kLanes; ++lane) length[lane] = std::sqrt(length[lane]);
+    for (int lane = 0; lane < count; ++lane) {
+      strain.within &= length[lane] <= most * std::max(now[lane], before[lane]);
+    }
+    const Row stretch = length - now;
+    energy += stiffness * stretch * stretch;
+    usual += stiffness * before * before;
+  }
+  strain.energy = (energy[0] + energy[1]) + (energy[2] + energy[3]);
+  strain.usual = (usual[0] + usual[1]) + (usual[2] + usual[3]);
+  return strain;
+}
+
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length,
                      const Rows& x) {
   double energy = 0.0;  // sum of k (l - l0)^2 / 2

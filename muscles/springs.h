@@ -44,6 +44,20 @@ std::vector<double> lumped_masses(const TriMesh& mesh, double density);
 void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
                        const Rows& x, Rows& f);
 
+/// m, by spring.
+void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& length);
+
+/// What the edges tell of a body's health.
+struct EdgeStrain {
+  double energy = 0.0;  ///< J, of all
+  double usual = 0.0;   ///< J, at twice their length at rest
+  int reversed = 0;     ///< against the target's
+  bool within = true;   ///< none is longer than it may be
+};
+/// At x, `most`: the length that an edge may have over its rest length, now or at first.
+EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
+                           const Rows& x, const Rows& target, double most);
+
 /// Elastic energy (J).
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x);
 

@@ -9,6 +9,11 @@
     !defined(__AVX__)
 #define THEW_VECTORISED \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+// A function for processors that have vectors of 64 bytes, to be called on these alone.
+#define THEW_WIDE __attribute__((target("arch=x86-64-v4")))
+#define THEW_HAS_WIDE __builtin_cpu_supports("x86-64-v4")
 #else
 #define THEW_VECTORISED
+#define THEW_WIDE
+#define THEW_HAS_WIDE false
 #endif

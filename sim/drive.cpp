@@ -7,6 +7,7 @@
 
 #include "muscles/weights.h"
 #include "rig/math.h"
+#include "rig/vectorise.h"
 #include "sim/character_rig.h"
 #include "skin/face_contact.h"
 #include "skin/self_contact.h"
@@ -34,6 +35,22 @@ void pose_bodies(const Model& model, double time, State& state) {
   joints_at(model, time, state.joints);
   forward_kinematics(model.skeleton, state.joints, state.pose);
   if (model.character) drive_character(model, time, state);
+}
+
+// The most that a node moves, m.
+THEW_VECTORISED
+double place_bone(const Bone& bone, const Transform& place, Rows& x) {
+  const Row along[3] = {to_row(place.linear().col(0)), to_row(place.linear().col(1)),
+                        to_row(place.linear().col(2))};
+  const Row origin = to_row(place.translation());
+  double squared = 0.0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Vec3& p = bone.in_body.vertices[i];
+    const Row to = p.x() * along[0] + p.y() * along[1] + p.z() * along[2] + origin, d = to - x[i];
+    squared = std::max(squared, sum3(d * d));
+    x[i] = to;
+  }
+  return std::sqrt(squared);
 }
 
 }  // namespace
@@ -68,17 +85,10 @@ void drive_bones(const Model& model, double time, State& state) {
   }
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
-    const Transform& place = state.pose[bone.body];
     BoneState& now = state.bones[b];
     now.moved = 0.0;
     if (!state.body_moved[bone.body]) continue;
-    double squared = 0.0;
-    for (size_t i = 0; i < bone.in_body.vertices.size(); ++i) {
-      const Row x = to_row(place * bone.in_body.vertices[i]), d = x - now.x[i];
-      squared = std::max(squared, dot(d, d));
-      now.x[i] = x;
-    }
-    now.moved = std::sqrt(squared);
+    now.moved = place_bone(bone, state.pose[bone.body], now.x);
     now.fitted = false;
   }
 }

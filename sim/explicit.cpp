@@ -91,7 +91,9 @@ void kick_plainly(const std::vector<int>& order, size_t first, size_t last, Musc
 
 // Forces and what they do to the velocities, block by block, so that what the one wrote is still
 // near when the other reads it. With `has_volume` also the sums.
-VolumeSums kick_all(const RingSprings& rings, bool has_volume, MuscleState& now, Kick kick) {
+VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, MuscleState& now,
+                    Kick kick) {
+  const RingSprings& rings = kick.muscle.rings;
   constexpr size_t kBlock = 64;  // slices: x, v, f and dV/dx of 256 nodes are 32 KiB
   const size_t slices = rings.slices.size();
   const bool has_shape = kick.muscle.settings.material.shape > 0.0;
@@ -101,7 +103,7 @@ VolumeSums kick_all(const RingSprings& rings, bool has_volume, MuscleState& now,
   };
   for (size_t s = 0; s < slices; s += block) {
     const size_t last = std::min(slices, s + block);
-    ring_forces(rings, s, last, now.x, now.v, kDashpot, now.forces,
+    ring_forces(rings, rest_length, s, last, now.x, now.v, kDashpot, now.forces,
                 has_volume ? &now.gradient : nullptr);
     if (has_shape) add_shape_forces(kick.muscle, kick.target, now.x, now.forces);
     (has_volume ? kick_with_volume : kick_plainly)(rings.order, end_of(s), end_of(last), now, kick);
@@ -259,7 +261,7 @@ void begin_explicit(const Muscle& muscle, MuscleState& now) {
 }
 
 // To the part `t` of the frame (s): rest lengths and targets, which a path alone moves.
-void carry_within(double t, double frame, const MuscleState& now, RingSprings& rings,
+void carry_within(double t, double frame, const RingSprings& rings, MuscleState& now,
                   std::vector<double>& rest_length, Rows& target) {
   rest_length.resize(now.rest_length.size());
   for (size_t k = 0; k < rest_length.size(); ++k) {
@@ -268,7 +270,7 @@ void carry_within(double t, double frame, const MuscleState& now, RingSprings& r
   for (size_t i = 0; i < target.size(); ++i) {
     target[i] = now.target[i] - (1.0 - t) * frame * now.target_velocity[i];
   }
-  set_rest_lengths(rest_length, rings);
+  lengths_by_slot(rings, rest_length, now.rest_by_slot);
 }
 
 }  // namespace
@@ -296,14 +298,12 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
   const Row gravity = to_row(model.scene.gravity);
   Touches touches = touches_of(model, m, state);
   begin_explicit(muscle, now);
-  RingSprings rings;  // a copy only where rest lengths change inside the frame
   std::vector<double> rest_length;
   Rows target = now.target;
   Near near;
-  if (has_path) rings = muscle.rings;
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
-    if (has_path) carry_within(t, frame, now, rings, rest_length, target);
+    if (has_path) carry_within(t, frame, muscle.rings, now, rest_length, target);
     if (step % kLookEvery == 1 || step == substeps) {
       look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
     }
@@ -311,8 +311,8 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
                          (method == VolumeMethod::kExact && step == substeps);
     const bool whole = removes || exactly;
     const double drag = removes ? 0.0 : muscle.settings.damping;
-    VolumeSums sums = kick_all(has_path ? rings : muscle.rings, has_volume, now,
-                               {muscle, target, gravity, h, drag});
+    VolumeSums sums = kick_all(has_path ? now.rest_by_slot : muscle.rings.rest_length, has_volume,
+                               now, {muscle, target, gravity, h, drag});
     if (has_volume) {
       if (step > 1) note_volume(muscle, sums.volume, now);
       set_direction(whole, near, now);

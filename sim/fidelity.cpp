@@ -120,6 +120,7 @@ void shape_muscle(const Model& model, int m, double h, State& state) {
   MuscleState& now = state.muscles[m];
   now.start.swap(now.x);
   now.pose = carry_pose(muscle.shape, state.pose);
+  now.path_length = now.pose.path_length;
   if (!place_carried(muscle, now.pose, model.fidelity->muscles[m].profile, now)) ++now.unreached;
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   now.target_velocity = now.v;

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "muscles/volume.h"
+#include "rig/vectorise.h"
 
 namespace thew {
 namespace {
@@ -113,6 +114,7 @@ double turned_over(const Muscle& muscle, const Rows& x, const Rows& target) {
 }
 
 // A first look, without a root: true only if all nodes surely are.
+THEW_VECTORISED
 bool are_within(const MuscleState& now, double reach, double fastest, double h) {
   constexpr double kLess = 1.0 - 1e-12;
   const double most = std::min(kLess * fastest * fastest, 1e300);
@@ -149,49 +151,77 @@ std::optional<Trouble> find_bad_node(const Model& model, double h, double extent
   return {};
 }
 
+// Of an edge or a node, the one that holds the most energy.
+int most_strained(const Muscle& muscle, const MuscleState& now) {
+  const Springs& springs = muscle.springs;
+  double most = 0.0;
+  int strained = 0;
+  const auto note = [&](double held, int node) {
+    if (held > most) most = held, strained = node;
+  };
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    note(stretch_energy(springs.stiffness[k], norm(now.x[a] - now.x[b]), now.rest_length[k]), a);
+  }
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (muscle.driven[i]) continue;
+    note(0.5 * muscle.mass[i] * squared(now.v[i] - now.target_velocity[i]), static_cast<int>(i));
+  }
+  return strained;
+}
+
+std::optional<Trouble> find_long_edge(const Model& model, const State& state, int m) {
+  const Springs& springs = model.muscles[m].springs;
+  const MuscleState& now = state.muscles[m];
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    const double length = norm(now.x[a] - now.x[b]);
+    const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
+    if (!(length <= limit)) return trouble_at(model, m, a, "length of an edge", length, limit, "m");
+  }
+  return {};
+}
+
+// J, of the free nodes' way off the carried shape's.
+THEW_VECTORISED
+double kinetic_energy(const Muscle& muscle, const MuscleState& now) {
+  Row sum = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    const Row v = now.v[i] - now.target_velocity[i];
+    if (!muscle.driven[i]) sum += 0.5 * muscle.mass[i] * v * v;
+  }
+  return sum3(sum);
+}
+
 // What the edges tell. Energy and orientation cost something: only where the edges give cause.
 std::optional<Trouble> find_bad_shape(const Model& model, double h, const State& state, int m) {
   const Muscle& muscle = model.muscles[m];
   const MuscleState& now = state.muscles[m];
   const Springs& springs = muscle.springs;
   const bool has_path = muscle.shape.held.empty();
-  double energy = 0.0, usual = 0.0, most = 0.0;
-  int reversed = 0, strained = 0;
-  for (int k = 0; k < springs.structural; ++k) {
-    const auto& [a, b] = springs.nodes[k];
-    const Row d = now.x[a] - now.x[b];
-    const double length = norm(d);
-    const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
-    if (!(length <= limit)) return trouble_at(model, m, a, "length of an edge", length, limit, "m");
-    const double held = stretch_energy(springs.stiffness[k], length, now.rest_length[k]);
-    energy += held;
-    usual += 0.5 * springs.stiffness[k] * springs.rest_length[k] * springs.rest_length[k];
-    if (held > most) most = held, strained = a;
-    if (has_path && dot(d, now.target[a] - now.target[b]) < 0.0) ++reversed;
-  }
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    if (muscle.driven[i]) continue;
-    const double held = 0.5 * muscle.mass[i] * squared(now.v[i] - now.target_velocity[i]);
-    energy += held;
-    if (held > most) most = held, strained = static_cast<int>(i);
-  }
+  const EdgeStrain strain = strain_of_edges(springs, now.rest_length, now.x, now.target, kStretch);
+  if (!strain.within) return find_long_edge(model, state, m);
+  const double energy = strain.energy + kinetic_energy(muscle, now);
   if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
     const double volume = enclosed_volume(now.x, muscle.rest.triangles);
     if (!(volume > 0.0) && enclosed_volume(now.frame_before.x, muscle.rest.triangles) > 0.0) {
-      return trouble_at(model, m, strained, "enclosed volume", volume, 0.0, "m^3");
+      return trouble_at(model, m, most_strained(muscle, now), "enclosed volume", volume, 0.0,
+                        "m^3");
     }
   }
-  if (reversed > kReversed * springs.structural) {
+  if (has_path && strain.reversed > kReversed * springs.structural) {
     const double over = turned_over(muscle, now.x, now.target);
     const MuscleMotion& before = now.frame_before;
     if (over > kTurnedOver && over > turned_over(muscle, before.x, before.target)) {
-      return trouble_at(model, m, strained, "part of its surface turned inside out", over,
-                        kTurnedOver, "of 1");
+      return trouble_at(model, m, most_strained(muscle, now),
+                        "part of its surface turned inside out", over, kTurnedOver, "of 1");
     }
   }
-  if (!(energy <= usual)) {
+  if (!(energy <= strain.usual)) {
     const double limit = energy_limit(model, h, state);
-    if (!(energy <= limit)) return trouble_at(model, m, strained, "energy", energy, limit, "J");
+    if (!(energy <= limit)) {
+      return trouble_at(model, m, most_strained(muscle, now), "energy", energy, limit, "J");
+    }
   }
   return {};
 }
@@ -215,7 +245,6 @@ void remember(MuscleState& muscle) {
     case Level::kGeometric:
       before.x = muscle.x;
       before.v = muscle.v;
-      before.pose = muscle.pose;
       break;
     default:
       before = muscle;

@@ -13,22 +13,8 @@ namespace {
 // holds a body, and leaves the rest where it is.
 constexpr double kNearness = 1.0;
 
-// Directions of the springs at x times their rest lengths: the local step.
-THEW_VECTORISED
-void add_projections(const Muscle& muscle, const std::vector<double>& rest_length, const Rows& x,
-                     Rows& f) {
-  const Springs& springs = muscle.springs;
-  for (size_t k = 0; k < springs.nodes.size(); ++k) {
-    const auto& [a, b] = springs.nodes[k];
-    const Row d = x[a] - x[b];
-    const double squared = dot(d, d);
-    const Row force = springs.stiffness[k] * rest_length[k] / std::sqrt(squared) * d;
-    f[a] += force;
-    f[b] -= force;
-  }
-}
-
 // [x, z] = A^-1 [f, W dV/dx], by new index and back.
+THEW_VECTORISED
 void solve_pair(const Muscle& muscle, MuscleState& now, const Rows& f, const Rows& g, Rows& x,
                 Rows& z) {
   const Skyline& matrix = muscle.stiffness;
@@ -62,10 +48,30 @@ void solve_zones(const Muscle& muscle, MuscleState& now) {
   now.zone_directions[cuts] = now.direction;
 }
 
+THEW_VECTORISED
 double dot(const Rows& a, const Rows& b) {
   Row sum = {};
   for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum[0] + sum[1] + sum[2];
+}
+
+THEW_VECTORISED
+void scale(const std::vector<double>& by, const Rows& rows, Rows& out) {
+  out.resize(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) out[i] = by[i] * rows[i];
+}
+
+// By node: mass times what does not depend on other nodes.
+THEW_VECTORISED
+void set_base(const Muscle& muscle, double h, double inertia, double damping, const Row& gravity,
+              MuscleState& now) {
+  const double drag = damping / h, guide = muscle.settings.guide;
+  now.base.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    now.base[i] =
+        muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
+                          damping * now.target_velocity[i] + guide * now.target[i] + gravity);
+  }
 }
 
 }  // namespace
@@ -76,24 +82,12 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   const bool still = is_quasi_static(model, m);
   const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
   const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
-  const Row gravity = to_row(model.scene.gravity);
-  const size_t nodes = now.x.size();
-  now.base.resize(nodes);
-  for (size_t i = 0; i < nodes; ++i) {
-    now.base[i] =
-        muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
-                          damping * now.target_velocity[i] + guide * now.target[i] + gravity);
-  }
+  set_base(muscle, h, inertia, damping, to_row(model.scene.gravity), now);
   const double shape = muscle.settings.material.shape;
-  for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {
-    const auto& [a, b] = muscle.springs.nodes[k];
-    const double stiffness = muscle.springs.stiffness[k];
-    const Row pull = shape * stiffness * (now.target[a] - now.target[b]);
-    now.base[a] += pull;
-    now.base[b] -= pull;
-    // What is driven goes to the right side.
-    if (muscle.driven[a]) now.base[b] += (1.0 + shape) * stiffness * now.x[a];
-    if (muscle.driven[b]) now.base[a] += (1.0 + shape) * stiffness * now.x[b];
+  add_ring_edges(muscle.rings, shape, now.target, now.base);
+  lengths_by_slot(muscle.rings, now.rest_length, now.rest_by_slot);
+  for (const auto& [node, anchor, stiffness] : muscle.anchored) {  // goes to the right side
+    now.base[node] += (1.0 + shape) * stiffness * now.x[anchor];
   }
   const Skyline& matrix = muscle.stiffness;
   now.diagonal.resize(matrix.size());
@@ -114,8 +108,8 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
     }
     now.factored_diagonal = now.diagonal;
   }
-  now.gradient.resize(nodes);
-  now.direction.assign(nodes, Row{});
+  now.gradient.resize(now.x.size());
+  now.direction.resize(now.x.size(), Row{});  // where driven it stays 0
   begin_contacts(model, m, h, state);
   if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.zone_targets);
 }
@@ -126,20 +120,18 @@ void iterate_local_global(const Model& model, int m, State& state) {
   now.node_iterations += static_cast<std::int64_t>(now.x.size());
   Rows& f = now.forces;
   f = now.base;
-  add_projections(muscle, now.rest_length, now.x, f);
+  add_ring_projections(muscle.rings, now.rest_by_slot, now.x, f);  // the local step
   if (is_quasi_static(model, m)) {
     for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
   }
   add_contacts(model, m, state, f);
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
-  Rows& weighted = now.weighted;
-  weighted.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) weighted[i] = now.weights[i] * now.gradient[i];
+  scale(now.weights, now.gradient, now.weighted);
   const bool zoned = muscle.zones.count() > 0;
   if (zoned) {
     gradients_before(muscle.zones, now.x, muscle.rest.triangles, now.zone_scratch.gradients);
   }
-  solve_pair(muscle, now, f, weighted, now.x, now.direction);
+  solve_pair(muscle, now, f, now.weighted, now.x, now.direction);
   // G A^-1 W G need not be positive: fall back on even weights, under which it is.
   const double along = dot(now.gradient, now.direction);
   double even_along = 0.0;

@@ -139,8 +139,13 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
   muscle.bodies = bodies_of(muscle.shape);
   muscle.springs = make_springs(muscle.rest, fibres, material);
-  muscle.rings = make_ring_springs(muscle.rest.triangles,
-                                   static_cast<int>(muscle.rest.vertices.size()), muscle.springs);
+  muscle.rings = make_ring_springs(muscle.rest.triangles, muscle.driven, muscle.springs);
+  for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {
+    auto [node, other] = muscle.springs.nodes[k];
+    if (muscle.driven[node] == muscle.driven[other]) continue;
+    if (muscle.driven[node]) std::swap(node, other);
+    muscle.anchored.push_back({node, other, muscle.springs.stiffness[k]});
+  }
   muscle.mass = lumped_masses(muscle.rest, material.density);
   muscle.highest_frequency_squared =
       highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven);

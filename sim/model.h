@@ -29,7 +29,7 @@ struct Muscle {
   VolumeZones zones;         ///< empty: one multiplier for all of it
   CarriedShape shape;
   Springs springs;
-  RingSprings rings;                       ///< the same by node, for explicit steps
+  RingSprings rings;                       ///< the same by node
   std::vector<double> mass;                ///< kg
   double highest_frequency_squared = 0.0;  ///< 1/s^2, of the springs at rest
   std::vector<char> driven, free_nodes;
@@ -41,6 +41,12 @@ struct Muscle {
   bool swells = true;                     ///< the target shape; else the weights alone
   SceneMuscle settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
+  /// The springs between a free node and a driven one.
+  struct Anchored {
+    int node, anchor;
+    double stiffness;  ///< N/m
+  };
+  std::vector<Anchored> anchored;
 };
 
 /// A rigid mesh, fixed to a body.

@@ -9,6 +9,7 @@
 #include "muscles/activation.h"
 #include "muscles/volume.h"
 #include "muscles/zone.h"
+#include "rig/vectorise.h"
 
 namespace thew {
 namespace {
@@ -23,21 +24,17 @@ constexpr double kSurfaceShare = 0.01;
 
 // "Target shape": every spring rests at its length in the carried shape. "Weights alone": along the
 // fibres rest lengths follow the path, across them they keep the rest shape's.
-void set_rest_lengths(const Muscle& muscle, MuscleState& state) {
+void set_rest_lengths(const Muscle& muscle, const Rows& tight, MuscleState& state) {
   const Springs& springs = muscle.springs;
   if (!muscle.shape.held.empty()) {
     state.rest_length = springs.rest_length;
     return;
   }
-  state.rest_length.resize(springs.nodes.size());
   if (muscle.swells) {
-    Rows& tight = state.seen;  // scratch here
-    carried_positions(muscle.shape, state.pose, kTightness, true, tight);
-    for (size_t k = 0; k < springs.nodes.size(); ++k) {
-      state.rest_length[k] = norm(tight[springs.nodes[k][0]] - tight[springs.nodes[k][1]]);
-    }
+    spring_lengths(springs, tight, state.rest_length);
     return;
   }
+  state.rest_length.resize(springs.nodes.size());
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
     const double stretch =
@@ -72,18 +69,22 @@ void activate(const Muscle& muscle, double activation, double path_velocity, Mus
 
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   MuscleState& state) {
-  const double length_before = state.pose.path_length;
+  const double length_before = state.path_length;
   state.target_velocity.swap(state.target);  // the target before
   state.pose = carry_pose(muscle.shape, pose);
-  carried_positions(muscle.shape, state.pose, 1.0, muscle.swells, state.target);
+  state.path_length = state.pose.path_length;
+  Rows& tight = state.seen;  // scratch here
+  carried_positions(muscle.shape, state.pose, muscle.swells, state.target, kTightness,
+                    muscle.swells ? &tight : nullptr);
   for (size_t i = 0; i < state.target.size(); ++i) {
     state.target_velocity[i] = (state.target[i] - state.target_velocity[i]) * (1.0 / h);
   }
   state.rest_before.swap(state.rest_length);
-  set_rest_lengths(muscle, state);
-  activate(muscle, activation, (state.pose.path_length - length_before) / h, state);
+  set_rest_lengths(muscle, tight, state);
+  activate(muscle, activation, (state.path_length - length_before) / h, state);
 }
 
+THEW_VECTORISED
 void predict(const Muscle& muscle, double h, MuscleState& state) {
   state.start = state.x;
   for (size_t i = 0; i < state.x.size(); ++i) {
@@ -161,6 +162,7 @@ double volume_compliance(const Muscle& muscle) {
   return muscle.rest_volume / kBulk;
 }
 
+THEW_VECTORISED
 void see(MuscleState& state) {
   state.seen.resize(state.x.size());
   double squared = 0.0;
@@ -197,6 +199,7 @@ bool is_solved(const Model& model, int iterations, const State& state) {
   return true;
 }
 
+THEW_VECTORISED
 bool restore_volume(const Muscle& muscle, VolumeMethod method, const Rows& direction,
                     double printed_denominator, Rows& x) {
   if (method == VolumeMethod::kNone) return true;

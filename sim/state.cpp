@@ -83,7 +83,7 @@ void walk(Archive& archive, State& state) {
     walk(archive, muscle.contacts);
     walk(archive, muscle.push);
     walk(archive, muscle.grip);
-    archive.number(muscle.pose.path_length);
+    archive.number(muscle.path_length);
     archive.number(muscle.zone_radius);
     walk(archive, muscle.weights);
     double rested = muscle.rested;
@@ -119,6 +119,7 @@ State initial_state(const Model& model) {
     now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
     now.bvh = build_bvh(model.muscles[m].surface, now.x);
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
+    now.path_length = now.pose.path_length;
   }
   if (model.skinned) {
     state.skin = initial_skinned(*model.skinned);

@@ -14,7 +14,7 @@ struct MuscleMotion {
   Rows v;                           ///< m/s
   Rows target;                      ///< the carried shape now, m; driven nodes are on it
   std::vector<double> rest_length;  ///< of the springs, now, m
-  CarriedPose pose;
+  double path_length = 0.0;         ///< m, see CarriedPose
   std::vector<Contact> contacts;
   std::vector<double> push;     ///< by contact: force over the contact stiffness, m
   Rows grip;                    ///< the same of friction; empty without
@@ -36,8 +36,10 @@ struct MuscleState : MuscleMotion {
   Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
   bool shaped = false;               ///< kGeometric: it is where it belongs in the pose
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
+  CarriedPose pose;
   Rows target_velocity;              ///< m/s
   std::vector<double> rest_before;   ///< rest lengths a step before
+  RingSprings::BySlot rest_by_slot;  ///< of the rings, now
   Bvh bvh;
   ContactMemory memory, face_memory;
   Followed followed;

@@ -76,7 +76,7 @@ std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const S
   const CarriedShape shape =
       make_carried_shape(mesh, muscle.path, rest, muscle.belly, preset_profile(muscle.weights));
   Rows carried;
-  carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), 1.0, true, carried);
+  carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), true, carried);
   for (size_t i = 0; i < carried.size(); ++i) mesh.vertices[i] = to_vec(carried[i]) - humerus;
   return mesh.vertices;
 }

@@ -34,7 +34,7 @@ TEST(CarriedShape, AtRestIsTheRestShape) {
   const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
                                                 {0.06, 0.24}, preset_profile("left"));
   Rows x;
-  carried_positions(shape, carry_pose(shape, two_bodies(0, 0)), 1.0, true, x);
+  carried_positions(shape, carry_pose(shape, two_bodies(0, 0)), true, x);
   for (size_t i = 0; i < x.size(); ++i) {
     EXPECT_LT((to_vec(x[i]) - mesh.vertices[i]).norm(), 1e-12);
   }
@@ -48,7 +48,7 @@ TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
     const double rest = enclosed_volume(mesh);
     for (double change : {-0.06, -0.02, 0.03, 0.08}) {
       Rows x;
-      carried_positions(shape, carry_pose(shape, two_bodies(change, 0)), 1.0, true, x);
+      carried_positions(shape, carry_pose(shape, two_bodies(change, 0)), true, x);
       EXPECT_NEAR(volume_of(x, mesh) / rest, 1.0, 0.02) << profile << " " << change;
     }
   }
@@ -76,9 +76,9 @@ TEST(CarriedShape, MovesRigidlyWithItsBodies) {
   move.rotate(rotation_about(Vec3(1, 2, 3).normalized(), 0.8));
   Pose still = two_bodies(-0.03, 0.2), moved = still;
   for (Transform& body : moved) body = move * body;
-  Rows a, b;
-  carried_positions(shape, carry_pose(shape, still), 0.96, true, a);
-  carried_positions(shape, carry_pose(shape, moved), 0.96, true, b);
+  Rows a, b, unscaled;
+  carried_positions(shape, carry_pose(shape, still), true, unscaled, 0.96, &a);
+  carried_positions(shape, carry_pose(shape, moved), true, unscaled, 0.96, &b);
   for (size_t i = 0; i < a.size(); ++i) {
     EXPECT_LT((move * to_vec(a[i]) - to_vec(b[i])).norm(), 1e-12);
   }
@@ -90,8 +90,9 @@ TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
       make_carried_shape(mesh, straight_path(), two_bodies(0, 0), {0.06, 0.24}, WeightProfile{});
   const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
   const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));
-  const size_t middle = plain.curve.frames.size() / 2;
-  const Vec3 n = plain.curve.frames[middle].col(1), t = twisted.curve.frames[middle].col(1);
+  const size_t middle = plain.curve.samples.size() / 2;
+  const Vec3 n = to_vec(plain.curve.samples[middle].normal);
+  const Vec3 t = to_vec(twisted.curve.samples[middle].normal);
   EXPECT_NEAR(n.dot(t), sin_cos(0.5).cos, 1e-9);
   EXPECT_NEAR(n.cross(t).x(), sin_cos(0.5).sin, 1e-9);
 }

@@ -96,6 +96,36 @@ TEST(Springs, RestShapeIsCalm) {
   EXPECT_LT(spring_energy(springs, springs.rest_length, to_rows(mesh.vertices)), 1e-25);
 }
 
+// What the health of a step is judged by, against the edges one by one.
+TEST(Springs, StrainOfTheEdges) {
+  const TriMesh mesh = spindle(8, 5);
+  const Rows target = to_rows(mesh.vertices);
+  const Springs springs = make_springs(mesh, {}, {});
+  const Rows x = moved(target, 1.0, noise(target.size(), 2e-3, 5));
+  std::vector<double> rest, length;
+  for (const double at_rest : springs.rest_length) rest.push_back(0.98 * at_rest);
+  spring_lengths(springs, x, length);
+  double energy = 0.0, usual = 0.0, longest = 0.0;
+  int reversed = 0;
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    EXPECT_DOUBLE_EQ(length[k], norm(x[a] - x[b]));
+    energy += 0.5 * springs.stiffness[k] * std::pow(length[k] - rest[k], 2);
+    usual += 0.5 * springs.stiffness[k] * std::pow(springs.rest_length[k], 2);
+    reversed += dot(x[a] - x[b], target[a] - target[b]) < 0.0;
+    longest = std::max(longest, length[k] / springs.rest_length[k]);
+  }
+  const EdgeStrain strain = strain_of_edges(springs, rest, x, target, 1.001 * longest);
+  EXPECT_NEAR(strain.energy, energy, 1e-13 * energy);
+  EXPECT_NEAR(strain.usual, usual, 1e-13 * usual);
+  EXPECT_EQ(strain.reversed, reversed);
+  EXPECT_TRUE(strain.within);
+  EXPECT_FALSE(strain_of_edges(springs, rest, x, target, 0.999 * longest).within);
+  Rows broken = x;
+  broken[x.size() / 2][1] = std::nan("");
+  EXPECT_FALSE(strain_of_edges(springs, rest, broken, target, 1.001 * longest).within);
+}
+
 TEST(Springs, MassesAddUpToDensityTimesVolume) {
   const std::vector<double> mass = lumped_masses(unit_cube(), 1060.0);
   EXPECT_NEAR(std::accumulate(mass.begin(), mass.end(), 0.0), 1060.0, 1e-12);

@@ -10,9 +10,6 @@
 namespace thew {
 namespace {
 
-using Lanes = RingSprings::Lanes;
-constexpr int kLanes = RingSprings::kLanes;
-
 // Springs by their two ends, each to be taken once by either end: two edges of a small mesh may
 // have the same pair opposite.
 using SpringsByEnds = std::map<std::array<int, 2>, std::vector<int>>;
@@ -81,50 +78,10 @@ void add_slice(const std::vector<Ring>& rings, const std::vector<int>& nodes, si
   out.slices.push_back(slice);
 }
 
-// Always inlined: across two instruction sets vectors are passed in different registers.
-struct Lanes3 {
-  Lanes x, y, z;
-};
-
-// Four rows, transposed in registers.
-[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
-  const Row a = rows[i[0]], b = rows[i[1]], c = rows[i[2]], d = rows[i[3]];
-  const Row xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  const Row xz1 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-  const Row y0 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Row y1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  return {__builtin_shufflevector(xz0, xz1, 0, 1, 4, 5),
-          __builtin_shufflevector(y0, y1, 0, 1, 4, 5),
-          __builtin_shufflevector(xz0, xz1, 2, 3, 6, 7)};
-}
-
-// And back. Lanes that repeat a node write the same.
-[[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Row* rows) {
-  const Lanes none = {};
-  const Row xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);
-  const Row xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7);
-  const Row z02 = __builtin_shufflevector(a.z, none, 0, 4, 2, 6);
-  const Row z13 = __builtin_shufflevector(a.z, none, 1, 5, 3, 7);
-  rows[i[0]] = __builtin_shufflevector(xy02, z02, 0, 1, 4, 5);
-  rows[i[1]] = __builtin_shufflevector(xy13, z13, 0, 1, 4, 5);
-  rows[i[2]] = __builtin_shufflevector(xy02, z02, 2, 3, 6, 7);
-  rows[i[3]] = __builtin_shufflevector(xy13, z13, 2, 3, 6, 7);
-}
-
-[[gnu::always_inline]] inline Lanes3 minus(const Lanes3& a, const Lanes3& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
 [[gnu::always_inline]] inline void add_cross(const Lanes3& a, const Lanes3& b, Lanes3& sum) {
   sum.x += a.y * b.z - a.z * b.y;
   sum.y += a.z * b.x - a.x * b.z;
   sum.z += a.x * b.y - a.y * b.x;
-}
-
-[[gnu::always_inline]] inline Lanes root(const Lanes& a) {
-  Lanes out;
-  for (int l = 0; l < kLanes; ++l) out[l] = std::sqrt(a[l]);
-  return out;
 }
 
 // slice(at, degree) for each: a degree known at compile time is worth a third of the time.
@@ -167,9 +124,9 @@ struct RingPass {
   [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
                                          Lanes3& sum) const {
     const Lanes3 w = minus(gather(v, rings.other[slot].data()), u);
-    const Lanes squared = d.x * d.x + d.y * d.y + d.z * d.z;
+    const Lanes squared = dot(d, d);
     const Lanes length = root(squared);
-    const Lanes rate = dashpot * (d.x * w.x + d.y * w.y + d.z * w.z);
+    const Lanes rate = dashpot * dot(d, w);
     const Lanes pull =
         rings.stiffness[slot] * ((squared - rest_length[slot] * length + rate) / squared);
     sum.x += pull * d.x;
@@ -225,7 +182,7 @@ struct RingPull {
       const Lanes3 d = minus(p, gather(x, rings.other[j].data()));
       Lanes pull = scale * rings.stiffness[j];
       if (rest_length) {
-        pull = pull * rest_length[j] / root(d.x * d.x + d.y * d.y + d.z * d.z);
+        pull = pull * rest_length[j] / root(dot(d, d));
       }
       sum.x += pull * d.x;
       sum.y += pull * d.y;

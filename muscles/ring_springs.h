@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "muscles/lanes.h"
 #include "muscles/springs.h"
 
 namespace thew {
@@ -14,8 +15,6 @@ namespace thew {
 /// load: dV/dx = 1/6 sum d_j x d_(j+1), twice the ring's area over 6. Nodes of one degree go four
 /// at a time, one a lane.
 struct RingSprings {
-  static constexpr int kLanes = 4;  // AVX2 has the registers for four, not for eight
-  using Lanes = double __attribute__((vector_size(8 * kLanes)));
   using Indices = std::array<int, kLanes>;
   using BySlot = std::vector<Lanes, AlignedAllocator<Lanes>>;
   struct Slice {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "muscles/lanes.h"
 #include "rig/vectorise.h"
 
 namespace thew {
@@ -130,47 +131,60 @@ void add_spring_forces(const Springs& springs, const std::vector<double>& rest_l
   }
 }
 
+namespace {
+
+// x_a - x_b of four springs from `first`; the last of `count` stands for those beyond.
+[[gnu::always_inline]] inline Lanes3 ways_of(const Springs& springs, const Rows& x, size_t first,
+                                             size_t count) {
+  const auto way = [&](size_t k) {
+    const auto& [a, b] = springs.nodes[std::min(k, count - 1)];
+    return x[a] - x[b];
+  };
+  return side_by_side(way(first), way(first + 1), way(first + 2), way(first + 3));
+}
+
+[[gnu::always_inline]] inline Lanes four_of(const std::vector<double>& values, size_t first,
+                                            size_t count) {
+  Lanes four;
+  for (size_t l = 0; l < kLanes; ++l) four[l] = values[std::min(first + l, count - 1)];
+  return four;
+}
+
+}  // namespace
+
 THEW_VECTORISED
 void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& length) {
   const size_t count = springs.nodes.size();
   length.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    length[i] = squared(x[springs.nodes[i][0]] - x[springs.nodes[i][1]]);
+  for (size_t first = 0; first < count; first += kLanes) {
+    const Lanes3 way = ways_of(springs, x, first, count);
+    const Lanes four = root(dot(way, way));
+    for (size_t l = 0; l < kLanes && first + l < count; ++l) length[first + l] = four[l];
   }
-  for (size_t i = 0; i < count; ++i) length[i] = std::sqrt(length[i]);
 }
 
-// Four edges at a time: roots and sums would wait for one another.
 THEW_VECTORISED
 EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
                            const Rows& x, const Rows& target, double most) {
-  constexpr int kLanes = 4;
-  EdgeStrain strain;
-  Row energy = {}, usual = {};
-  for (int first = 0; first < springs.structural; first += kLanes) {
-    Row length = {}, stiffness = {}, now = {}, before = {};
-    const int count = std::min(kLanes, springs.structural - first);
-    for (int lane = 0; lane < count; ++lane) {
-      const int k = first + lane;
-      const auto& [a, b] = springs.nodes[k];
-      const Row d = x[a] - x[b];
-      length[lane] = squared(d);
-      stiffness[lane] = 0.5 * springs.stiffness[k];
-      now[lane] = rest_length[k];
-      before[lane] = springs.rest_length[k];
-      strain.reversed += sum3(d * (target[a] - target[b])) < 0.0;
-    }
-    for (int lane = 0; lane < kLanes; ++lane) length[lane] = std::sqrt(length[lane]);
-    for (int lane = 0; lane < count; ++lane) {
-      strain.within &= length[lane] <= most * std::max(now[lane], before[lane]);
-    }
-    const Row stretch = length - now;
+  const size_t count = springs.structural;
+  Lanes energy = {}, usual = {};
+  auto within = energy == energy;  // by lane, -1 or 0
+  auto reversed = within - within;
+  for (size_t first = 0; first < count; first += kLanes) {
+    const Lanes index = Lanes{0, 1, 2, 3} + static_cast<double>(first);
+    const auto there = index < static_cast<double>(count);
+    const Lanes stiffness = there ? 0.5 * four_of(springs.stiffness, first, count) : Lanes{};
+    const Lanes now = four_of(rest_length, first, count);
+    const Lanes before = four_of(springs.rest_length, first, count);
+    const Lanes3 way = ways_of(springs, x, first, count);
+    const Lanes length = root(dot(way, way)), stretch = length - now;
+    within &= length <= most * (now > before ? now : before);
+    reversed -= there & (dot(way, ways_of(springs, target, first, count)) < 0.0);
     energy += stiffness * stretch * stretch;
     usual += stiffness * before * before;
   }
-  strain.energy = (energy[0] + energy[1]) + (energy[2] + energy[3]);
-  strain.usual = (usual[0] + usual[1]) + (usual[2] + usual[3]);
-  return strain;
+  const auto sum = [](const auto& a) { return (a[0] + a[1]) + (a[2] + a[3]); };
+  return {sum(energy), sum(usual), static_cast<int>(sum(reversed)), sum(within) == -kLanes};
 }
 
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length,

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "rig/types.h"
+
+namespace thew {
+
+// Four nodes side by side, a coordinate a vector. Always inlined: across two instruction sets
+// vectors are passed in different registers.
+
+using Lanes = double __attribute__((vector_size(32)));
+inline constexpr int kLanes = 4;  // AVX2 has the registers for four, not for eight
+
+struct Lanes3 {
+  Lanes x, y, z;
+};
+
+// Transposed in registers.
+[[gnu::always_inline]] inline Lanes3 side_by_side(const Row& a, const Row& b, const Row& c,
+                                                  const Row& d) {
+  const Row xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Row xz1 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Row y0 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Row y1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  return {__builtin_shufflevector(xz0, xz1, 0, 1, 4, 5),
+          __builtin_shufflevector(y0, y1, 0, 1, 4, 5),
+          __builtin_shufflevector(xz0, xz1, 2, 3, 6, 7)};
+}
+
+[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
+  return side_by_side(rows[i[0]], rows[i[1]], rows[i[2]], rows[i[3]]);
+}
+
+// And back. Lanes that repeat a node write the same.
+[[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Row* rows) {
+  const Lanes none = {};
+  const Row xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);
+  const Row xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7);
+  const Row z02 = __builtin_shufflevector(a.z, none, 0, 4, 2, 6);
+  const Row z13 = __builtin_shufflevector(a.z, none, 1, 5, 3, 7);
+  rows[i[0]] = __builtin_shufflevector(xy02, z02, 0, 1, 4, 5);
+  rows[i[1]] = __builtin_shufflevector(xy13, z13, 0, 1, 4, 5);
+  rows[i[2]] = __builtin_shufflevector(xy02, z02, 2, 3, 6, 7);
+  rows[i[3]] = __builtin_shufflevector(xy13, z13, 2, 3, 6, 7);
+}
+
+[[gnu::always_inline]] inline Lanes3 minus(const Lanes3& a, const Lanes3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+[[gnu::always_inline]] inline Lanes dot(const Lanes3& a, const Lanes3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+[[gnu::always_inline]] inline Lanes root(const Lanes& a) {
+  Lanes out;
+  for (int l = 0; l < kLanes; ++l) out[l] = std::sqrt(a[l]);
+  return out;
+}
+
+}  // namespace thew

@@ -115,11 +115,15 @@ std::vector<Vec3> rounded_points(const TracedPath& path) {
           a.normal + t * (b.normal - a.normal), a.binormal + t * (b.binormal - a.binormal)};
 }
 
-// x in a sample's frame.
-Vec3 place_in(const CurveSample& sample, const Row& x) {
+Mat3 frame_of(const CurveSample& sample) {
   Mat3 frame;
   frame << to_vec(sample.tangent), to_vec(sample.normal), to_vec(sample.binormal);
-  return frame.inverse() * to_vec(x - sample.point);
+  return frame;
+}
+
+// x in a sample's frame.
+Vec3 place_in(const CurveSample& sample, const Row& x) {
+  return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
 // Part of the curve's length at which it is nearest to x.
@@ -176,13 +180,8 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.belly = belly;
   const Transform& origin = rest_pose[path.points.front().body];
   const Transform& insertion = rest_pose[path.points.back().body];
-  const auto frame_in = [](const Transform& body, const CurveSample& end) {
-    Mat3 frame;
-    frame << to_vec(end.tangent), to_vec(end.normal), to_vec(end.binormal);
-    return Mat3(body.rotation().transpose() * frame);
-  };
-  shape.rest_end_frames = {frame_in(origin, curve.samples.front()),
-                           frame_in(insertion, curve.samples.back())};
+  shape.rest_end_frames = {origin.rotation().transpose() * frame_of(curve.samples.front()),
+                           insertion.rotation().transpose() * frame_of(curve.samples.back())};
 
   const double length = shape.belly[1] - shape.belly[0];
   const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};

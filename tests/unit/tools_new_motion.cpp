@@ -207,7 +207,8 @@ BodyClip swing(int body, const Vec3& from, const std::vector<Vec3>& directions) 
   BodyClip clip;
   BodyTrack& track = clip.tracks.emplace_back();
   track.body = body;
-  track.rotation = {{0.0}, {Eigen::Quaterniond::Identity()}};
+  track.rotation.times = {0.0};
+  track.rotation.values = {Eigen::Quaterniond::Identity()};
   for (const Vec3& to : directions) {
     clip.duration += 2.0 / 3.0;
     track.rotation.times.push_back(clip.duration);
@@ -216,14 +217,19 @@ BodyClip swing(int body, const Vec3& from, const std::vector<Vec3>& directions) 
   return clip;
 }
 
+// Down from the bind pose, forward and back.
+BodyClip walk_of(const Model& model) {
+  return swing(find_body(model.skeleton, "RightArm"), {-0.2, -0.17, -0.015},
+               {{-0.1, -0.85, 0.5}, {-0.1, -0.85, -0.5}, {-0.1, -0.85, 0.5}});
+}
+
 // The bind pose has the arms out to the sides, a walk has them down: the coracobrachialis, held to
 // the shoulder blade beside the upper arm, was carried through humerus and triceps; 6 mm remained.
 TEST_F(NewScene, TheArmSwingsAtTheSideAsInAWalk) {
   MadeArm arm(asked(kFigure, "right"), {"skin.enabled=false"});
   Model& model = arm.model;
   const std::vector<double> areas = rest_belly_areas(model, arm.state);
-  model.character->clip = swing(find_body(model.skeleton, "RightArm"), {-0.2, -0.17, -0.015},
-                                {{-0.1, -0.85, 0.5}, {-0.1, -0.85, -0.5}, {-0.1, -0.85, 0.5}});
+  model.character->clip = walk_of(model);
   double deepest = 0.0;
   for (int frame = 1; frame <= 48; ++frame) {
     arm.step(frame);
@@ -235,10 +241,8 @@ TEST_F(NewScene, TheArmSwingsAtTheSideAsInAWalk) {
   EXPECT_LT(deepest, 1e-3);
 }
 
-// So it was with the man's, whose walk ended in frame 41.
-TEST_F(NewScene, TheMansOwnWalkBakes) {
-  if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
-  MadeArm arm(asked(data("cesium_man.gltf"), "both"), {"rig.clip={ animation = \"animation_1\" }"});
+// m, that flesh stands out of the skin in the walk's first 48 frames.
+double most_outside(MadeArm& arm) {
   const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
   double out = 0.0;
   for (int frame = 1; frame <= 48; ++frame) {
@@ -248,7 +252,20 @@ TEST_F(NewScene, TheMansOwnWalkBakes) {
     for (const MuscleState& muscle : arm.state.muscles) EXPECT_LE(muscle.volume_error, 1e-12);
   }
   std::printf("%.1f mm outside\n", 1e3 * out);
-  EXPECT_LT(out, 2e-3);
+  return out;
+}
+
+// So it was with the man's, whose own walk ended in frame 41.
+TEST_F(NewScene, MusclesStayUnderTheSkinOfAWalk) {
+  MadeArm figure(asked(kFigure, "right"));
+  figure.model.character->clip = walk_of(figure.model);
+  EXPECT_LT(most_outside(figure), 2e-3);
+  if (!fs::exists(data("cesium_man.gltf"))) {
+    std::printf("cesium_man.gltf is not there: its walk was not tried\n");
+    return;
+  }
+  MadeArm man(asked(data("cesium_man.gltf"), "both"), {"rig.clip={ animation = \"animation_1\" }"});
+  EXPECT_LT(most_outside(man), 2e-3);
 }
 
 // The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.

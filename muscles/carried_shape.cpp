@@ -70,8 +70,8 @@ Vec3 tangent_at(const std::vector<Vec3>& p, int i) {
 }
 
 // Samples at points, with frames from the origin's by smallest rotations; the twist left over
-// against the insertion's frame is shared out along the curve.
-void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3* last,
+// against the insertion's frame is shared out along the curve from sample `from` on.
+void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3* last, int from,
                  CarryCurve& curve) {
   const int n = static_cast<int>(points.size());
   std::vector<Vec3> tangent(n), normal(n);
@@ -86,7 +86,7 @@ void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3*
   SinCos step{0.0, 1.0}, turn{0.0, 1.0};
   if (last) {
     const Vec3 wanted = last->col(1), binormal = tangent[n - 1].cross(normal[n - 1]);
-    step = sin_cos(arc_tan2(wanted.dot(binormal), wanted.dot(normal[n - 1])) / (n - 1));
+    step = sin_cos(arc_tan2(wanted.dot(binormal), wanted.dot(normal[n - 1])) / (n - 1 - from));
   }
   curve.samples.resize(n);
   for (int i = 0; i < n; ++i) {
@@ -94,6 +94,7 @@ void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3*
     curve.samples[i] = {to_row(points[i]), to_row(tangent[i]),
                         to_row(turn.cos * normal[i] + turn.sin * binormal),
                         to_row(turn.cos * binormal - turn.sin * normal[i])};
+    if (i < from) continue;
     turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
   }
 }
@@ -165,7 +166,8 @@ struct StretchProfile {
 }  // namespace
 
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
-                                const std::array<double, 2>& belly, const WeightProfile& weights) {
+                                const std::array<double, 2>& belly, const WeightProfile& weights,
+                                double twist_from) {
   CarriedShape shape;
   shape.path = path;
   const TracedPath traced = trace_path(path, rest_pose);
@@ -175,9 +177,10 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   Mat3 first;
   first << t, n, t.cross(n);
   CarryCurve curve;
-  set_samples(points, first, nullptr, curve);
+  set_samples(points, first, nullptr, 0, curve);
   shape.rest_path_length = traced.length;
   shape.belly = belly;
+  shape.twist_from = twist_from;
   const Transform& origin = rest_pose[path.points.front().body];
   const Transform& insertion = rest_pose[path.points.back().body];
   shape.rest_end_frames = {origin.rotation().transpose() * frame_of(curve.samples.front()),
@@ -258,7 +261,8 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
     return Mat3(smallest_rotation(carried.col(0), tangent_at(points, sample)) * carried);
   };
   const Mat3 first = end_frame(0, 0), last = end_frame(1, kSamples - 1);
-  set_samples(points, first, &last, out.curve);
+  const double from = shape.twist_from / shape.rest_path_length * (kSamples - 1);
+  set_samples(points, first, &last, std::min(static_cast<int>(from), kSamples - 2), out.curve);
   return out;
 }
 

@@ -16,7 +16,8 @@ struct CurveSample {
 };
 /// The traced path with its corners rounded (so a little shorter; places on it are parts of its
 /// length, which stand for the same parts of the path's), sampled at equal distances, with a frame
-/// per sample that turns as little as possible and shares the twist between origin and insertion.
+/// per sample that turns as little as possible; the twist left over against the insertion is shared
+/// out evenly beyond `twist_from`.
 struct CarryCurve {
   std::vector<CurveSample, AlignedAllocator<CurveSample>> samples;
 };
@@ -26,6 +27,7 @@ struct CarryCurve {
 struct CarriedShape {
   MusclePath path;
   std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest path
+  double twist_from = 0.0;                   ///< m along the rest path
   double rest_path_length = 0.0;             ///< m, of the exact path
   std::array<Mat3, 2> rest_end_frames;       ///< curve's ends in the frames of their bodies
 
@@ -50,10 +52,11 @@ struct CarriedPose {
   Pose bodies;               ///< without a path
 };
 
-/// `belly` in m along the rest path. `weights` shape the bulge along the belly; its mean effect is
-/// scaled so that the carried shape keeps its volume.
+/// `belly` and `twist_from` in m along the rest path. `weights` shape the bulge along the belly; its
+/// mean effect is scaled so that the carried shape keeps its volume.
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
-                                const std::array<double, 2>& belly, const WeightProfile& weights);
+                                const std::array<double, 2>& belly, const WeightProfile& weights,
+                                double twist_from = 0.0);
 
 /// Without a path: nodes go with the bodies that hold them, the others have their rest place.
 CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,

@@ -196,6 +196,10 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     throw Error(ExitCode::kUsage, place + ": belly reaches beyond the path, which is " +
                                       std::to_string(length) + " m long at rest");
   }
+  if (scene.twist_from >= length) {
+    throw Error(ExitCode::kUsage, place + ": twist_from lies beyond the path, which is " +
+                                      std::to_string(length) + " m long at rest");
+  }
   ImportedMesh imported;
   if (scene.mesh.empty()) {
     muscle.rest = make_tube(trace_path(path, bind_pose), scene.profile.around, scene.profile.rings,
@@ -207,7 +211,8 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
-  muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights);
+  muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights,
+                                    scene.twist_from);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
   const CarriedPose rest = carry_pose(muscle.shape, bind_pose);

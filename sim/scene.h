@@ -70,6 +70,7 @@ struct SceneMuscle {
   std::vector<SceneFixed> fixed;  ///< of a soft body; the first box that a node lies in counts
   /// m along the rest path, first and last ring of the belly; both 0: not given
   std::array<double, 2> belly = {0.0, 0.0};
+  double twist_from = 0.0;  ///< m along the rest path; beyond it the insertion's twist is taken
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
   SceneWeights painted;              ///< as well, by place or colour

@@ -164,6 +164,7 @@ void read_along_path(TomlValue& table, SceneMuscle& muscle) {
     muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
   }
   if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
+  read(table, "twist_from", muscle.twist_from, kNotNegative);
   std::string shape = "target";
   read(table, "shape", shape, {"target", "weights"});
   muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;

@@ -64,8 +64,9 @@ std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
             "], axis = [" + metres(wrap.axis, ", ") + "], radius = " + metres(wrap.radius) +
             ", turn = " + metres(wrap.turn) + " }]\n";
   }
-  return text + "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) +
-         "]\nweights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +
+  text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
+  if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
+  return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +
          "\nfibre_length = " + metres(muscle.fibre_length) + "\n\n";
 }
 

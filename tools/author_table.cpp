@@ -84,6 +84,8 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
     muscle.volume = record.at(0) * 1e-6;  // cm^3
   } else if (what == "belly") {
     muscle.belly = {record.at(0), record.at(1)};
+  } else if (what == "twist_from") {
+    muscle.twist_from = record.at(0);
   } else if (what == "mesh") {
     muscle.around = static_cast<int>(record.at(0));
     muscle.rings = static_cast<int>(record.at(1));

@@ -21,6 +21,7 @@ struct TableMuscle {
   double fibre_length = 0.0;              ///< m
   double volume = 0.0;                    ///< m^3
   std::array<double, 2> belly{};          ///< m along the rest path
+  double twist_from = 0.0;                ///< m along the rest path
   int around = 0, rings = 0;              ///< nodes a ring, rings
   std::vector<double> before, after;      ///< m, rings of the tendons: from origin, from insertion
   std::array<double, 2> tendon_radius{};  ///< m

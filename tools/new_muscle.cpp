@@ -132,6 +132,8 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
   // Force goes with the section, fibres with the length.
   const double along = (belly[1] - belly[0]) / (muscle.belly[1] - muscle.belly[0]);
   const double section = size.volume_ratio / along;
+  // No twist_from: on a character's arm the twist is the shoulder's too, and rolls of 90 degrees
+  // wring so short a tendon.
   return text + "belly = [" + metres(belly[0]) + ", " + metres(belly[1]) +
          "]\nweights = " + weights_text(muscle.weights) +
          "\nf_max = " + number_text(muscle.f_max * section) +

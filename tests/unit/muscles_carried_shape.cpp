@@ -97,5 +97,22 @@ TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
   EXPECT_NEAR(n.cross(t).x(), sin_cos(0.5).sin, 1e-9);
 }
 
+TEST(CarriedShape, TwistBeginsWhereItIsTold) {
+  const TriMesh mesh = spindle();
+  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
+                                                {0.06, 0.24}, WeightProfile{}, 0.225);
+  ASSERT_NEAR(shape.rest_path_length, 0.3, 1e-12);
+  const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
+  const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));
+  const size_t last = plain.curve.samples.size() - 1;
+  for (size_t i = 0; i <= last; ++i) {
+    const double angle = std::max(4.0 * i / last - 3.0, 0.0);  // from three quarters on
+    const Vec3 n = to_vec(plain.curve.samples[i].normal);
+    const Vec3 t = to_vec(twisted.curve.samples[i].normal);
+    EXPECT_NEAR(n.dot(t), sin_cos(angle).cos, 1e-9) << i;
+    EXPECT_NEAR(n.cross(t).x(), sin_cos(angle).sin, 1e-9) << i;
+  }
+}
+
 }  // namespace
 }  // namespace thew

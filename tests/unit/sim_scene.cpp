@@ -57,6 +57,7 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.wraps[0].turn, -1.0);
   EXPECT_EQ(tube.wraps[0].place, file.string() + ":23");
   EXPECT_EQ(tube.belly, (std::array<double, 2>{0.06, 0.24}));
+  EXPECT_EQ(tube.twist_from, 0.2);
   EXPECT_EQ(tube.weights.keys, (Pairs{{0, 2}, {0.5, 1}, {1, 0}}));
   EXPECT_EQ(tube.shape, SceneMuscle::Shape::kWeights);
   EXPECT_EQ(tube.guide, 100);
@@ -98,7 +99,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const fs::path file = kScenes / "every_key/scene.toml";
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.skin.mesh, fs::canonical(file.parent_path() / "skin.obj"));
-  EXPECT_EQ(scene.skin.place, file.string() + ":49");
+  EXPECT_EQ(scene.skin.place, file.string() + ":50");
   EXPECT_EQ(scene.skin.settings.thickness, 0.003);
   EXPECT_EQ(scene.skin.settings.smoothing, 0.25);
   EXPECT_EQ(scene.skin.settings.iterations, 7);
@@ -108,7 +109,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
-  EXPECT_EQ(scene.solver.place, file.string() + ":57");
+  EXPECT_EQ(scene.solver.place, file.string() + ":58");
   EXPECT_FALSE(scene.contact.enabled);
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
@@ -121,7 +122,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
   EXPECT_EQ(scene.contact.self, std::vector<std::string>{"tube"});
-  EXPECT_EQ(scene.contact.place, file.string() + ":70");
+  EXPECT_EQ(scene.contact.place, file.string() + ":71");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -146,7 +147,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":95");
+  EXPECT_EQ(scene.bounds[0].place, file.string() + ":96");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

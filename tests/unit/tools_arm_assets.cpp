@@ -296,6 +296,7 @@ TEST(ArmAssets, SceneAndRigAgreeWithTheTable) {
     ASSERT_EQ(muscle.name, row.name);
     EXPECT_NEAR(muscle.belly[0], row.belly[0], 1e-9);
     EXPECT_NEAR(muscle.belly[1], row.belly[1], 1e-9);
+    EXPECT_NEAR(muscle.twist_from, row.twist_from, 1e-9);
     EXPECT_NEAR(muscle.f_max, row.f_max, 1e-6);
     ASSERT_EQ(muscle.path.size(), row.path.points.size());
     for (size_t k = 0; k < muscle.path.size(); ++k) {

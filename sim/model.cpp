@@ -198,7 +198,7 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   }
   if (scene.twist_from >= length) {
     throw Error(ExitCode::kUsage, place + ": twist_from lies beyond the path, which is " +
-                                      std::to_string(length) + " m long at rest");
+                                      std::to_string(length) + " m long at rest; give less");
   }
   ImportedMesh imported;
   if (scene.mesh.empty()) {

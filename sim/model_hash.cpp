@@ -118,8 +118,8 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
   hash.faces(muscle.order.triangles);
   add_path(muscle.shape.path, hash);
   hash.list({muscle.shape.belly[0], muscle.shape.belly[1], muscle.shape.twist_from,
-             muscle.settings.guide, muscle.settings.damping, muscle.settings.material.shape, muscle.settings.f_max,
-             muscle.settings.fibre_length, 1.0 * muscle.swells});
+             muscle.settings.guide, muscle.settings.damping, muscle.settings.material.shape,
+             muscle.settings.f_max, muscle.settings.fibre_length, 1.0 * muscle.swells});
   if (const auto& zone = muscle.settings.zone) {
     hash.list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
   }

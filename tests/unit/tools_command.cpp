@@ -218,6 +218,11 @@ TEST_F(Command, AnUnknownKey) {
   expect_error(ExitCode::kUsage, "did you mean \"belly\"");
 }
 
+TEST_F(Command, ATwistBeyondThePath) {
+  edit("weights = \"left\"", "weights = \"left\"\ntwist_from = 9");
+  expect_error(ExitCode::kUsage, "twist_from lies beyond the path");
+}
+
 TEST_F(Command, AMeshWithOneTriangleMissing) {
   edit(
       "[muscle.profile]\naround = 12\nrings = 11\nradius = [[0, 0.004], [0.2, 0.006], [0.5, "

@@ -94,8 +94,9 @@ void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3*
     curve.samples[i] = {to_row(points[i]), to_row(tangent[i]),
                         to_row(turn.cos * normal[i] + turn.sin * binormal),
                         to_row(turn.cos * binormal - turn.sin * normal[i])};
-    if (i < from) continue;
-    turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
+    if (i >= from) {
+      turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
+    }
   }
 }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.95;   // of the stable step, by a bound of the spectrum (Gershgorin)
 constexpr int kContactRounds = 60;
-constexpr int kLookEvery = 12;  // substeps, for touches that may close before the next look
+constexpr int kLookEvery = 5;  // substeps, for touches that may close before the next look
 
 // What a spring has against leaving the carried shape's edge vectors.
 void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, Rows& f) {
@@ -332,7 +332,7 @@ void step_explicit(const Model& model, int m, double frame, State& state) {
   for (size_t c = 0; c < touches.size(); ++c) {
     const double pushed = touches[c].pushed;
     now.push[c] =
-        pushed == 0.0 ? 0.0 : pushed / (frame * contact_stiffness(muscle, touches[c].node));
+        pushed == 0.0 ? 0.0 : pushed / (frame * muscle.contact_stiffness[touches[c].node]);
   }
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }

@@ -34,7 +34,7 @@ void guess_flight(const Model& model, int m, double h, State& state) {
   double mass = 0.0, pressed = 0.0;
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
-    const double push = contact_stiffness(muscle, contact.node) * now.push[c];
+    const double push = muscle.contact_stiffness[contact.node] * now.push[c];
     if (push == 0.0) continue;
     force += push * to_row(contact.normal);
     carried += push * (point_now(model, state, contact) - point_before(model, state, contact));
@@ -100,7 +100,7 @@ void add_contacts(const Model& model, int m, State& state, Rows& f) {
       if (size > most) grip *= most / size;
       to += 2.0 * grip - grip_before;
     }
-    f[contact.node] += contact_stiffness(muscle, contact.node) * to;
+    f[contact.node] += muscle.contact_stiffness[contact.node] * to;
     c = end;
   }
 }

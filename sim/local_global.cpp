@@ -97,7 +97,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   for (size_t c = 0; c < now.contacts.size(); c = end_of_one(now.contacts, c)) {
     const int node = now.contacts[c].node;
-    now.diagonal[matrix.position[node]] += contact_stiffness(muscle, node);
+    now.diagonal[matrix.position[node]] += muscle.contact_stiffness[node];
   }
   if (now.diagonal != now.factored_diagonal) {
     now.factored_diagonal.clear();  // a factor that fails is of no diagonal

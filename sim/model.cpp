@@ -84,6 +84,16 @@ Skyline spring_matrix(const Springs& springs, double shape, const std::vector<ch
   return matrix;
 }
 
+std::vector<double> contact_stiffness(const Skyline& matrix) {
+  constexpr double kShare = 0.2;  // of the springs' at the node
+  std::vector<double> stiffness(matrix.position.size(), 0.0);
+  for (size_t node = 0; node < stiffness.size(); ++node) {
+    const int i = matrix.position[node];
+    if (i >= 0) stiffness[node] = kShare * matrix.values[matrix.start[i + 1] - 1];
+  }
+  return stiffness;
+}
+
 // By node the body that holds it, -1 none.
 std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
                             const TriMesh& mesh) {
@@ -155,6 +165,7 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   spread_weights(x, muscle);
   try {
     muscle.stiffness = spring_matrix(muscle.springs, material.shape, muscle.driven);
+    muscle.contact_stiffness = contact_stiffness(muscle.stiffness);
   } catch (const std::length_error& error) {
     throw Error(ExitCode::kUsage, place + ": " + error.what());
   }

@@ -41,6 +41,8 @@ struct Muscle {
   bool swells = true;                     ///< the target shape; else the weights alone
   SceneMuscle settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
+  /// By node, N/m, 0 where driven: of the order by which a patch of nodes gives way together.
+  std::vector<double> contact_stiffness;
   /// The springs between a free node and a driven one.
   struct Anchored {
     int node, anchor;

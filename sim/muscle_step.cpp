@@ -92,12 +92,6 @@ void predict(const Muscle& muscle, double h, MuscleState& state) {
   }
 }
 
-double contact_stiffness(const Muscle& muscle, int node) {
-  constexpr double kShare = 0.2;  // of the springs' at the node
-  const int i = muscle.stiffness.position[node];
-  return kShare * muscle.stiffness.values[muscle.stiffness.start[i + 1] - 1];
-}
-
 void update_zone(const Muscle& muscle, double h, MuscleState& state) {
   if (!muscle.settings.zone) return;
   std::vector<int> loaded;
@@ -106,7 +100,7 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
     if (state.push[c] <= 0.0) continue;
     const int node = state.contacts[c].node;
     if (loaded.empty() || loaded.back() != node) loaded.push_back(node);
-    load += state.push[c] * contact_stiffness(muscle, node) * state.contacts[c].normal;
+    load += state.push[c] * muscle.contact_stiffness[node] * state.contacts[c].normal;
   }
   const ZoneSettings& zone = *muscle.settings.zone;
   if (loaded.empty()) {

@@ -19,10 +19,6 @@ void predict(const Muscle& muscle, double h, MuscleState& state);
 /// authored.
 void update_zone(const Muscle& muscle, double h, MuscleState& state);
 
-/// Stiffness (N/m) of a contact at a node: of the order by which a patch of nodes gives way
-/// together.
-double contact_stiffness(const Muscle& muscle, int node);
-
 /// Whether the other side is soft too, and goes half of the way.
 bool is_shared(const Model& model, const Contact& contact);
 /// What a contact is with, and where it is seen.

@@ -94,7 +94,7 @@ void project_contacts(const Model& model, const Muscle& muscle, State& state, Mu
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
     const bool soft = is_shared(model, contact);
-    const double metres_per_push = contact_stiffness(muscle, contact.node) *
+    const double metres_per_push = muscle.contact_stiffness[contact.node] *
                                    now.inverse_mass[contact.node] * now.step * now.step;
     const double before = now.push[c];
     const double open = contact_gap(model, state, contact, now.x[contact.node], gap);

@@ -377,7 +377,7 @@ void paper_bodies(PaperReport& report) {
   table.table.note =
       "Every scene of 30 frames a second but the arm (24), contact included, one thread. Explicit "
       "substeps are "
-      "0.8 of the stable step; materials stand in assets/paper and assets/arm.";
+      "0.95 of a bound of the stable step; materials stand in assets/paper and assets/arm.";
   report.add(table.table);
   report.add({"Volume error of every other scene, every frame", number(table.worst, 2), "<= 1e-12",
               table.worst <= 1e-12, ""});

@@ -52,8 +52,8 @@ struct CarriedPose {
   Pose bodies;               ///< without a path
 };
 
-/// `belly` and `twist_from` in m along the rest path. `weights` shape the bulge along the belly; its
-/// mean effect is scaled so that the carried shape keeps its volume.
+/// `belly` and `twist_from` in m along the rest path. `weights` shape the bulge along the belly;
+/// its mean effect is scaled so that the carried shape keeps its volume.
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
                                 const std::array<double, 2>& belly, const WeightProfile& weights,
                                 double twist_from = 0.0);

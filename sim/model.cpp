@@ -222,8 +222,8 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
-  muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights,
-                                    scene.twist_from);
+  muscle.shape =
+      make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights, scene.twist_from);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
   const CarriedPose rest = carry_pose(muscle.shape, bind_pose);

@@ -127,10 +127,11 @@ struct BallTables {
         "linear",    "exact at frames",      "printed",          "exact always", "FEM",
         "printed"};
     times.note =
-        "Ours: 30 frames a second, substeps 0.95 of a bound of the stable step; membrane 1,000 N/m, shear 0.5 "
-        "of it, mass 1,060 kg/m3 spread over the surface, dashpots of 1e-4 s times stiffness, drag "
-        "2 /s. FEM: implicit Euler, one step a frame, up to 8 Newton steps with conjugate "
-        "gradients (Eigen), shear 1,000 Pa, Lame 1,000 Pa, penalty 1e5 Pa. Contact included. "
+        "Ours: 30 frames a second, substeps 0.95 of a bound of the stable step; membrane 1,000 "
+        "N/m, shear 0.5 of it, mass 1,060 kg/m3 spread over the surface, dashpots of 1e-4 s times "
+        "stiffness, drag 2 /s. FEM: implicit Euler, one step a frame, up to 8 Newton steps with "
+        "conjugate gradients (Eigen), shear 1,000 Pa, Lame 1,000 Pa, penalty 1e5 Pa. Contact "
+        "included. "
         "Conventional: the ball collapses, so it has fewer contacts.";
     errors.head = {"triangles",
                    "conventional",

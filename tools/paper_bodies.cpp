@@ -376,8 +376,8 @@ void paper_bodies(PaperReport& report) {
   muscles(report, table);
   table.table.note =
       "Every scene of 30 frames a second but the arm (24), contact included, one thread. Explicit "
-      "substeps are "
-      "0.95 of a bound of the stable step; materials stand in assets/paper and assets/arm.";
+      "substeps are 0.95 of a bound of the stable step; materials stand in assets/paper and "
+      "assets/arm.";
   report.add(table.table);
   report.add({"Volume error of every other scene, every frame", number(table.worst, 2), "<= 1e-12",
               table.worst <= 1e-12, ""});

@@ -73,9 +73,8 @@ std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const S
   const Pose rest = rest_pose(skeleton);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
   for (Vec3& p : mesh.vertices) p += humerus;
-  const CarriedShape shape =
-      make_carried_shape(mesh, muscle.path, rest, muscle.belly, preset_profile(muscle.weights),
-                         muscle.twist_from);
+  const CarriedShape shape = make_carried_shape(mesh, muscle.path, rest, muscle.belly,
+                                                preset_profile(muscle.weights), muscle.twist_from);
   Rows carried;
   carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), true, carried);
   for (size_t i = 0; i < carried.size(); ++i) mesh.vertices[i] = to_vec(carried[i]) - humerus;

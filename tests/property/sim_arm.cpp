@@ -337,12 +337,12 @@ void expect_no_jump(const std::string& name, size_t nodes, Position&& position) 
 // over an edge of it.
 TEST(Arm, HalfTheStepTellsTheSame) {
   const auto turn = [](const char* substeps, const std::string& degrees, const std::string& from) {
-    Model model = build_model(read_scene(
-        THEW_SOURCE_DIR "/assets/arm/arm.toml",
-        {"skin.enabled=false", substeps, "muscle.biceps_long.twist_from=" + from,
-         "muscle.biceps_short.twist_from=" + from,
-         "rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [60, " + degrees +
-             "]] } }"}));
+    Model model = build_model(
+        read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml",
+                   {"skin.enabled=false", substeps, "muscle.biceps_long.twist_from=" + from,
+                    "muscle.biceps_short.twist_from=" + from,
+                    "rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [60, " +
+                        degrees + "]] } }"}));
     Parallel parallel(2);
     StageSeconds unused;
     State state = initial_state(model);

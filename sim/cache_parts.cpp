@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 constexpr std::size_t kLongestText = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/state.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <type_traits>
+
 #include "sim/drive.h"
 #include "sim/muscle_step.h"
 
@@ -34,66 +38,101 @@ struct Reader {
 };
 
 template <typename Archive>
-void walk(Archive& archive, Rows& rows) {
-  size_t n = rows.size();
-  archive.count(n);
-  rows.resize(n);
-  for (Row& row : rows) {
-    for (int k = 0; k < 3; ++k) {
-      double value = row[k];
-      archive.number(value);
-      row[k] = value;
-    }
-  }
+void walk(Archive& archive, double& value) {
+  archive.number(value);
+}
+
+// Of small whole numbers: counts, indices, enumerators.
+template <typename Archive, typename Whole>
+requires(std::is_integral_v<Whole> || std::is_enum_v<Whole>) void walk(Archive& archive,
+                                                                       Whole& value) {
+  double real = static_cast<double>(value);
+  archive.number(real);
+  value = static_cast<Whole>(static_cast<std::int64_t>(real));
 }
 
 template <typename Archive>
-void walk(Archive& archive, std::vector<double>& values) {
+void walk(Archive& archive, Vec3& v) {
+  for (double& value : v) archive.number(value);
+}
+
+template <typename Archive>
+void walk(Archive& archive, Row& row) {
+  for (int k = 0; k < 3; ++k) {
+    double value = row[k];
+    archive.number(value);
+    row[k] = value;
+  }
+}
+
+template <typename Archive, typename T, typename Allocator>
+void walk(Archive& archive, std::vector<T, Allocator>& values) {
   size_t n = values.size();
   archive.count(n);
   values.resize(n);
-  for (double& value : values) archive.number(value);
+  for (T& value : values) walk(archive, value);
 }
 
 template <typename Archive>
-void walk(Archive& archive, std::vector<Contact>& contacts) {
-  size_t n = contacts.size();
-  archive.count(n);
-  contacts.resize(n);
-  for (Contact& contact : contacts) {  // what a later step reads of them: which they are
-    double node = contact.node, other = contact.other;
-    archive.number(node);
-    archive.number(other);
-    double of_face = contact.of_face;
-    archive.number(of_face);
-    contact.of_face = of_face != 0.0;
-    contact.node = static_cast<int>(node);
-    contact.other = static_cast<int>(other);
+void walk(Archive& archive, Contact& contact) {
+  walk(archive, contact.node);
+  walk(archive, contact.other);
+  walk(archive, contact.of_face);
+}
+
+template <typename Archive, typename... Fields>
+void walk_all(Archive& archive, Fields&... fields) {
+  (walk(archive, fields), ...);
+}
+
+// The fields by structured binding: one that is added and not saved does not compile.
+template <typename Archive>
+void walk(Archive& archive, MuscleMotion& motion) {
+  auto& [x, v, target, rest_length, path_length, contacts, push, grip, zone_radius, weights, rested,
+         level, shaped, volume_error, substep_volume_error, unreached, weight_fallbacks,
+         zone_fallbacks, impulse, angular_impulse] = motion;
+  walk_all(archive, x, v, target, rest_length, path_length, contacts, push, grip, zone_radius,
+           weights, rested, level, shaped, volume_error, substep_volume_error, unreached,
+           weight_fallbacks, zone_fallbacks, impulse, angular_impulse);
+}
+
+template <typename Archive>
+void walk(Archive& archive, SkinMotion& motion) {
+  auto& [x, offset, force, slip, moved] = motion;
+  walk_all(archive, x, offset, force, slip, moved);
+}
+
+// What each search finds out anew of where all are is left out.
+template <typename Archive>
+void walk(Archive& archive, Followed& followed) {
+  walk_all(archive, followed.x, followed.travelled);
+}
+
+template <typename Archive>
+void walk(Archive& archive, ContactMemory& memory) {
+  size_t others = memory.others.size();
+  archive.count(others);
+  memory.others.resize(others);
+  for (ContactMemory::Other& other : memory.others) {
+    walk_all(archive, other.triangle, other.clear, other.travelled);
   }
+}
+
+template <typename Archive>
+void walk(Archive& archive, MuscleSearches& searches) {
+  auto& [memory, face_memory, followed] = searches;
+  walk_all(archive, memory, face_memory, followed);
 }
 
 template <typename Archive>
 void walk(Archive& archive, State& state) {
-  archive.number(state.time);
+  walk(archive, state.time);
   for (MuscleState& muscle : state.muscles) {
-    walk(archive, muscle.x);
-    walk(archive, muscle.v);
-    walk(archive, muscle.target);
-    walk(archive, muscle.rest_length);
-    walk(archive, muscle.contacts);
-    walk(archive, muscle.push);
-    walk(archive, muscle.grip);
-    archive.number(muscle.path_length);
-    archive.number(muscle.zone_radius);
-    walk(archive, muscle.weights);
-    double rested = muscle.rested;
-    archive.number(rested);
-    muscle.rested = static_cast<int>(rested);
+    walk(archive, static_cast<MuscleMotion&>(muscle));
+    walk(archive, static_cast<MuscleSearches&>(muscle));
   }
-  for (Rows* rows : {&state.skin.x, &state.skin.offset, &state.skin.force, &state.skin.slip}) {
-    walk(archive, *rows);
-  }
-  walk(archive, state.skin.moved);
+  for (BoneState& bone : state.bones) walk(archive, bone.followed);
+  walk(archive, static_cast<SkinMotion&>(state.skin));
 }
 
 }  // namespace
@@ -137,17 +176,62 @@ std::vector<double> pack_state(const State& state) {
   return out;
 }
 
+namespace {
+
+bool fits(const MuscleMotion& motion, const Model& model, const Muscle& muscle) {
+  const size_t nodes = muscle.rest.vertices.size(), contacts = motion.contacts.size();
+  const bool known =
+      std::all_of(motion.contacts.begin(), motion.contacts.end(), [&](const Contact& contact) {
+        return contact.node >= 0 && contact.node < static_cast<int>(nodes) && contact.other >= 0 &&
+               contact.other < model.colliders();
+      });
+  return known && motion.x.size() == nodes && motion.v.size() == nodes &&
+         motion.target.size() == nodes && motion.weights.size() == nodes &&
+         motion.rest_length.size() == muscle.springs.nodes.size() &&
+         motion.push.size() == contacts && (motion.grip.empty() || motion.grip.size() == contacts);
+}
+
+bool fits(const ContactMemory& memory, const Model& model) {
+  const size_t others = memory.others.size();
+  return (others == 0 || others == static_cast<size_t>(model.colliders())) &&
+         std::all_of(memory.others.begin(), memory.others.end(),
+                     [](const auto& other) { return other.triangle.size() == other.clear.size(); });
+}
+
+// What is read back was written for these meshes, or by no one.
+bool fits(const State& state, const Model& model) {
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const MuscleState& now = state.muscles[m];
+    if (!fits(now, model, model.muscles[m]) || !fits(now.memory, model) ||
+        !fits(now.face_memory, model)) {
+      return false;
+    }
+  }
+  const SkinState rest = model.skinned    ? initial_skinned(*model.skinned)
+                         : model.has_skin ? initial_skin(model.skin)
+                                          : SkinState{};
+  const SkinState& skin = state.skin;
+  return skin.x.size() == rest.x.size() && skin.offset.size() == rest.offset.size() &&
+         skin.force.size() == rest.force.size() && skin.slip.size() == rest.slip.size() &&
+         skin.moved.size() == rest.moved.size();
+}
+
+}  // namespace
+
 void unpack_state(const Model& model, const std::vector<double>& packed, State& state) {
   state = initial_state(model);
   Reader reader{packed};
   walk(reader, state);
+  if (reader.at != packed.size() || !fits(state, model)) {
+    throw Error(ExitCode::kInput,
+                "the bake's state is of other meshes; bake again without --resume");
+  }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
-    if (state.muscles[m].x.size() != model.muscles[m].rest.vertices.size()) {
-      throw Error(ExitCode::kInput,
-                  "the bake's state is of other meshes; bake again without --resume");
-    }
-    state.muscles[m].pose = carry_pose(model.muscles[m].shape, state.pose);
+    MuscleState& now = state.muscles[m];
+    now.pose = carry_pose(model.muscles[m].shape, state.pose);
+    now.start = now.seen = now.x;  // of one that is asleep
+    refit_bvh(model.muscles[m].surface, now.x, now.bvh);
   }
 }
 

@@ -8,19 +8,22 @@
 
 namespace thew {
 
-/// What a step of a muscle changes, and a failed one takes back. Rows are by node.
+/// All of a muscle that a step reads of the step before, and a failed one takes back; a bake's
+/// parts hold it whole. Rows are by node.
 struct MuscleMotion {
   Rows x;                           ///< m
   Rows v;                           ///< m/s
   Rows target;                      ///< the carried shape now, m; driven nodes are on it
   std::vector<double> rest_length;  ///< of the springs, now, m
   double path_length = 0.0;         ///< m, see CarriedPose
-  std::vector<Contact> contacts;
-  std::vector<double> push;     ///< by contact: force over the contact stiffness, m
-  Rows grip;                    ///< the same of friction; empty without
-  double zone_radius = 0.0;     ///< m, of the automatic deformation zone
-  std::vector<double> weights;  ///< of the volume correction: the authored ones, or the zone's
-  int rested = 0;               ///< steps in a row before which it moved next to nothing
+  std::vector<Contact> contacts;    ///< a step to come reads of them which they are
+  std::vector<double> push;         ///< by contact: force over the contact stiffness, m
+  Rows grip;                        ///< the same of friction; empty without
+  double zone_radius = 0.0;         ///< m, of the automatic deformation zone
+  std::vector<double> weights;      ///< of the volume correction: the authored ones, or the zone's
+  int rested = 0;                   ///< steps in a row before which it moved next to nothing
+  Level level = Level::kDynamic;    ///< of the step
+  bool shaped = false;              ///< kGeometric: it is where it belongs in the pose
   // Measures of the last frame.
   double volume_error = 0.0;            ///< relative, at the end of its last step
   double substep_volume_error = 0.0;    ///< relative, largest of all steps and substeps
@@ -31,18 +34,21 @@ struct MuscleMotion {
   Vec3 angular_impulse = Vec3::Zero();  ///< N m s, about the origin
 };
 
-struct MuscleState : MuscleMotion {
-  Level level = Level::kDynamic;     ///< of this step
+/// What searches for contacts leave to the next: it shortens them, and on a surface that crosses
+/// itself may tell what they find. Saved with the motion; after a failed step it starts anew.
+struct MuscleSearches {
+  ContactMemory memory, face_memory;
+  Followed followed;
+};
+
+struct MuscleState : MuscleMotion, MuscleSearches {
   Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
-  bool shaped = false;               ///< kGeometric: it is where it belongs in the pose
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
   CarriedPose pose;
   Rows target_velocity;              ///< m/s
   std::vector<double> rest_before;   ///< rest lengths a step before
   RingSprings::BySlot rest_by_slot;  ///< of the rings, now
   Bvh bvh;
-  ContactMemory memory, face_memory;
-  Followed followed;
   MuscleMotion frame_before;  ///< to go back to
   // Scratch, kept so that a step does not allocate.
   std::vector<Contact> contacts_before, pressing;
@@ -96,7 +102,8 @@ struct State {
 /// At rest in the bind pose.
 State initial_state(const Model& model);
 
-/// What a resumed bake needs, as plain numbers, and back.
+/// Time, motion and searches as plain numbers, and back: a state that has gone through them takes
+/// every step to come to the same bytes. What else a step reads it finds anew.
 std::vector<double> pack_state(const State& state);
 void unpack_state(const Model& model, const std::vector<double>& packed, State& state);
 

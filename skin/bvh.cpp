@@ -167,13 +167,20 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
   return face_normal(surface, x, triangle);
 }
 
-// Outside a convex surface, over the inside of a face: nothing else of it is as near.
+// Outside a convex surface, over the inside of a face: nothing else of it is as near. Not next to
+// an edge, where by rounding the face across it may be as near: which was looked at first must not
+// tell.
 bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& near, const Vec3& p) {
-  const double* b = near.barycentric;
-  if (!(b[0] > 0.0 && b[1] > 0.0 && b[2] > 0.0)) return false;
+  constexpr double kBeside = 1e-6;  // of the way to p: its square is far above rounding
   const Triangle& t = surface.triangles[near.triangle];
-  const Vec3 a = to_vec(x[t[0]]);
-  return (to_vec(x[t[1]]) - a).cross(to_vec(x[t[2]]) - a).dot(p - a) > 0.0;
+  const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
+  const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+  const double way = (p - corner[0]).norm() + (corner[1] - corner[0]).norm();
+  for (int k = 0; k < 3; ++k) {
+    const double edge = (corner[(k + 2) % 3] - corner[(k + 1) % 3]).norm();
+    if (!(near.barycentric[k] * across.norm() > kBeside * way * edge)) return false;
+  }
+  return across.dot(p - corner[0]) > 0.0;
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   bind_to_pose(model, pose, state);
   solve_elastic(model, state);
   predict_skin(state);
+  find_normals(model, state);  // by which the first look tells the walls of a fold
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kLookEvery == 0) {
       look_below(model, below, iteration == 0, state);

@@ -58,6 +58,33 @@ TEST(ClosestPoint, FaceEdgeAndCornerOfACube) {
   EXPECT_DOUBLE_EQ(closest_point(box.surface, box.bvh, box.x, {3, 0, 0}, 2.1, 0).distance, 2.0);
 }
 
+// A resumed bake knows no hints. On a turned cube, where the two halves of a side are as near to
+// rounding, and on one that is not known to be convex.
+TEST(ClosestPoint, AHintChangesNothing) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+  TriMesh turned = cube(1.0);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (Vec3& v : turned.vertices) v = turn * v + Vec3(0.1, 0.2, 0.3);
+  Shape box = make_shape(turned);
+  for (const bool convex : {true, false}) {
+    box.surface.convex = convex;
+    for (int i = 0; i < 4000; ++i) {
+      // Over the diagonal of a side, off it by no more than rounding.
+      const double along = coordinate(random), off = 1e-16 * (i % 9 - 4);
+      const Vec3 p =
+          turn * Vec3(along, along + off, 1.0 + std::abs(coordinate(random))) + Vec3(0.1, 0.2, 0.3);
+      const ClosestPoint plain = closest_point(box.surface, box.bvh, box.x, p, 10.0);
+      for (int hint = 0; hint < 12; ++hint) {
+        const ClosestPoint hinted = closest_point(box.surface, box.bvh, box.x, p, 10.0, hint);
+        ASSERT_EQ(hinted.triangle, plain.triangle) << "hint " << hint << " at " << along;
+        ASSERT_EQ(hinted.distance, plain.distance);
+        ASSERT_TRUE(std::equal(plain.barycentric, plain.barycentric + 3, hinted.barycentric));
+      }
+    }
+  }
+}
+
 TEST(ClosestPoint, AgreesWithBruteForceAndKnownSides) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);

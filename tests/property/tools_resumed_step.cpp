@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A state that is written and read back takes the next step to the same bytes, in every frame: what
+// a resumed bake stands on. Scenes with a fold, contact, friction, a skin, a character, each
+// integrator.
+#include "sim/fidelity_planner.h"
+#include "tests/unit/tools_new.h"
+
+namespace thew {
+namespace {
+
+void expect_same(const Rows& a, const Rows& b, const std::string& what) {
+  ASSERT_EQ(a.size(), b.size()) << what;
+  for (size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(to_vec(a[i]), to_vec(b[i])) << what << ", node " << i;
+  }
+}
+
+void expect_same(const Model& model, const State& a, const State& b, const std::string& when) {
+  for (size_t m = 0; m < a.muscles.size(); ++m) {
+    expect_same(a.muscles[m].x, b.muscles[m].x, when + ", " + model.muscles[m].name);
+  }
+  for (size_t k = 0; k < a.bones.size(); ++k) {
+    expect_same(a.bones[k].x, b.bones[k].x, when + ", " + model.bones[k].name);
+  }
+  expect_same(a.skin.x, b.skin.x, when + ", the skin");
+  EXPECT_TRUE(pack_state(a) == pack_state(b)) << when << ": something else that a part holds";
+}
+
+// Settles and runs all frames; from each goes on twice, once from what a part holds.
+void run(const Model& model, int last = 0) {
+  Parallel parallel(2);
+  StageSeconds seconds;
+  State whole = initial_state(model);
+  settle(model, parallel, whole);
+  if (last == 0) last = model.scene.last_frame;
+  for (int f = model.scene.first_frame + 1; f <= last && !testing::Test::HasFailure(); ++f) {
+    const double time = (f - model.scene.first_frame) / model.scene.fps;
+    State resumed;
+    unpack_state(model, pack_state(whole), resumed);
+    step_frame(model, time, parallel, whole, seconds);
+    step_frame(model, time, parallel, resumed, seconds);
+    expect_same(model, whole, resumed, "frame " + std::to_string(f));
+  }
+}
+
+Model scene_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return build_model(read_scene(fs::path(THEW_SOURCE_DIR) / name, overrides));
+}
+
+TEST(ResumedStep, OfTheArmAndItsSkinThroughTheFold) { run(scene_of("assets/arm/arm.toml")); }
+
+TEST(ResumedStep, OfTheArmWithoutInertia) {
+  run(scene_of("assets/arm/arm.toml", {"solver.integrator=quasi_static"}), 61);
+}
+
+TEST(ResumedStep, OfTwoMusclesThatPressUnderEachIntegrator) {
+  for (const char* integrator : {"local_global", "quasi_static", "xpbd", "explicit"}) {
+    SCOPED_TRACE(integrator);
+    run(scene_of("tests/scenes/pair/scene.toml", {std::string("solver.integrator=") + integrator}),
+        10);
+  }
+}
+
+TEST(ResumedStep, UnderEachWayToHoldTheVolume) {
+  for (const char* volume : {"none", "penalty", "printed", "linear", "zonal"}) {
+    SCOPED_TRACE(volume);
+    run(scene_of("tests/scenes/one_muscle/scene.toml", {std::string("solver.volume=") + volume}));
+  }
+}
+
+TEST(ResumedStep, OfABodyThatSlidesAndOneThatMeetsItself) {
+  run(scene_of("tests/scenes/slope/scene.toml"), 18);
+  run(scene_of("tests/scenes/horseshoe/scene.toml"), 40);
+}
+
+TEST(ResumedStep, UnderATolerance) {
+  Model model =
+      scene_of("tests/scenes/pair/scene.toml", {"solver={ tolerance = { position = \"1 mm\" } }"});
+  model.fidelity = plan_fidelity(model, 2).fidelity;
+  run(model);
+}
+
+class ResumedFigure : public NewScene {};
+
+TEST_F(ResumedFigure, OfACharacterAndItsSkin) {
+  ASSERT_EQ(new_command(asked(kFigure, "both")), ExitCode::kDone);
+  run(build_model(read_scene(folder / "character.toml", {})));
+}
+
+}  // namespace
+}  // namespace thew

@@ -2,6 +2,7 @@
 #include "muscles/carried_shape.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -166,12 +167,10 @@ struct StretchProfile {
 
 }  // namespace
 
-CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
-                                const std::array<double, 2>& belly, const WeightProfile& weights,
-                                double twist_from) {
-  CarriedShape shape;
-  shape.path = path;
-  const TracedPath traced = trace_path(path, rest_pose);
+namespace {
+
+// The path at rest as a curve; its frames turn from any that fits the origin.
+CarryCurve rest_curve(const TracedPath& traced) {
   const std::vector<Vec3> points = rounded_points(traced);
   const Vec3 t = tangent_at(points, 0);
   const Vec3 n = t.unitOrthogonal();
@@ -179,6 +178,34 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   first << t, n, t.cross(n);
   CarryCurve curve;
   set_samples(points, first, nullptr, 0, curve);
+  return curve;
+}
+
+double coordinate_in(const std::array<double, 2>& belly, double along) {
+  return std::clamp((along - belly[0]) / (belly[1] - belly[0]), 0.0, 1.0);
+}
+
+}  // namespace
+
+std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
+                                      const Pose& rest_pose, const std::array<double, 2>& belly) {
+  const TracedPath traced = trace_path(path, rest_pose);
+  const CarryCurve curve = rest_curve(traced);
+  std::vector<double> coordinates;
+  for (const Vec3& p : mesh.vertices) {
+    coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
+  }
+  return coordinates;
+}
+
+CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
+                                const std::array<double, 2>& belly,
+                                const std::vector<double>& weights, double twist_from) {
+  assert(weights.size() == mesh.vertices.size());
+  CarriedShape shape;
+  shape.path = path;
+  const TracedPath traced = trace_path(path, rest_pose);
+  const CarryCurve curve = rest_curve(traced);
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   shape.twist_from = twist_from;
@@ -194,7 +221,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.offset.resize(nodes);
   shape.stretch_share.resize(nodes);
   shape.stretch_rate.resize(nodes);
-  shape.bulge.resize(nodes);
+  shape.bulge = weights;
   shape.inner.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const double part = nearest_part(curve, mesh.vertices[i]);
@@ -204,7 +231,6 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     shape.stretch_share[i] = profile.share(s);
     shape.stretch_rate[i] = profile.rate(s);
     const double u = belly_coordinate(shape, static_cast<int>(i));
-    shape.bulge[i] = profile_weight(weights, u);
     if (shape.stretch_rate[i] > 0.0) {
       shape.inner[i] = smoothstep(0.0, kTaper, u) * smoothstep(0.0, kTaper, 1.0 - u);
     }
@@ -345,8 +371,7 @@ void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool
 }
 
 double belly_coordinate(const CarriedShape& shape, int node) {
-  return std::clamp((shape.along[node] - shape.belly[0]) / (shape.belly[1] - shape.belly[0]), 0.0,
-                    1.0);
+  return coordinate_in(shape.belly, shape.along[node]);
 }
 
 std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node) {

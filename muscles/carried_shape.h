@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "muscles/path.h"
-#include "muscles/weights.h"
 #include "rig/mesh.h"
 
 namespace thew {
@@ -52,11 +51,17 @@ struct CarriedPose {
   Pose bodies;               ///< without a path
 };
 
-/// `belly` and `twist_from` in m along the rest path. `weights` shape the bulge along the belly;
-/// its mean effect is scaled so that the carried shape keeps its volume.
+/// By node, the axis coordinate along the belly, 0..1 and clamped in the tendons, where a profile
+/// of weights is given. `belly` in m along the rest path.
+std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
+                                      const Pose& rest_pose, const std::array<double, 2>& belly);
+
+/// `belly` and `twist_from` in m along the rest path. `weights`, by node, in any unit, say how much
+/// of the belly's swelling each node takes; they are scaled so that the carried shape keeps its
+/// volume.
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
-                                const std::array<double, 2>& belly, const WeightProfile& weights,
-                                double twist_from = 0.0);
+                                const std::array<double, 2>& belly,
+                                const std::vector<double>& weights, double twist_from = 0.0);
 
 /// Without a path: nodes go with the bodies that hold them, the others have their rest place.
 CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
@@ -86,7 +91,7 @@ std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& 
 void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
                         const CarriedProfile& profile, Rows& positions);
 
-/// Axis coordinate 0..1 along the belly (clamped), where weights are given.
+/// The same of one node of a shape.
 double belly_coordinate(const CarriedShape& shape, int node);
 
 /// u along the path 0..1, angle about it (rad), 1 in the belly to 0 in the tendons: for drawing

@@ -25,6 +25,12 @@ double profile_weight(const WeightProfile& profile, double u) {
   return keys.back()[1];
 }
 
+std::vector<double> profile_weights(const WeightProfile& profile, const std::vector<double>& u) {
+  std::vector<double> weights;
+  for (const double at : u) weights.push_back(profile_weight(profile, at));
+  return weights;
+}
+
 std::vector<double> normalised_weights(std::vector<double> weights,
                                        const std::vector<char>& driven) {
   double sum = 0.0;
@@ -63,7 +69,8 @@ double tame_weights(std::vector<double>& weights,
   }
   if (!(even > 0.0)) return 0.0;
   const double floor = (largest - ratio * (weighted / even)) / (ratio - 1.0);
-  if (!(floor > 0.0)) return 0.0;
+  constexpr double kRounding = 1e-12;  // of the largest: what is left of a floor that is there
+  if (!(floor > kRounding * largest)) return 0.0;
   for (double& w : weights) w += floor;
   weights = normalised_weights(std::move(weights), driven);
   return floor;

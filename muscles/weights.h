@@ -18,6 +18,8 @@ struct WeightProfile {
 /// "left", "even" or "right"; throws std::invalid_argument otherwise.
 WeightProfile preset_profile(const std::string& name);
 double profile_weight(const WeightProfile& profile, double u);
+/// By node, of nodes at these coordinates.
+std::vector<double> profile_weights(const WeightProfile& profile, const std::vector<double>& u);
 
 /// Weights set to 0 where `driven`, and scaled so that their sum is n, the paper's convention.
 /// Throws std::invalid_argument for negative or non-finite weights, or if all are zero where
@@ -28,7 +30,7 @@ std::vector<double> normalised_weights(std::vector<double> weights,
 /// Limit relative to even weights: the smallest uniform floor, added to all weights before they are
 /// normalised again, at which no free node's share of the volume correction exceeds `ratio` times
 /// its share under even weights; `gradient_squared_over_mass[i]` = |dV/dx_i|^2 / m_i. Returns the
-/// floor (0 if the weights are tame already).
+/// floor: 0 if the weights are tame already, as those are that it was added to.
 double tame_weights(std::vector<double>& weights,
                     const std::vector<double>& gradient_squared_over_mass,
                     const std::vector<char>& driven, double ratio = 1.5);

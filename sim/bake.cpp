@@ -44,7 +44,13 @@ BakeFrame to_frame(const Model& model, int number, const State& state,
 
 BakeMesh bake_mesh(const Muscle& muscle) {
   const FileOrder& order = muscle.order;
-  BakeMesh mesh{muscle.name, BakeMesh::Kind::kMuscle, muscle.rest, muscle.weights, {}};
+  // Those that a scene would give as a list for the same bake, in the paper's unit.
+  const std::vector<char> all_free(muscle.authored_weights.size(), 0);
+  BakeMesh mesh{muscle.name,
+                BakeMesh::Kind::kMuscle,
+                muscle.rest,
+                normalised_weights(muscle.authored_weights, all_free),
+                {}};
   for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
     mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
   }

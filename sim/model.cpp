@@ -50,20 +50,17 @@ std::vector<char> driven_nodes(const CarriedShape& shape) {
   return driven;
 }
 
-std::vector<double> node_weights(const Muscle& muscle, const ImportedMesh& imported,
-                                 const std::string& place) {
-  const SceneMuscle& scene = muscle.settings;
-  const size_t nodes = muscle.rest.vertices.size();
+// What of the authored weights the multiplier goes by.
+std::vector<double> multiplier_weights(const Muscle& muscle, const std::string& place) {
   const bool soft_body = !muscle.shape.held.empty();
-  const std::vector<double> painted = authored_weights(scene, muscle.rest, imported, place);
   const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
-  std::vector<double> weights(nodes, 0.0);
-  for (size_t i = 0; i < nodes; ++i) {
+  std::vector<double> weights(muscle.authored_weights.size(), 0.0);
+  for (size_t i = 0; i < weights.size(); ++i) {
     if (muscle.driven[i]) continue;
+    weights[i] = muscle.authored_weights[i];
+    if (soft_body) continue;
     const double u = belly_coordinate(muscle.shape, static_cast<int>(i));
-    const double authored = painted.empty() ? profile_weight(scene.weights, u) : painted[i];
-    weights[i] = authored;
-    if (!soft_body) weights[i] *= smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
+    weights[i] *= smoothstep(0.0, taper, u) * smoothstep(0.0, taper, 1.0 - u);
   }
   try {
     return normalised_weights(weights, muscle.driven);
@@ -143,8 +140,7 @@ std::vector<int> bodies_of(const CarriedShape& shape) {
 }
 
 // Springs, masses, weights: what follows from mesh, carried shape and driven nodes.
-void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& imported,
-                     const std::string& place, Muscle& muscle) {
+void finish_building(const std::vector<Vec3>& fibres, const std::string& place, Muscle& muscle) {
   const SpringMaterial& material = muscle.settings.material;
   for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
   muscle.bodies = bodies_of(muscle.shape);
@@ -159,7 +155,7 @@ void finish_building(const std::vector<Vec3>& fibres, const ImportedMesh& import
   muscle.mass = lumped_masses(muscle.rest, material.density);
   muscle.highest_frequency_squared =
       highest_frequency_squared(muscle.springs, muscle.mass, muscle.driven);
-  muscle.weights = node_weights(muscle, imported, place);
+  muscle.weights = multiplier_weights(muscle, place);
   const Rows x = to_rows(muscle.rest.vertices);
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
   spread_weights(x, muscle);
@@ -189,7 +185,9 @@ Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const Sc
     throw Error(ExitCode::kUsage,
                 place + ": every node is held; make the boxes of [fixed] smaller");
   }
-  finish_building({}, imported, place, muscle);
+  const std::vector<double> u(muscle.rest.vertices.size(), 0.0);  // no axis: all at its beginning
+  muscle.authored_weights = authored_weights(scene, muscle.rest, u, imported, place);
+  finish_building({}, place, muscle);
   return muscle;
 }
 
@@ -222,8 +220,10 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   }
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
-  muscle.shape =
-      make_carried_shape(muscle.rest, path, bind_pose, belly, scene.weights, scene.twist_from);
+  muscle.authored_weights = authored_weights(
+      scene, muscle.rest, belly_coordinates(muscle.rest, path, bind_pose, belly), imported, place);
+  muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, muscle.authored_weights,
+                                    scene.twist_from);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
   const CarriedPose rest = carry_pose(muscle.shape, bind_pose);
@@ -232,7 +232,7 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
     Vec3 point;
     curve_at(muscle.shape, rest, muscle.shape.along[i], point, fibres[i]);
   }
-  finish_building(fibres, imported, place, muscle);
+  finish_building(fibres, place, muscle);
   return muscle;
 }
 

@@ -36,7 +36,9 @@ struct Muscle {
   std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
   double thickness = 0.0;                 ///< m, that contact keeps free over it
   std::vector<int> bodies;                ///< that move it, each once
-  std::vector<double> weights;            ///< authored; sum n over all nodes, 0 where driven
+  std::vector<double> authored_weights;   ///< as the scene has them, by node
+  /// Of the multiplier: the authored ones, faded out towards the tendons; sum n, 0 where driven.
+  std::vector<double> weights;
   double weight_floor = 0.0;              ///< added to all, where the authored lie on too few nodes
   bool swells = true;                     ///< the target shape; else the weights alone
   SceneMuscle settings;

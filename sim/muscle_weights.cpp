@@ -73,7 +73,8 @@ void add_colours(const ImportedMesh& mesh, const Eigen::Affine3d& to_rest, const
 }  // namespace
 
 std::vector<double> authored_weights(const SceneMuscle& scene, const TriMesh& rest,
-                                     const ImportedMesh& imported, const std::string& place) {
+                                     const std::vector<double>& u, const ImportedMesh& imported,
+                                     const std::string& place) {
   if (!scene.node_weights.empty()) return by_order(scene.node_weights, rest, imported, place);
   SceneWeights painted = scene.painted;
   if (painted.channel >= 0 && painted.mesh.empty()) {
@@ -83,7 +84,8 @@ std::vector<double> authored_weights(const SceneMuscle& scene, const TriMesh& re
   if (painted.channel >= 0) {
     add_colours(import_mesh(painted.mesh), scene.mesh_place, place, painted);
   }
-  return painted.places.empty() ? std::vector<double>{} : by_place(painted, rest, place);
+  return painted.places.empty() ? profile_weights(scene.weights, u)
+                                : by_place(painted, rest, place);
 }
 
 }  // namespace thew

@@ -9,9 +9,11 @@
 
 namespace thew {
 
-/// Weights of a muscle's nodes from a list, from places or from colours, before they are tapered;
-/// empty where the scene gives a profile. `place` begins each message.
+/// The weights of a muscle's nodes as its scene has them, by list, by place, by colour or by a
+/// profile at the nodes' coordinates `u`: one number a node, 0 or more, which bulge and multiplier
+/// both read. `place` begins each message.
 std::vector<double> authored_weights(const SceneMuscle& scene, const TriMesh& rest,
-                                     const ImportedMesh& imported, const std::string& place);
+                                     const std::vector<double>& u, const ImportedMesh& imported,
+                                     const std::string& place);
 
 }  // namespace thew

@@ -2,6 +2,7 @@
 #include "tools/author_poses.h"
 
 #include "muscles/carried_shape.h"
+#include "muscles/weights.h"
 
 namespace thew {
 namespace {
@@ -73,8 +74,10 @@ std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const S
   const Pose rest = rest_pose(skeleton);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
   for (Vec3& p : mesh.vertices) p += humerus;
-  const CarriedShape shape = make_carried_shape(mesh, muscle.path, rest, muscle.belly,
-                                                preset_profile(muscle.weights), muscle.twist_from);
+  const std::vector<double> weights = profile_weights(
+      preset_profile(muscle.weights), belly_coordinates(mesh, muscle.path, rest, muscle.belly));
+  const CarriedShape shape =
+      make_carried_shape(mesh, muscle.path, rest, muscle.belly, weights, muscle.twist_from);
   Rows carried;
   carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), true, carried);
   for (size_t i = 0; i < carried.size(); ++i) mesh.vertices[i] = to_vec(carried[i]) - humerus;

@@ -51,13 +51,18 @@ std::vector<std::array<double, 4>> shader_coordinates(const BakeMesh& mesh) {
   return out;
 }
 
+// What of a node's weight the multiplier goes by: none in the tendons.
+double shown_weight(const BakeMesh& mesh, std::size_t i) {
+  return mesh.coordinates.empty() ? mesh.weights[i] : mesh.coordinates[i][2] * mesh.weights[i];
+}
+
 std::vector<DrawConstant> mesh_constants(const BakeMesh& mesh) {
   std::vector<DrawConstant> constants(mesh.rest.vertices.size());
   const std::array<std::uint8_t, 3> colour = tint(mesh);
   const std::vector<std::array<double, 4>> coordinates = shader_coordinates(mesh);
   for (std::size_t i = 0; i < constants.size(); ++i) {
     std::copy(coordinates[i].begin(), coordinates[i].end(), constants[i].coordinate);
-    constants[i].weight = mesh.weights.empty() ? -1.0f : static_cast<float>(mesh.weights[i]);
+    constants[i].weight = mesh.weights.empty() ? -1.0f : static_cast<float>(shown_weight(mesh, i));
     std::copy(colour.begin(), colour.end(), constants[i].tint);
   }
   return constants;
@@ -166,7 +171,7 @@ std::vector<DrawVertex> weight_quads(const std::vector<BakeMesh>& meshes,
     for (std::size_t i = 0; i < meshes[m].weights.size(); ++i) {
       const DrawVertex& vertex = geometry.vertices[geometry.meshes[m].first_vertex + i];
       const Vec3 foot = vec(vertex.position), normal = vec(vertex.normal);
-      const Vec3 tip = foot + unit * meshes[m].weights[i] * normal;
+      const Vec3 tip = foot + unit * shown_weight(meshes[m], i) * normal;
       const Vec3 line = eye - foot;
       const Vec3 side = 0.5 * width * line.norm() * normal.cross(line).normalized();
       const DrawVertex corners[4] = {

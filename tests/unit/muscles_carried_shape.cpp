@@ -4,6 +4,7 @@
 #include "muscles/carried_shape.h"
 #include "muscles/tube.h"
 #include "muscles/volume.h"
+#include "muscles/weights.h"
 #include "rig/math.h"
 
 namespace thew {
@@ -27,12 +28,20 @@ TriMesh spindle() {
                    {{0.0, 0.004}, {0.2, 0.004}, {0.5, 0.018}, {0.8, 0.004}, {1.0, 0.004}});
 }
 
+CarriedShape make_shape(const TriMesh& mesh, const WeightProfile& profile,
+                        double twist_from = 0.0) {
+  const std::array<double, 2> belly = {0.06, 0.24};
+  const Pose rest = two_bodies(0, 0);
+  return make_carried_shape(
+      mesh, straight_path(), rest, belly,
+      profile_weights(profile, belly_coordinates(mesh, straight_path(), rest, belly)), twist_from);
+}
+
 double volume_of(const Rows& x, const TriMesh& mesh) { return enclosed_volume(x, mesh.triangles); }
 
 TEST(CarriedShape, AtRestIsTheRestShape) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                {0.06, 0.24}, preset_profile("left"));
+  const CarriedShape shape = make_shape(mesh, preset_profile("left"));
   Rows x;
   carried_positions(shape, carry_pose(shape, two_bodies(0, 0)), true, x);
   for (size_t i = 0; i < x.size(); ++i) {
@@ -43,8 +52,7 @@ TEST(CarriedShape, AtRestIsTheRestShape) {
 TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
   const TriMesh mesh = spindle();
   for (const char* profile : {"left", "even", "right"}) {
-    const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                  {0.06, 0.24}, preset_profile(profile));
+    const CarriedShape shape = make_shape(mesh, preset_profile(profile));
     const double rest = enclosed_volume(mesh);
     for (double change : {-0.06, -0.02, 0.03, 0.08}) {
       Rows x;
@@ -56,8 +64,7 @@ TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
 
 TEST(CarriedShape, TendonsKeepTheirLength) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape =
-      make_carried_shape(mesh, straight_path(), two_bodies(0, 0), {0.06, 0.24}, WeightProfile{});
+  const CarriedShape shape = make_shape(mesh, WeightProfile{});
   const CarriedPose pose = carry_pose(shape, two_bodies(-0.05, 0));
   EXPECT_NEAR(pose.path_length, 0.25, 1e-12);
   Vec3 from, to, tangent;
@@ -69,8 +76,7 @@ TEST(CarriedShape, TendonsKeepTheirLength) {
 
 TEST(CarriedShape, MovesRigidlyWithItsBodies) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                {0.06, 0.24}, preset_profile("right"));
+  const CarriedShape shape = make_shape(mesh, preset_profile("right"));
   Transform move = Transform::Identity();
   move.translate(Vec3(0.1, -0.4, 0.2));
   move.rotate(rotation_about(Vec3(1, 2, 3).normalized(), 0.8));
@@ -86,8 +92,7 @@ TEST(CarriedShape, MovesRigidlyWithItsBodies) {
 
 TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape =
-      make_carried_shape(mesh, straight_path(), two_bodies(0, 0), {0.06, 0.24}, WeightProfile{});
+  const CarriedShape shape = make_shape(mesh, WeightProfile{});
   const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
   const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));
   const size_t middle = plain.curve.samples.size() / 2;
@@ -99,8 +104,7 @@ TEST(CarriedShape, TwistOfTheInsertionIsSharedOut) {
 
 TEST(CarriedShape, TwistBeginsWhereItIsTold) {
   const TriMesh mesh = spindle();
-  const CarriedShape shape = make_carried_shape(mesh, straight_path(), two_bodies(0, 0),
-                                                {0.06, 0.24}, WeightProfile{}, 0.225);
+  const CarriedShape shape = make_shape(mesh, WeightProfile{}, 0.225);
   ASSERT_NEAR(shape.rest_path_length, 0.3, 1e-12);
   const CarriedPose plain = carry_pose(shape, two_bodies(0, 0));
   const CarriedPose twisted = carry_pose(shape, two_bodies(0, 1.0));

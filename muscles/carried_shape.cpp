@@ -13,9 +13,7 @@ namespace thew {
 namespace {
 
 constexpr int kSamples = 129;
-constexpr double kRounding = 0.007;  // m, length over which corners are rounded
-constexpr double kJunction = 0.012;  // m, over which tendon turns into belly
-constexpr double kTaper = 0.15;      // of the belly, at either end, where a scale sets in
+constexpr double kTaper = 0.15;  // of the belly, at either end, where a scale sets in
 
 std::vector<double> arc_lengths(const std::vector<Vec3>& points) {
   std::vector<double> s(points.size(), 0.0);
@@ -101,10 +99,10 @@ void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3*
   }
 }
 
-std::vector<Vec3> rounded_points(const TracedPath& path) {
+std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
   std::vector<Vec3> points = resample(path.points, kSamples);
   const double spacing = path.length / (kSamples - 1);
-  round_corners(points, spacing, std::min(kRounding, 0.1 * path.length));
+  round_corners(points, spacing, std::min(corner, 0.1 * path.length));
   return resample(points, kSamples);
 }
 
@@ -170,8 +168,8 @@ struct StretchProfile {
 namespace {
 
 // The path at rest as a curve; its frames turn from any that fits the origin.
-CarryCurve rest_curve(const TracedPath& traced) {
-  const std::vector<Vec3> points = rounded_points(traced);
+CarryCurve rest_curve(const TracedPath& traced, double corner) {
+  const std::vector<Vec3> points = rounded_points(traced, corner);
   const Vec3 t = tangent_at(points, 0);
   const Vec3 n = t.unitOrthogonal();
   Mat3 first;
@@ -181,6 +179,11 @@ CarryCurve rest_curve(const TracedPath& traced) {
   return curve;
 }
 
+StretchProfile stretch_profile(const CarriedShape& shape) {
+  const double length = shape.belly[1] - shape.belly[0];
+  return {shape.belly[0], shape.belly[1], std::min(shape.lengths.junction, 0.25 * length)};
+}
+
 double coordinate_in(const std::array<double, 2>& belly, double along) {
   return std::clamp((along - belly[0]) / (belly[1] - belly[0]), 0.0, 1.0);
 }
@@ -188,9 +191,10 @@ double coordinate_in(const std::array<double, 2>& belly, double along) {
 }  // namespace
 
 std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
-                                      const Pose& rest_pose, const std::array<double, 2>& belly) {
+                                      const Pose& rest_pose, const std::array<double, 2>& belly,
+                                      const Lengths& lengths) {
   const TracedPath traced = trace_path(path, rest_pose);
-  const CarryCurve curve = rest_curve(traced);
+  const CarryCurve curve = rest_curve(traced, lengths.corner);
   std::vector<double> coordinates;
   for (const Vec3& p : mesh.vertices) {
     coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
@@ -200,12 +204,14 @@ std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& pat
 
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
                                 const std::array<double, 2>& belly,
-                                const std::vector<double>& weights, double twist_from) {
+                                const std::vector<double>& weights, double twist_from,
+                                const Lengths& lengths) {
   assert(weights.size() == mesh.vertices.size());
   CarriedShape shape;
   shape.path = path;
+  shape.lengths = lengths;
   const TracedPath traced = trace_path(path, rest_pose);
-  const CarryCurve curve = rest_curve(traced);
+  const CarryCurve curve = rest_curve(traced, lengths.corner);
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   shape.twist_from = twist_from;
@@ -214,8 +220,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.rest_end_frames = {origin.rotation().transpose() * frame_of(curve.samples.front()),
                            insertion.rotation().transpose() * frame_of(curve.samples.back())};
 
-  const double length = shape.belly[1] - shape.belly[0];
-  const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
+  const StretchProfile profile = stretch_profile(shape);
   const size_t nodes = mesh.vertices.size();
   shape.along.resize(nodes);
   shape.offset.resize(nodes);
@@ -280,7 +285,7 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   }
   const TracedPath traced = trace_path(shape.path, pose);
   out.path_length = traced.length;
-  const std::vector<Vec3> points = rounded_points(traced);
+  const std::vector<Vec3> points = rounded_points(traced, shape.lengths.corner);
   out.change = traced.length - shape.rest_path_length;
   const auto end_frame = [&](int end, int sample) {
     const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
@@ -383,8 +388,7 @@ std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node) {
 
 void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
               Vec3& tangent) {
-  const double length = shape.belly[1] - shape.belly[0];
-  const StretchProfile profile{shape.belly[0], shape.belly[1], std::min(kJunction, 0.25 * length)};
+  const StretchProfile profile = stretch_profile(shape);
   const CurveSample at =
       interpolate(pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);
   point = to_vec(at.point);

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "muscles/lengths.h"
 #include "muscles/path.h"
 #include "rig/mesh.h"
 
@@ -28,7 +29,8 @@ struct CarriedShape {
   std::array<double, 2> belly = {0.0, 0.0};  ///< m along the rest path
   double twist_from = 0.0;                   ///< m along the rest path
   double rest_path_length = 0.0;             ///< m, of the exact path
-  std::array<Mat3, 2> rest_end_frames;       ///< curve's ends in the frames of their bodies
+  Lengths lengths;
+  std::array<Mat3, 2> rest_end_frames;  ///< curve's ends in the frames of their bodies
 
   // By node.
   std::vector<double> along;  ///< m along the rest path
@@ -54,14 +56,16 @@ struct CarriedPose {
 /// By node, the axis coordinate along the belly, 0..1 and clamped in the tendons, where a profile
 /// of weights is given. `belly` in m along the rest path.
 std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
-                                      const Pose& rest_pose, const std::array<double, 2>& belly);
+                                      const Pose& rest_pose, const std::array<double, 2>& belly,
+                                      const Lengths& lengths = {});
 
 /// `belly` and `twist_from` in m along the rest path. `weights`, by node, in any unit, say how much
 /// of the belly's swelling each node takes; they are scaled so that the carried shape keeps its
 /// volume.
 CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
                                 const std::array<double, 2>& belly,
-                                const std::vector<double>& weights, double twist_from = 0.0);
+                                const std::vector<double>& weights, double twist_from = 0.0,
+                                const Lengths& lengths = {});
 
 /// Without a path: nodes go with the bodies that hold them, the others have their rest place.
 CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,

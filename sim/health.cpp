@@ -19,8 +19,8 @@ constexpr double kEnergy = 2.0;      // times what went in
 
 double squared(const Row& r) { return dot(r, r); }
 
-double extent_of(const State& state) {
-  double extent = 0.1;
+double extent_of(const Model& model, const State& state) {
+  double extent = model.lengths.least_rig;
   for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
   return extent;
 }
@@ -285,7 +285,7 @@ std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>
 }
 
 std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
-  const double extent = extent_of(state);
+  const double extent = extent_of(model, state);
   for (int m = 0; m < state.count(); ++m) {
     if (state.muscles[m].level == Level::kAsleep) continue;
     if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
@@ -297,8 +297,8 @@ std::optional<Trouble> find_trouble(const Model& model, double h, const State& s
   return {};
 }
 
-std::optional<Trouble> find_skin_trouble(const State& state) {
-  const double reach = kBox * extent_of(state);
+std::optional<Trouble> find_skin_trouble(const Model& model, const State& state) {
+  const double reach = kBox * extent_of(model, state);
   const SkinMotion& skin = state.skin;
   for (size_t i = 0; i < skin.x.size(); ++i) {
     for (const auto& [rows, quantity] : {std::pair(&skin.x, "distance from the root"),

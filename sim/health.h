@@ -41,7 +41,7 @@ std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>
 /// rig, gravity and springs can have given).
 std::optional<Trouble> find_trouble(const Model& model, double h, const State& state);
 /// The same of the skin: not finite, or beyond the rig's box.
-std::optional<Trouble> find_skin_trouble(const State& state);
+std::optional<Trouble> find_skin_trouble(const Model& model, const State& state);
 
 /// m/s, over all free nodes.
 double fastest_node(const Model& model, const State& state);

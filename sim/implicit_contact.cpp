@@ -72,7 +72,6 @@ void begin_contacts(const Model& model, int m, double h, State& state) {
 }
 
 void add_contacts(const Model& model, int m, State& state, Rows& f) {
-  constexpr double kNearer = 1e-5;  // m, or two that hold a node would take turns without end
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const double gap = model.scene.contact.settings.gap, friction = model.scene.contact.friction;
@@ -84,7 +83,7 @@ void add_contacts(const Model& model, int m, State& state, Rows& f) {
     double open = contact_gap(model, state, now.contacts[nearest], x, gap);
     for (size_t k = c; k < end; ++k) {
       const double other = contact_gap(model, state, now.contacts[k], x, gap);
-      if (other < open - kNearer) open = other, nearest = k;
+      if (other < open - model.lengths.nearer) open = other, nearest = k;
     }
     const Contact& contact = now.contacts[nearest];
     const Row n = to_row(contact.normal);

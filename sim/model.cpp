@@ -191,7 +191,8 @@ Muscle build_soft_body(const Skeleton& skeleton, const Pose& bind_pose, const Sc
   return muscle;
 }
 
-Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene) {
+Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene,
+                    const Lengths& lengths) {
   if (scene.path.empty()) return build_soft_body(skeleton, bind_pose, scene);
   const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
   Muscle muscle;
@@ -221,9 +222,10 @@ Muscle build_muscle(const Skeleton& skeleton, const Pose& bind_pose, const Scene
   muscle.surface =
       make_surface(muscle.rest.triangles, static_cast<int>(muscle.rest.vertices.size()));
   muscle.authored_weights = authored_weights(
-      scene, muscle.rest, belly_coordinates(muscle.rest, path, bind_pose, belly), imported, place);
+      scene, muscle.rest, belly_coordinates(muscle.rest, path, bind_pose, belly, lengths), imported,
+      place);
   muscle.shape = make_carried_shape(muscle.rest, path, bind_pose, belly, muscle.authored_weights,
-                                    scene.twist_from);
+                                    scene.twist_from, lengths);
   muscle.swells = scene.shape == SceneMuscle::Shape::kTarget;
   muscle.driven = driven_nodes(muscle.shape);
   const CarriedPose rest = carry_pose(muscle.shape, bind_pose);
@@ -401,6 +403,7 @@ Integrator integrator_of(const std::string& word) {
 Model build_model(const Scene& scene) {
   Model model;
   model.scene = scene;
+  model.lengths = times(Lengths{}, scene.size);
   model.warnings = scene.warnings;
   model.integrator = integrator_of(scene.solver.integrator);
   model.volume = volume_method(scene.solver.volume, model.integrator == Integrator::kExplicit);
@@ -413,7 +416,7 @@ Model build_model(const Scene& scene) {
   Pose bind_pose;
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
   for (const SceneMuscle& muscle : scene.muscles) {
-    model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle));
+    model.muscles.push_back(build_muscle(model.skeleton, bind_pose, muscle, model.lengths));
     if (scene.solver.volume == "zonal") divide(model.muscles.back());
     check_memory(model, muscle);
     if (!(model.muscles.back().weight_floor > 0.0)) continue;

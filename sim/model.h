@@ -39,8 +39,8 @@ struct Muscle {
   std::vector<double> authored_weights;   ///< as the scene has them, by node
   /// Of the multiplier: the authored ones, faded out towards the tendons; sum n, 0 where driven.
   std::vector<double> weights;
-  double weight_floor = 0.0;              ///< added to all, where the authored lie on too few nodes
-  bool swells = true;                     ///< the target shape; else the weights alone
+  double weight_floor = 0.0;  ///< added to all, where the authored lie on too few nodes
+  bool swells = true;         ///< the target shape; else the weights alone
   SceneMuscle settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
   /// By node, N/m, 0 where driven: of the order by which a patch of nodes gives way together.
@@ -96,6 +96,7 @@ struct CharacterRig {
 
 struct Model {
   Scene scene;
+  Lengths lengths;  ///< of the scene's size
   Skeleton skeleton;
   std::vector<Muscle> muscles;
   std::vector<Bone> bones;

@@ -51,6 +51,7 @@ void add_settings(const Scene& scene, PartedHash& hash) {
   hash.add("thew 0.1.0");
   for (double value : {scene.fps,
                        scene.settle,
+                       scene.size,
                        scene.gravity.x(),
                        scene.gravity.y(),
                        scene.gravity.z(),

@@ -169,7 +169,6 @@ void see(MuscleState& state) {
 }
 
 bool is_solved(const Model& model, int iterations, const State& state) {
-  constexpr double kRest = 1e-8;  // m
   constexpr int kMost = 20000;
   if (model.fidelity) {
     const auto& all = model.fidelity->muscles;
@@ -180,7 +179,7 @@ bool is_solved(const Model& model, int iterations, const State& state) {
   if (model.integrator != Integrator::kQuasiStatic) return true;
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
-    if (moved <= kRest) continue;
+    if (moved <= model.lengths.converged) continue;
     if (iterations < kMost) return false;
     char numbers[200];
     std::snprintf(
@@ -232,7 +231,6 @@ constexpr int kFinishRounds = 30;
 // leave alone. True where there was one beyond rounding.
 bool push_out(const Model& model, State& state, int m, bool with_muscles, double gap,
               std::span<Rows> freed) {
-  constexpr double kRounding = 1e-12;  // m
   MuscleState& now = state.muscles[m];
   bool moves = false;
   for (const Contact& contact : now.contacts) {
@@ -241,7 +239,7 @@ bool push_out(const Model& model, State& state, int m, bool with_muscles, double
     Row& x = now.x[contact.node];
     const Row n = to_row(contact.normal);
     const double open = contact_gap(model, state, contact, x, gap);
-    if (open >= (with_muscles ? 0.0 : -kRounding)) continue;
+    if (open >= (with_muscles ? 0.0 : -kNodeRounding)) continue;
     moves = true;
     x -= (soft ? 0.5 : 1.0) * open * n;
     for (Rows& direction : freed) {

@@ -17,6 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// From a mouse to what no animal is; beyond it other numbers are meant.
+constexpr Range kSize{1e-3, 1e3};
+
 // "1-120", "-5--1", "7"
 std::optional<std::array<int, 2>> parse_frames(const std::string& text) {
   std::array<int, 2> frames;
@@ -57,6 +60,7 @@ void read_general(TomlValue& table, Scene& scene) {
   if (TomlValue* frames = find(table, "frames")) read_frames(*frames, scene);
   read(table, "settle", scene.settle, {0.0, 1000.0});
   read(table, "gravity", scene.gravity);
+  read(table, "size", scene.size, kSize);
 }
 
 // The joints' own key frames need not be the same; a clip has one row of all joints a key. Where
@@ -331,10 +335,12 @@ void read_bounds(TomlValue& table, Scene& scene) {
 
 void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
   if (TomlValue* table = find(root, "scene")) read_general(*table, scene);
+  scene.skin.settings = times(scene.skin.settings, scene.size);
+  scene.contact.settings = times(scene.contact.settings, scene.size);
   read_rig(require(root, "rig"), folders, scene);
   std::set<std::string> names;
   for (TomlValue* table : tables_of(root, "muscle")) {
-    scene.muscles.push_back(read_muscle(*table, folders));
+    scene.muscles.push_back(read_muscle(*table, folders, scene.size));
     refuse_duplicate(*table, names, scene.muscles.back().name);
   }
   if (TomlValue* table = find(root, "skin")) read_skin(*table, folders, scene);

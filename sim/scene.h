@@ -158,6 +158,8 @@ struct Scene {
   int first_frame = 1, last_frame = 1;
   double settle = 2.0;  ///< s at most, before the first frame
   Vec3 gravity = Vec3(0, -9.81, 0);
+  /// Of a grown man's arm: what every length that the scene does not give is multiplied by.
+  double size = 1.0;
 
   std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
   Place rig_place;

@@ -191,8 +191,10 @@ void read_soft_body(TomlValue& table, SceneMuscle& muscle) {
 
 }  // namespace
 
-SceneMuscle read_muscle(TomlValue& table, const Folders& folders) {
+SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   SceneMuscle muscle;
+  muscle.fibre_length *= size;
+  muscle.painted.tolerance *= size;
   muscle.place = table.place;
   muscle.name = name_of(require(table, "name"));
   const auto [kind, form] = require_one(table, {"mesh", "profile"});

@@ -5,7 +5,7 @@
 
 namespace thew {
 
-/// Reads one [[muscle]].
-SceneMuscle read_muscle(TomlValue& table, const Folders& folders);
+/// Reads one [[muscle]]; lengths that it does not give are multiplied by `size`.
+SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size);
 
 }  // namespace thew

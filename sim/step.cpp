@@ -122,7 +122,7 @@ std::optional<Trouble> try_frame(const Model& model, double time, int substeps, 
     if (!model.has_skin || i * skin_steps / substeps == (i - 1) * skin_steps / substeps) continue;
     StopWatch watch(seconds.skin);
     step_skin_of(model, parallel, state);
-    if ((trouble = find_skin_trouble(state))) return trouble;
+    if ((trouble = find_skin_trouble(model, state))) return trouble;
   }
   return {};
 }
@@ -163,7 +163,7 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
     if (on_frame) on_frame();
     settled.seconds = time - begin;
     settled.speed = fastest_node(model, state);
-    settled.converged = settled.speed < kSettledSpeed && time >= bind_to_first_ends(model);
+    settled.converged = settled.speed < model.lengths.settled && time >= bind_to_first_ends(model);
   }
   state.time = 0.0;
   return settled;

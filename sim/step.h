@@ -25,9 +25,8 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
 struct Settled {
   double seconds = 0.0;    ///< simulated
   double speed = 0.0;      ///< m/s, the fastest node at the end
-  bool converged = false;  ///< speed below kSettledSpeed
+  bool converged = false;  ///< below Lengths::settled in a second
 };
-inline constexpr double kSettledSpeed = 1e-4;
 Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame = {});
 

@@ -9,8 +9,6 @@
 namespace thew {
 namespace {
 
-constexpr double kStep = 5e-4;  // m, the least that a march goes on
-
 // The box of a box that has moved; `far`: the most that any of it did.
 NodeBox moved_box(const NodeBox& box, const Transform& motion, double& far) {
   NodeBox out = empty_box();
@@ -25,16 +23,17 @@ NodeBox moved_box(const NodeBox& box, const Transform& motion, double& far) {
   return out;
 }
 
-// How much of the way from `from` to `to` lies behind the point where it first enters the surface.
+// How much of the way from `from` to `to` lies behind the point where it first enters the surface,
+// by a march of steps no shorter than `least` (m).
 double way_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& from,
-                  const Vec3& to) {
+                  const Vec3& to, double least) {
   const double way = (to - from).norm();
   for (double gone = 0.0; gone < way;) {
     const Vec3 p = from + gone / way * (to - from);
     const ClosestPoint near = closest_point(surface, bvh, x, p, way - gone, -1);
     if (near.triangle < 0) return 0.0;
     if (near.distance <= 0.0) return way - gone;
-    gone += std::max(near.distance, kStep);
+    gone += std::max(near.distance, least);
   }
   return 0.0;
 }
@@ -70,8 +69,8 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
         if (!model.muscles[m].free_nodes[i]) continue;
         const Vec3 from = since * to_vec(now.start[i]), to = to_vec(now.x[i]);
         if ((to - from).norm() <= depth) continue;
-        const double inside =
-            way_inside(bone.surface, state.bones[b].bvh, state.bones[b].x, from, to);
+        const double inside = way_inside(bone.surface, state.bones[b].bvh, state.bones[b].x, from,
+                                         to, model.lengths.march);
         if (inside <= (worst ? worst->value : depth)) continue;
         worst = Trouble{"muscle \"" + model.muscles[m].name + "\"",
                         static_cast<int>(i),

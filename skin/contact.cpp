@@ -8,8 +8,6 @@
 namespace thew {
 namespace {
 
-constexpr double kTouching = 1e-7;  // m; nearer, rounding would set a direction
-
 // Whether the surface is flat round a point of a triangle, as far as `reach` (m).
 bool is_flat(const Surface& surface, const Rows& x, int triangle, const Vec3& face,
              const double* barycentric, double reach) {
@@ -36,6 +34,13 @@ Vec3 steady_normal(const Vec3& own, const Vec3& normal) {
   return length > 0.1 ? Vec3(sum / length) : Vec3(-own);
 }
 
+ContactSettings times(const ContactSettings& settings, double size) {
+  ContactSettings out = settings;
+  for (double* length : {&out.margin, &out.max_depth, &out.gap, &out.spacing}) *length *= size;
+  out.lengths = times(out.lengths, size);
+  return out;
+}
+
 std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face) {
   std::vector<int> nodes;
   for (const Contact& c : pressing) {
@@ -46,8 +51,7 @@ std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, 
 
 std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
                                          const ContactSettings& settings) {
-  constexpr double kRounding = 1e-6;  // m, of a tree's boxes
-  const double reach = std::max(settings.margin, settings.max_depth) + kRounding;
+  const double reach = std::max(settings.margin, settings.max_depth) + kBoxRounding;
   std::vector<std::vector<int>> near(colliders.size());
   std::vector<int> order;
   Row low{}, high{};
@@ -105,8 +109,8 @@ Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const do
   return sum.normalized();
 }
 
-Vec3 contact_normal(const ClosestPoint& near, const Vec3& p) {
-  if (std::abs(near.distance) < kTouching) return near.normal;
+Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double touching) {
+  if (std::abs(near.distance) < touching) return near.normal;
   return (p - near.point) / near.distance;
 }
 
@@ -129,7 +133,8 @@ bool points_against(const Collider& self, int node, const Vec3& n) {
 // that nothing is left inside it when it slides along; not where the node has come from the other
 // side.
 Vec3 normal_against(const Collider& self, int node, const Collider& target,
-                    const ClosestPoint& found, const Vec3& p, double reach) {
+                    const ClosestPoint& found, const Vec3& p, const ContactSettings& settings) {
+  const double touching = settings.lengths.touching;
   const Surface& surface = *target.surface;
   const Rows& x = *target.x;
   const auto own_normal = [&] { return node_normal(*self.surface, *self.x, node); };
@@ -138,11 +143,11 @@ Vec3 normal_against(const Collider& self, int node, const Collider& target,
                          smooth_normal(surface, x, found.triangle, found.barycentric));
   }
   const Vec3 face = face_normal(surface, x, found.triangle);
-  if (is_flat(surface, x, found.triangle, face, found.barycentric, reach) &&
-      (found.distance > -kTouching || points_against(self, node, face))) {
+  if (is_flat(surface, x, found.triangle, face, found.barycentric, settings.margin) &&
+      (found.distance > -touching || points_against(self, node, face))) {
     return face;
   }
-  return steady_normal(own_normal(), contact_normal(found, p));
+  return steady_normal(own_normal(), contact_normal(found, p, touching));
 }
 
 }  // namespace
@@ -184,7 +189,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       ++memory.searches;
       const ClosestPoint found = look(target, p, margin, reach, node, known);
       if (found.triangle < 0 || found.distance >= margin || found.distance <= -deepest) continue;
-      const Vec3 normal = normal_against(self, node, target, found, p, settings.margin);
+      const Vec3 normal = normal_against(self, node, target, found, p, settings);
       Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contact.offset = self.thickness + target.thickness;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "muscles/lengths.h"
 #include "skin/contact_memory.h"
 
 namespace thew {
@@ -25,7 +26,9 @@ struct ContactSettings {
   double max_depth = 0.006;  ///< m, so deep ones too; twice so deep in what gives way itself
   double gap = 6e-4;         ///< m, kept between surfaces
   double spacing = 0.005;    ///< m, of held points against faces
+  Lengths lengths = {};
 };
+ContactSettings times(const ContactSettings& settings, double size);
 
 /// The nodes at which a contact with `other` bore a force, ascending.
 std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face);
@@ -36,8 +39,9 @@ Vec3 steady_normal(const Vec3& own, const Vec3& normal);
 /// The corners' normals between them, which do not turn within the gap as a node slides over an
 /// edge.
 Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric);
-/// From the nearest point to p, outwards; its pseudonormal where p lies on the surface.
-Vec3 contact_normal(const ClosestPoint& near, const Vec3& p);
+/// From the nearest point to p, outwards; its pseudonormal where p lies on the surface, nearer than
+/// `touching` (m).
+Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double touching);
 
 /// By node, then by collider; what there is of both in the order that it had.
 void order_contacts(std::vector<Contact>& contacts);

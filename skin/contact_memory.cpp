@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "muscles/lengths.h"
+
 namespace thew {
 namespace {
 
@@ -13,16 +15,15 @@ constexpr double kEnough = 2.0;  // margins; what is so far apart need not be fo
 }  // namespace
 
 void Followed::go_on(const Rows& now) {
-  constexpr double kFar = 1e3;  // m, before the first search
+  constexpr double kFar = 1e12;  // times rounding: anywhere, before the first search
   travelled_before = travelled;
-  travelled += x.size() == now.size() ? largest_distance(now, x) : kFar;
+  travelled += x.size() == now.size() ? largest_distance(now, x) : kFar * kRounding;
   before.swap(x);
   x = now;
 }
 
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known) {
-  constexpr double kRounding = 1e-9;  // m, of the sums
   const Followed *a = points_of.followed, *b = surface.followed;
   const double travelled = a && b ? a->travelled + b->travelled : 0.0;
   Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, {}, surface};

@@ -7,7 +7,7 @@
 namespace thew {
 
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                int node, std::vector<int>& hints, FleshPlanes& planes) {
+                double touching, int node, std::vector<int>& hints, FleshPlanes& planes) {
   struct Found {
     double distance;
     int other;
@@ -15,19 +15,19 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
   };
   std::array<Found, FleshPlanes::kMost + 1> found;  // by distance; the last place is overflow
   int count = 0;
+  double nearest = reach;  // on either side
   const int others = static_cast<int>(below.size());
   int* hint = hints.data() + static_cast<size_t>(node) * (others + 1);
   const auto look = [&](int j) {
     const Collider& flesh = below[j];
     // Beyond the nearest by the bridging radius a surface has no weight.
-    const bool outside = count > 0 && found[0].distance >= 0.0;
-    const double bound = outside ? std::min(reach, found[0].distance + bridging) : reach;
+    const double bound = count > 0 ? std::min(reach, nearest + bridging) : reach;
     if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_row(p)) > bound) return;
     const ClosestPoint near =
         closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
     if (near.triangle < 0) return;
     hint[j] = near.triangle;
-    const Vec3 normal = contact_normal(near, p);
+    const Vec3 normal = contact_normal(near, p, touching);
     const auto before = [&](const Found& one) {
       return one.distance < near.distance || (one.distance == near.distance && one.other < j);
     };
@@ -35,6 +35,7 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
     for (; at > 0 && !before(found[at - 1]); --at) found[at] = found[at - 1];
     found[at] = {near.distance, j, {normal, normal.dot(p) - near.distance}};
     count = std::min(count + 1, FleshPlanes::kMost);
+    nearest = std::min(nearest, std::abs(near.distance));
   };
   const int first = hint[others];  // the nearest of the last time: it spares most of the others
   if (first >= 0) look(first);
@@ -43,6 +44,11 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
   }
   if (count > 0) hint[others] = found[0].other;
   // What lies farther was found or not as the order had it; the result must not depend on that.
+  const auto too_far = [&](const Found& one) {
+    return std::abs(one.distance) > std::min(reach, nearest + bridging);
+  };
+  count = static_cast<int>(std::remove_if(found.begin(), found.begin() + count, too_far) -
+                           found.begin());
   while (count > 1 && found[count - 1].distance > found[0].distance + bridging) --count;
   for (int k = 0; k < count; ++k) planes.planes[node][k] = found[k].plane;
   planes.count[node] = count;

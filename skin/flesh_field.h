@@ -31,10 +31,12 @@ struct FleshValue {
   Vec3 normal_of_nearest = Vec3::Zero();
 };
 
-/// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there.
-/// `hints` only speed it up; by node, one for each surface and one more, -1 at first.
+/// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there, by
+/// the nearest and what is no farther than the bridging radius beyond it, on either side. Nearer
+/// than `touching` (m) a distance tells no direction. `hints` only speed it up; by node, one for
+/// each surface and one more, -1 at first.
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                int node, std::vector<int>& hints, FleshPlanes& planes);
+                double touching, int node, std::vector<int>& hints, FleshPlanes& planes);
 
 /// f at x by the node's planes.
 FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "muscles/lengths.h"
 #include "rig/vectorise.h"
 
 namespace thew {
@@ -52,7 +53,6 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
 
 [[gnu::always_inline]] inline Nearing nearing_of(const MovedParts& parts, const NodeBox& places,
                                                  const NodeBox& ways, double enough) {
-  constexpr double kRounding = 1e-9;  // m, of the sums
   const Lanes zero = {};
   Lanes apart = {}, nearer = {};  // squared, m^2
   for (int axis = 0; axis < 3; ++axis) {

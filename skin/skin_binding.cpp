@@ -9,10 +9,6 @@
 namespace thew {
 namespace {
 
-constexpr double kFarthestBone = 1.0;   // m
-constexpr double kAnchorLength = 0.12;  // m over which a held patch draws its neighbours along
-constexpr double kFatReach = 0.03;      // m beyond which flesh does not carry the skin
-
 struct Edges {
   std::vector<std::array<int, 2>> nodes;
   std::vector<double> weights;
@@ -74,7 +70,7 @@ Nearest nearest_bodies(const SkinModel& model, const std::vector<Collider>& belo
                        const std::vector<int>& bodies_of) {
   Nearest nearest;
   for (const Row& x : model.rest) {
-    double best = kFarthestBone;
+    double best = model.settings.lengths.farthest_bone;
     int body = 0;
     for (size_t j = 0; j < below.size(); ++j) {
       if (bodies_of[j] < 0) continue;
@@ -140,13 +136,13 @@ void measure_fat(const std::vector<Collider>& below, SkinModel& model) {
   planes.planes.resize(nodes);
   planes.count.resize(nodes);
   std::vector<int> hints(nodes * (below.size() + 1), -1);
-  const double bridging = model.settings.bridging;
+  const double bridging = model.settings.bridging, reach = model.settings.lengths.fat_reach;
   for (size_t i = 0; i < nodes; ++i) {
     const int node = static_cast<int>(i);
     const Vec3 x = to_vec(model.rest[i]);
-    find_flesh(below, x, kFatReach, bridging, node, hints, planes);
+    find_flesh(below, x, reach, bridging, model.settings.lengths.touching, node, hints, planes);
     const FleshValue flesh = flesh_value(planes, node, x, bridging);
-    model.fat.push_back(flesh.found ? flesh.level : kFatReach);
+    model.fat.push_back(flesh.found ? flesh.level : reach);
     // A rest shape that lies nearer than the thickness may stay so, but never inside.
     const double room = flesh.found ? std::max(flesh.nearest, 0.0) : model.settings.thickness;
     model.least.push_back(std::min(model.settings.thickness, room));
@@ -170,7 +166,7 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
     model.first_neighbour.push_back(static_cast<int>(model.neighbours.size()));
   }
   // Skin is held where it belongs to one body alone, and slides over the joints.
-  const double hold = edges.mean_length / kAnchorLength;
+  const double hold = edges.mean_length / model.settings.lengths.anchor;
   for (const auto& share : model.shares) {
     const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
     model.anchor.push_back(hold * hold * pure * pure);

@@ -7,16 +7,11 @@
 namespace thew {
 namespace {
 
-constexpr double kReach = 0.03;        // m, flesh farther from the skin is not felt
-constexpr double kStale = 3e-4;        // m of motion after which the flesh is looked up again
-constexpr double kCover = 0.001;       // m, flesh nodes stay this deep under the skin's triangles
-constexpr double kCoverReach = 0.006;  // m through the skin at which they are still found
-constexpr double kFoldReach = 0.006;   // m between the walls of a fold
-constexpr double kSlope = 0.1;         // of the room along the skin, or it would look lumpy
-constexpr int kSlopeSweeps = 2;        // there and back
-constexpr double kNormalShare = 0.1;   // of the skin's normal in the way out of the flesh
-constexpr double kLeastAlong = 0.3;    // cosine that a step along an oblique way is divided by
-constexpr int kRounds = 10;            // of what is repeated until it holds
+constexpr double kSlope = 0.1;        // of the room along the skin, or it would look lumpy
+constexpr int kSlopeSweeps = 2;       // there and back
+constexpr double kNormalShare = 0.1;  // of the skin's normal in the way out of the flesh
+constexpr double kLeastAlong = 0.3;   // cosine that a step along an oblique way is divided by
+constexpr int kRounds = 10;           // of what is repeated until it holds
 
 Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
   const Triangle& t = model.surface.triangles[plane.triangle];
@@ -40,7 +35,7 @@ SkinPlane plane_at(const ClosestPoint& near, double level) {
 // The nearest triangle that faces the node, among those around it.
 ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int node) {
   ClosestPoint best;
-  double nearest = kFoldReach;
+  double nearest = model.settings.lengths.fold_reach;
   for (int t : state.nearby) {
     const Triangle& c = model.surface.triangles[t];
     if (c[0] == node || c[1] == node || c[2] == node) continue;
@@ -58,8 +53,9 @@ ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int nod
 
 void look_below_node(const SkinModel& model, const std::vector<Collider>& below, int i,
                      SkinState& state) {
-  find_flesh(below, to_vec(state.x[i]), kReach, model.settings.bridging, i, state.hints,
-             state.planes);
+  const Lengths& lengths = model.settings.lengths;
+  find_flesh(below, to_vec(state.x[i]), lengths.flesh_reach, model.settings.bridging,
+             lengths.touching, i, state.hints, state.planes);
   state.looked[i] = state.x[i];
 }
 
@@ -87,13 +83,15 @@ void clear_node(const SkinModel& model, const std::vector<Collider>& below, int 
     if (!flesh.found) return;
     flesh.gradient_of_level = flesh.normal_of_nearest;
     const Vec3 way = way_out(flesh, state.normals[i]);
-    state.x[i] += to_row(climb(flesh, way, model.least[i] - flesh.nearest + 1e-6) * way);
+    const double lack = model.least[i] - flesh.nearest + model.settings.lengths.clearance;
+    state.x[i] += to_row(climb(flesh, way, lack) * way);
   }
 }
 
 // A node of the flesh is through the skin.
 bool is_pierced(const SkinModel& model, const SkinState& state, const SkinPlane& cover) {
-  return cover.normal.dot(point_of(model, state, cover)) < cover.level - kCover;
+  return cover.normal.dot(point_of(model, state, cover)) <
+         cover.level - model.settings.lengths.cover;
 }
 
 // Nodes of crossing triangles and their neighbours.
@@ -123,11 +121,12 @@ void even_out(const SkinModel& model, int i, SkinState& state) {
 
 // A node of the flesh takes room from the skin about it, the less the farther.
 void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& state) {
+  const Lengths& lengths = model.settings.lengths;
   const Vec3 point = point_of(model, state, cover);
   const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
-  if (over >= kPlenty) return;
-  const Vec3 flesh = point - (over + kCover) * cover.normal;
-  triangles_near(state.bvh, flesh, 2.0 * kPlenty, state.nearby);
+  if (over >= lengths.plenty) return;
+  const Vec3 flesh = point - (over + lengths.cover) * cover.normal;
+  triangles_near(state.bvh, flesh, 2.0 * lengths.plenty, state.nearby);
   for (int t : state.nearby) {
     for (int node : model.surface.triangles[t]) {
       const double beside = (to_vec(state.x[node]) - flesh).norm();
@@ -167,13 +166,14 @@ void look_below(const SkinModel& model, const std::vector<Collider>& below, bool
   state.hints.resize(state.x.size() * (below.size() + 1), -1);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
-    if (first || moved(state, node) > kStale) look_below_node(model, below, node, state);
+    if (first || moved(state, node) > model.settings.lengths.stale)
+      look_below_node(model, below, node, state);
   }
 }
 
 void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
                 SkinState& state) {
-  const double reach = std::max(depth, kCoverReach);
+  const double reach = std::max(depth, model.settings.lengths.cover_reach);
   refit_bvh(model.surface, state.x, state.bvh);
   state.covers.clear();
   for (const Collider& flesh : below) {
@@ -181,7 +181,7 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, doub
       const Vec3 p = to_vec(row);
       const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, reach);
       if (near.triangle < 0 || near.distance < -depth) continue;
-      state.covers.push_back(plane_at(near, near.normal.dot(p) + kCover));
+      state.covers.push_back(plane_at(near, near.normal.dot(p) + model.settings.lengths.cover));
     }
   }
 }
@@ -190,7 +190,7 @@ void look_across(const SkinModel& model, SkinState& state) {
   state.folds.clear();
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
-    triangles_near(state.bvh, to_vec(state.x[i]), kFoldReach, state.nearby);
+    triangles_near(state.bvh, to_vec(state.x[i]), model.settings.lengths.fold_reach, state.nearby);
     const ClosestPoint wall = facing_wall(model, state, node);
     if (wall.triangle < 0) continue;
     state.folds.push_back({node, plane_at(wall, model.settings.fold_gap)});
@@ -229,7 +229,7 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
   const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
     clear_flesh(model, below, state);
-    look_above(model, below, kCoverDepth, state);
+    look_above(model, below, model.settings.lengths.cover_depth, state);
     if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
     cover_triangles(model, state);
   }
@@ -255,12 +255,13 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
 }
 
 void find_room(const SkinModel& model, SkinState& state) {
+  const double plenty = model.settings.lengths.plenty;
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
     const FleshValue flesh =
         flesh_value(state.planes, node, to_vec(state.x[i]), model.settings.bridging);
     const double fat = flesh.nearest - model.least[i];
-    state.room[i] = flesh.found ? std::clamp(fat, 0.0, kPlenty) : kPlenty;
+    state.room[i] = flesh.found ? std::clamp(fat, 0.0, plenty) : plenty;
   }
   for (const SkinPlane& cover : state.covers) leave_room_over(model, cover, state);
   smooth_room(model, state);

@@ -7,15 +7,10 @@
 namespace thew {
 namespace {
 
-constexpr double kYield = 0.006;          // m from its bound place beyond which an anchor slips
-constexpr double kMostStretch = 3.0;      // of an edge over a joint's outer side
-constexpr double kReturn = 0.1;           // share of the way to equilibrium with last step's forces
-constexpr double kLongestReturn = 0.001;  // m
-constexpr double kShortest = 0.1;         // of an edge's length, along its turned direction
-constexpr double kInwardPull = 0.05;      // weight of the flesh's pull on skin above its level
-constexpr double kSlack = 0.01;           // m above it at which the pull has faded
-constexpr double kLongestStep = 0.003;    // m, of one projection onto the level
-constexpr double kFirm = 0.006;           // m of fat that flesh does not press out of the way
+constexpr double kMostStretch = 3.0;  // of an edge over a joint's outer side
+constexpr double kReturn = 0.1;       // share of the way to equilibrium with last step's forces
+constexpr double kShortest = 0.1;     // of an edge's length, along its turned direction
+constexpr double kInwardPull = 0.05;  // weight of the flesh's pull on skin above its level
 
 Row turn(const Mat3& rotation, const Row& v) { return to_row(rotation * to_vec(v)); }
 Row turn_back(const Mat3& rotation, const Row& v) {
@@ -35,6 +30,7 @@ DualQuaternion dual_quaternion(const Transform& motion) {
 
 void relax_node(const SkinModel& model, SkinState& state, int i) {
   const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
+  const Lengths& lengths = model.settings.lengths;
   const double bridging = model.settings.bridging, fat = model.fat[i];
   Row sum{};  // of weighted displacements from the elastic shape
   double weight = model.anchor[i];
@@ -47,7 +43,7 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   if (flesh.found && flesh.level > fat) {
     const Vec3 way = way_out(flesh, state.normals[i]);
     const double step = climb(flesh, way, fat - flesh.level);
-    const double pull = kInwardPull * std::max(1.0 + step / kSlack, 0.0);
+    const double pull = kInwardPull * std::max(1.0 + step / lengths.slack, 0.0);
     sum += pull * (state.x[i] + to_row(step * way) - state.elastic[i]);
     weight += pull;
   }
@@ -58,12 +54,12 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
     const double lack = kShortest - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
     if (lack > 0.0) x += 0.5 * lack * e;
   }
-  const double firm = std::min(fat, kFirm);
+  const double firm = std::min(fat, lengths.firm);
   for (int round = 0; round < 2; ++round) {
     flesh = flesh_value(state.planes, i, to_vec(x), bridging);
     if (!flesh.found || flesh.level >= firm) break;
     const Vec3 way = way_out(flesh, state.normals[i]);
-    x += to_row(std::min(climb(flesh, way, firm - flesh.level), kLongestStep) * way);
+    x += to_row(std::min(climb(flesh, way, firm - flesh.level), lengths.longest_climb) * way);
   }
   state.x[i] = x;
 }
@@ -120,13 +116,14 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
 
 void solve_elastic(const SkinModel& model, SkinState& state) {
   const size_t nodes = model.rest.size();
+  const double yield = model.settings.lengths.yield;
   for (size_t i = 0; i < nodes; ++i) {
     // Where the flesh holds it far from its bound place, an anchor yields and pulls no more than at
     // the limit: skin squeezed out of a fold slides, instead of wanting through.
     const Row slip = turn(state.turns[i], state.slip[i]);
     const double far = norm(slip);
     Row anchored = state.bound[i];
-    if (far > kYield) anchored += (1.0 - kYield / far) * slip;
+    if (far > yield) anchored += (1.0 - yield / far) * slip;
     Row sum = model.anchor[i] * anchored;
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
@@ -152,14 +149,15 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
   }
 }
 
-void predict_skin(SkinState& state) {
+void predict_skin(const SkinModel& model, SkinState& state) {
+  const double longest = model.settings.lengths.longest_return;
   // Sweeps even out what is local. What is wide they hardly reach: there the displacement goes a
   // part of the way to what the forces of the step before hold in balance.
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row offset = turn(state.turns[i], state.offset[i]);
     const Row back = state.force[i] - offset;
     const double far = norm(back);
-    const double share = std::min(kReturn, kLongestReturn / std::max(far, kLongestReturn));
+    const double share = std::min(kReturn, longest / std::max(far, longest));
     state.x[i] = state.elastic[i] + offset + share * back;
   }
   state.predicted = state.x;
@@ -172,17 +170,17 @@ void relax(const SkinModel& model, SkinState& state) {
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
 }
 
-void ease(SkinState& state) {
-  constexpr double kSpeedUp = 2.0, kAlways = 1.5e-4;  // m
+void ease(const SkinModel& model, SkinState& state) {
+  constexpr double kSpeedUp = 2.0;
+  const double always = model.settings.lengths.always_eased;
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row way = state.x[i] - state.predicted[i];
-    const double far = norm(way), most = kSpeedUp * state.moved[i] + kAlways;
+    const double far = norm(way), most = kSpeedUp * state.moved[i] + always;
     if (far > most) state.x[i] = state.predicted[i] + (most / far) * way;
   }
 }
 
 void remember(const SkinModel& model, SkinState& state) {
-  constexpr double kLeastParted = 1e-7;  // m
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Row d = state.x[i] - state.elastic[i];
     Row sum = model.anchor[i] * d;
@@ -198,7 +196,8 @@ void remember(const SkinModel& model, SkinState& state) {
     Row force = dot(way, sum) * way;
     const Row apart = state.parted[i] - dot(way, state.parted[i]) * way;
     const double by = norm(apart);
-    if (by > kLeastParted) force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
+    if (by > model.settings.lengths.least_parted)
+      force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
     state.force[i] = turn_back(state.turns[i], force);
     state.offset[i] = turn_back(state.turns[i], d);
     const Row led = state.x[i] - state.predicted[i];

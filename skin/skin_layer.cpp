@@ -13,6 +13,15 @@
 
 namespace thew {
 
+SkinSettings times(const SkinSettings& settings, double size) {
+  SkinSettings out = settings;
+  for (double* length : {&out.thickness, &out.fold_gap, &out.bridging, &out.reach}) {
+    *length *= size;
+  }
+  out.lengths = times(out.lengths, size);
+  return out;
+}
+
 SkinState initial_skin(const SkinModel& model) {
   const size_t nodes = model.rest.size();
   SkinState state;
@@ -37,19 +46,19 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   constexpr int kLookEvery = 4;
   bind_to_pose(model, pose, state);
   solve_elastic(model, state);
-  predict_skin(state);
+  predict_skin(model, state);
   find_normals(model, state);  // by which the first look tells the walls of a fold
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kLookEvery == 0) {
       look_below(model, below, iteration == 0, state);
-      look_above(model, below, kCoverDepth, state);
+      look_above(model, below, model.settings.lengths.cover_depth, state);
       look_across(model, state);
     }
     relax(model, state);
     part_folds(model, state);
     cover_triangles(model, state);
   }
-  ease(state);
+  ease(model, state);
   cover_flesh(model, below, state);
   untangle(model, below, state);
   remember(model, state);  // of the skin by itself: its volume is laid on top, anew in each step

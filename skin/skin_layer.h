@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "muscles/lengths.h"
 #include "muscles/skyline.h"
 #include "rig/mesh.h"
 #include "rig/skeleton.h"
@@ -20,7 +21,9 @@ struct SkinSettings {
   double bridging = 0.012;    ///< m, crevices of the flesh narrower than half of it are bridged
   double reach = 0.03;        ///< m, a skinned skin feels the muscles within it
   bool keeps_volume = false;  ///< what the skin encloses stays what it is at rest
+  Lengths lengths = {};
 };
+SkinSettings times(const SkinSettings& settings, double size);
 
 /// What never changes: topology, rest shape, binding to the bodies.
 struct SkinModel {

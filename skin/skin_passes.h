@@ -12,12 +12,11 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
 /// Sets elastic; turns force into the displacement that it would cause.
 void solve_elastic(const SkinModel& model, SkinState& state);
 /// Sets x: where the step before left it, relative to the elastic shape.
-void predict_skin(SkinState& state);
+void predict_skin(const SkinModel& model, SkinState& state);
 
 /// Flesh under each node that has moved since it was looked up; all of them at first.
 void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
                 SkinState& state);
-inline constexpr double kCoverDepth = 0.002;  ///< m; flesh nodes are kept half as deep
 /// Flesh nodes within `depth` (m) of a skin triangle from within, or through it.
 void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
                 SkinState& state);
@@ -35,7 +34,7 @@ void cover_triangles(const SkinModel& model, SkinState& state);
 
 /// No node leaves its prediction by more than twice what it did a step before: what snaps, as the
 /// walls of a fold do when they let go, gathers speed instead of jumping.
-void ease(SkinState& state);
+void ease(const SkinModel& model, SkinState& state);
 
 /// Moves nodes that are too near the flesh out of it.
 void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
@@ -48,7 +47,6 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
 /// Sets force, slip and offset for the step to come.
 void remember(const SkinModel& model, SkinState& state);
 
-inline constexpr double kPlenty = 0.006;  ///< m of fat that gives way freely
 /// Sets room by the fat that is left under each node and over each node of the flesh, by the planes
 /// and covers that were last looked up.
 void find_room(const SkinModel& model, SkinState& state);

@@ -45,7 +45,7 @@ bool swell(const SkinModel& model, SkinState& state) {
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;
   look_below(model, below, false, state);
-  look_above(model, below, 2.0 * kPlenty, state);
+  look_above(model, below, 2.0 * model.settings.lengths.plenty, state);
   const Rows before = state.x;
   // Where something goes wrong the skin stays as it was, and the rest goes the farther.
   std::vector<char> held(state.x.size(), 0), faulty;

@@ -11,14 +11,10 @@
 namespace thew {
 namespace {
 
-constexpr double kSmoothed = 0.01;  // m, over which the displacement is evened out
 constexpr int kMostPasses = 50;
-constexpr int kFewestPasses = 4;     // neighbours may be anchored to muscles that part ...
-constexpr double kSpread = 0.02;     // m, ... but no farther than this, or it is flattened
+constexpr int kFewestPasses = 4;     // neighbours may be anchored to muscles that part
 constexpr double kFlattened = 1e-6;  // determinant of a blend that has no inverse worth having
-constexpr double kSpacing = 0.01;    // m, from point to point within a triangle ...
-constexpr double kSampled = 0.008;   // m, longest edge of what a sample of a muscle stands for
-constexpr int kMostAlong = 16;       // ... of which no edge gets more than these
+constexpr int kMostAlong = 16;       // points that an edge of a triangle gets
 
 void find_neighbours(SkinnedSkin& skin) {
   std::vector<std::set<int>> around(skin.mesh.vertices.size());
@@ -89,7 +85,8 @@ void add_points(SkinnedSkin& skin) {
     for (int k = 0; k < 3; ++k) {
       longest = std::max(longest, to_vec(skin.rest[c[k]] - skin.rest[c[(k + 1) % 3]]).norm());
     }
-    const int along = std::min(static_cast<int>(std::ceil(longest / kSpacing)), kMostAlong);
+    const int along = std::min(
+        static_cast<int>(std::ceil(longest / skin.settings.lengths.point_spacing)), kMostAlong);
     for (int i = 0; i < along; ++i) {
       for (int j = 0; i + j <= along; ++j) {
         const int k = along - i - j;
@@ -105,7 +102,8 @@ void add_points(SkinnedSkin& skin) {
 
 // Halves of halves of a triangle, across the longest side, until they are small.
 void add_samples(const Vec3 (&corner)[3], const std::array<Vec3, 3>& shares,
-                 const SkinnedSkin::Place& of, std::vector<SkinnedSkin::Place>& samples) {
+                 const SkinnedSkin::Place& of, double longest_edge,
+                 std::vector<SkinnedSkin::Place>& samples) {
   Vec3 place[3];
   for (int k = 0; k < 3; ++k) {
     place[k] = shares[k][0] * corner[0] + shares[k][1] * corner[1] + shares[k][2] * corner[2];
@@ -115,15 +113,15 @@ void add_samples(const Vec3 (&corner)[3], const std::array<Vec3, 3>& shares,
   for (int k = 1; k < 3; ++k) {
     if (length(k) > length(longest)) longest = k;
   }
-  if (length(longest) <= kSampled) {
+  if (length(longest) <= longest_edge) {
     const Vec3 middle = (shares[0] + shares[1] + shares[2]) / 3.0;
     samples.push_back({of.muscle, of.triangle, {middle[0], middle[1], middle[2]}});
     return;
   }
   const int a = longest, b = (longest + 1) % 3, c = (longest + 2) % 3;
   const Vec3 half = 0.5 * (shares[a] + shares[b]);
-  add_samples(corner, {shares[a], half, shares[c]}, of, samples);
-  add_samples(corner, {half, shares[b], shares[c]}, of, samples);
+  add_samples(corner, {shares[a], half, shares[c]}, of, longest_edge, samples);
+  add_samples(corner, {half, shares[b], shares[c]}, of, longest_edge, samples);
 }
 
 void sample_muscles(const std::vector<Collider>& below, SkinnedSkin& skin) {
@@ -133,7 +131,8 @@ void sample_muscles(const std::vector<Collider>& below, SkinnedSkin& skin) {
     for (size_t t = 0; t < triangles.size(); ++t) {
       Vec3 corner[3];
       for (int k = 0; k < 3; ++k) corner[k] = to_vec((*below[m].x)[triangles[t][k]]);
-      add_samples(corner, whole, {static_cast<int>(m), static_cast<int>(t), {}}, skin.samples);
+      add_samples(corner, whole, {static_cast<int>(m), static_cast<int>(t), {}},
+                  skin.settings.lengths.sampled, skin.samples);
     }
   }
 }
@@ -197,8 +196,8 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
     for (const int v : point.corners) skin.near[v] = 1;
   }
   const double edge = mean_edge(skin);
-  skin.passes = std::max(passes_over(kSmoothed, edge, kMostPasses),
-                         passes_over(kSpread, edge, kFewestPasses));
+  skin.passes = std::max(passes_over(settings.lengths.smoothed, edge, kMostPasses),
+                         passes_over(settings.lengths.spread, edge, kFewestPasses));
   return skin;
 }
 

@@ -10,7 +10,6 @@ namespace thew {
 namespace {
 
 constexpr double kMostWay = 3.0;  // reaches that the skin goes with a muscle against its weights
-constexpr double kFlat = 1e-5;    // m, of what the weights leave of a distance: tells no direction
 constexpr int kRounds = 20;       // of evening out and of what then has to hold again
 
 void smooth(const SkinnedSkin& skin, Rows& push, Rows& before) {
@@ -61,7 +60,7 @@ struct Wall {
 // triangle they are so much longer that nothing would be left of its direction.
 std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                              const std::vector<Collider>& below, const Rows& x) {
-  const double reach = skin.settings.reach;
+  const double reach = skin.settings.reach, flat = skin.settings.lengths.flat;
   std::vector<Affine> of_links;
   link_transforms(skin.weights, bodies, of_links);
   std::vector<Wall> walls(skin.points.size());
@@ -79,13 +78,13 @@ std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>&
     const Vec3 out = turn * point.anchor.out;
     const double left = out.norm();
     wall.above = point.anchor.out.norm();
-    if (left < kFlat) continue;
+    if (left < flat) continue;
     wall.normal = out / left;
     const Vec3 now = place_of(point.anchor, below), off = place_of(point, x) - now;
     wall.level = wall.normal.dot(now);
     wall.carried = wall.normal.dot(off) + wall.level;
     const double slid = (off - wall.normal.dot(off) * wall.normal).norm();
-    wall.hold = smoothstep(kFlat, 20.0 * kFlat, left) *
+    wall.hold = smoothstep(flat, 20.0 * flat, left) *
                 (1.0 - smoothstep(reach, kMostNear * reach, wall.above)) *
                 (1.0 - smoothstep(2.0 * reach, 4.0 * reach, slid));
     const double whole = wall.level + std::min(wall.above, skin.settings.thickness);
@@ -146,14 +145,13 @@ struct Spot {
   Vec3 place, normal;
 };
 
-constexpr double kBeside = 0.008;  // m, from a point's line, within which a sample lifts the point
-
 // m, half of the cylinder's length in which a point looks for samples; and the ball's around it.
 double half_of(const SkinnedSkin& skin) {
   return 0.5 * (skin.settings.bridging + skin.settings.thickness);
 }
 double ball_of(const SkinnedSkin& skin) {
-  return std::sqrt(half_of(skin) * half_of(skin) + kBeside * kBeside);
+  const double beside = skin.settings.lengths.beside;
+  return std::sqrt(half_of(skin) * half_of(skin) + beside * beside);
 }
 
 std::array<int, 3> cell_of(const Vec3& p, double size) {
@@ -183,6 +181,7 @@ std::vector<Spot> find_spots(const SkinnedSkin& skin, const std::vector<Collider
 double lack_of(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Vec3& p,
                const Vec3& normal) {
   const double room = skin.settings.bridging, size = ball_of(skin);
+  const double reach = skin.settings.lengths.beside;
   const std::array<int, 3> middle =
       cell_of(p + (half_of(skin) - skin.settings.thickness) * normal, size);
   double most = 0.0;
@@ -197,7 +196,7 @@ double lack_of(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Ve
       const double above = normal.dot(off), asks = above + skin.settings.thickness;
       if (asks <= most) continue;
       const double beside = (off - above * normal).norm();
-      most = std::max(most, asks * (1.0 - smoothstep(0.5 * kBeside, kBeside, beside)) *
+      most = std::max(most, asks * (1.0 - smoothstep(0.5 * reach, reach, beside)) *
                                 (1.0 - smoothstep(0.5 * room, room, above)) *
                                 smoothstep(0.0, 0.5, normal.dot(spot->normal)));
     }
@@ -252,7 +251,7 @@ void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin) {
   const std::vector<Spot> spots = find_spots(skin, below);
   for (SkinnedSkin::Point& point : skin.points) {
     const double above = point.anchor.out.norm();
-    if (above < kFlat) continue;
+    if (above < skin.settings.lengths.flat) continue;
     point.lack = lack_of(skin, spots, place_of(point, skin.rest), point.anchor.out / above);
   }
 }

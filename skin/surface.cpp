@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "muscles/lengths.h"
 #include "rig/math.h"
 
 namespace thew {
@@ -44,7 +45,6 @@ Surface make_surface(std::vector<Triangle> triangles, int nodes) {
 }
 
 bool is_convex(const Surface& surface, const Rows& x) {
-  constexpr double kRounding = 1e-9;  // m
   for (size_t t = 0; t < surface.triangles.size(); ++t) {
     const Row n = to_row(face_normal(surface, x, static_cast<int>(t)));
     const Row corner = x[surface.triangles[t][0]];

@@ -22,10 +22,10 @@ Found true_find_trouble(const Model& model, double h, const State& state) __asm_
     "__real__ZN4thew12find_troubleERKNS_5ModelEdRKNS_5StateE");
 Found find_trouble_after_fault(const Model& model, double h, const State& state) __asm__(
     "__wrap__ZN4thew12find_troubleERKNS_5ModelEdRKNS_5StateE");
-Found true_find_skin_trouble(const State& state) __asm__(
-    "__real__ZN4thew17find_skin_troubleERKNS_5StateE");
-Found find_skin_trouble_after_fault(const State& state) __asm__(
-    "__wrap__ZN4thew17find_skin_troubleERKNS_5StateE");
+Found true_find_skin_trouble(const Model& model, const State& state) __asm__(
+    "__real__ZN4thew17find_skin_troubleERKNS_5ModelERKNS_5StateE");
+Found find_skin_trouble_after_fault(const Model& model, const State& state) __asm__(
+    "__wrap__ZN4thew17find_skin_troubleERKNS_5ModelERKNS_5StateE");
 
 namespace {
 
@@ -57,12 +57,12 @@ Found find_trouble_after_fault(const Model& model, double h, const State& state)
   return fault.found = true_find_trouble(model, h, state);
 }
 
-Found find_skin_trouble_after_fault(const State& state) {
-  if (!is_due(true)) return true_find_skin_trouble(state);
+Found find_skin_trouble_after_fault(const Model& model, const State& state) {
+  if (!is_due(true)) return true_find_skin_trouble(model, state);
   SkinState& skin = const_cast<State&>(state).skin;
   Rows* const rows[] = {&skin.x, &skin.offset, &skin.force, &skin.slip};
   (*rows[fault.muscle])[fault.node][fault.component] = fault.value;
-  return fault.found = true_find_skin_trouble(state);
+  return fault.found = true_find_skin_trouble(model, state);
 }
 
 namespace {

@@ -20,6 +20,8 @@ TEST(Scene, GeneralKeysAreRead) {
   EXPECT_EQ(scene.first_frame, -2);
   EXPECT_EQ(scene.last_frame, 27);
   EXPECT_EQ(scene.settle, 1.5);
+  EXPECT_EQ(scene.size, 1.25);
+  EXPECT_EQ(scene.skin.settings.bridging, 1.25 * SkinSettings{}.bridging);  // is not given
   EXPECT_EQ(scene.gravity, Vec3(0.5, -3.7, 0));
   EXPECT_EQ(scene.rig, fs::canonical(folder / "rig.urdf"));
   EXPECT_EQ(scene.rig_place, (folder / "scene.toml").string() + ":10");
@@ -157,6 +159,7 @@ TEST(Scene, ShortSceneKeepsDefaults) {
   const Scene fresh;
   EXPECT_EQ(scene.gravity, fresh.gravity);
   EXPECT_EQ(scene.settle, fresh.settle);
+  EXPECT_EQ(scene.size, 1.0);
   EXPECT_EQ(scene.solver.integrator, fresh.solver.integrator);
   EXPECT_TRUE(scene.skin.mesh.empty());
   ASSERT_EQ(scene.muscles.size(), 1u);

@@ -24,9 +24,7 @@ std::vector<Vec3> to_points(const Rows& rows) {
   return points;
 }
 
-[[noreturn]] void stop_bake() {
-  throw Error(ExitCode::kRetry, "interrupted; run again with --resume");
-}
+[[noreturn]] void stop_bake() { throw Error(ExitCode::kRetry, "interrupted; run again"); }
 
 BakeFrame to_frame(const Model& model, int number, const State& state,
                    const FrameMeasures& measures) {
@@ -104,6 +102,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   BakeWriter writer(options.folder, info, options.resume);
   Parallel parallel(options.threads);
   BakeResult result;
+  result.threads = parallel.threads();
   State state = initial_state(model);
   const std::vector<double> rest_areas = rest_belly_areas(model, state);
 

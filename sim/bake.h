@@ -29,6 +29,7 @@ struct BakeResult {
   double write_seconds = 0.0, plan_seconds = 0.0;
   std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
   int resumed_frames = 0;            ///< taken from an earlier, interrupted bake
+  int threads = 1;                   ///< that the system gave
 };
 
 /// Called for each written frame, also for those that an interrupted bake had left; false stops the

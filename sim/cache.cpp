@@ -214,7 +214,7 @@ void verify(const fs::path& packed, const BakeInfo& info, const fs::path& folder
   if (!same) {
     throw Error(ExitCode::kOutput, packed.string() +
                                        ": its contents are not what was written to it; "
-                                       "check the disk and run again with --resume");
+                                       "check the disk and run again");
   }
 }
 

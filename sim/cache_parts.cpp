@@ -183,8 +183,7 @@ BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& in
   } catch (const Error& error) {
     why = error.what();
   }
-  throw Error(ExitCode::kOutput,
-              file.string() + ": " + why + "; run again with --resume, which bakes it anew");
+  throw Error(ExitCode::kOutput, file.string() + ": " + why + "; check the disk and run again");
 }
 
 std::string describe_scene(const BakeInfo& info) {

@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
   const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
   throw Error(ExitCode::kOutput,
               path.string() + ": cannot " + what + ": " + std::generic_category().message(error) +
-                  (full ? "; free some space and run again with --resume"
-                        : "; check the folder and its permissions, then run again with --resume"));
+                  (full ? "; free some space and run again"
+                        : "; check the folder and its permissions, then run again"));
 }
 
 /// A file descriptor that closes itself; close() tells when that fails.
@@ -82,8 +82,7 @@ void check_replaceable(const fs::path& path, fs::file_type type) {
   const std::string what = there == fs::file_type::symlink
                                ? "is a symbolic link, through which nothing is written"
                                : "something else of that name is in the way";
-  throw Error(ExitCode::kOutput,
-              path.string() + ": " + what + "; remove it, or give another --out");
+  throw Error(ExitCode::kOutput, path.string() + ": " + what + "; remove it, or write elsewhere");
 }
 
 fs::path beside(const fs::path& file) { return fs::path(file) += ".tmp"; }
@@ -200,8 +199,7 @@ FolderLock::FolderLock(const fs::path& folder)
   if (error != EWOULDBLOCK) fail_to_write(folder, "lock", error);
   throw Error(ExitCode::kRetry,
               folder.string() +
-                  ": another bake is writing here; wait for it and run again with "
-                  "--resume, or give another --out");
+                  ": another bake is writing here; write elsewhere, or wait for it and run again");
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }

@@ -2,13 +2,15 @@
 #include "sim/parallel.h"
 
 #include <exception>
+#include <system_error>
 
 namespace thew {
 
 Parallel::Parallel(int threads) {
   try {
     for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
-  } catch (...) {  // where one cannot be started the others have to end
+  } catch (const std::system_error&) {  // so many threads the system gives, and no more
+  } catch (...) {                       // where one cannot be started the others have to end
     end();
     throw;
   }

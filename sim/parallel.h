@@ -13,6 +13,7 @@ namespace thew {
 /// writes only what is its own, so results do not depend on the number of threads.
 class Parallel {
  public:
+  /// Fewer where the system gives fewer.
   explicit Parallel(int threads);
   ~Parallel();
   Parallel(const Parallel&) = delete;

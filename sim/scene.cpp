@@ -48,7 +48,7 @@ void read_frames(TomlValue& value, Scene& scene) {
   }
   if (!frames || (*frames)[0] > (*frames)[1] || (*frames)[0] < -kLastFrame ||
       (*frames)[1] > kLastFrame) {
-    refuse(value, "give the first and the last frame, \"1-120\"; a step is given to --frames");
+    refuse(value, "give the first and the last frame, \"1-120\", without a step");
   }
   scene.first_frame = (*frames)[0];
   scene.last_frame = (*frames)[1];

@@ -7,8 +7,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "rig/text.h"
@@ -20,6 +22,7 @@
 #include "tools/inspect.h"
 #include "tools/options.h"
 #include "tools/pictures.h"
+#include "tools/printing.h"
 #include "tools/progress.h"
 #include "tools/repair.h"
 #include "tools/report.h"
@@ -31,7 +34,6 @@ namespace {
 
 std::atomic<bool> signal_seen{false};  // read by any thread
 static_assert(std::atomic<bool>::is_always_lock_free);
-constexpr const char* kResume = "run again with --resume";
 
 std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   if (!options.frames.empty()) {
@@ -126,7 +128,7 @@ Report make_report(const Model& model, const CommandOptions& options,
   report.scene = scene.name;
   report.fps = scene.fps;
   report.frames = frames;
-  report.threads = thread_count(options.threads);
+  report.threads = result.threads;
   report.hash = result.hash;
   report.solver = solver_of(scene, result);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
@@ -154,19 +156,37 @@ Report make_report(const Model& model, const CommandOptions& options,
   return report;
 }
 
-void plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
+void print_plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
   size_t triangles = 0;
   for (const Muscle& muscle : model.muscles) triangles += muscle.rest.triangles.size();
   const auto& tolerance = model.scene.solver.tolerance;
+  if (options.json) {
+    return print_json(
+        {{"dry_run", true},
+         {"scene", model.scene.name},
+         {"fps", model.scene.fps},
+         {"frames", frames},
+         {"threads", thread_count(options.threads)},
+         {"solver",
+          {{"integrator", model.scene.solver.integrator},
+           {"volume", model.scene.solver.volume},
+           {"tolerance_m", tolerance ? nlohmann::ordered_json(tolerance->position) : nullptr}}},
+         {"muscles", model.muscles.size()},
+         {"triangles", triangles},
+         {"bones", model.bones.size()},
+         {"skin_triangles", model.skin.surface.triangles.size()},
+         {"out", options.out.string()},
+         {"warnings", model.warnings}});
+  }
   const std::string solver = tolerance ? "within " + number_text(1e3 * tolerance->position) + " mm"
                                        : model.scene.solver.integrator;
-  std::printf(
-      "%s: %zu frames (%d-%d) at %g fps, %zu muscles (%zu triangles), %zu bones, skin %zu "
-      "triangles\n%s, volume %s, %d threads, to %s\n",
-      model.scene.name.c_str(), frames.size(), frames.empty() ? 0 : frames.front(),
-      frames.empty() ? 0 : frames.back(), model.scene.fps, model.muscles.size(), triangles,
-      model.bones.size(), model.skin.surface.triangles.size(), solver.c_str(),
-      model.scene.solver.volume.c_str(), thread_count(options.threads), options.out.c_str());
+  const auto text = [](auto count) { return std::to_string(count); };
+  print(model.scene.name + ": " + text(frames.size()) + " frames (" + text(frames.front()) + "-" +
+        text(frames.back()) + ") at " + number_text(model.scene.fps) + " fps, " +
+        text(model.muscles.size()) + " muscles (" + text(triangles) + " triangles), " +
+        text(model.bones.size()) + " bones, skin " + text(model.skin.surface.triangles.size()) +
+        " triangles\n" + solver + ", volume " + model.scene.solver.volume + ", " +
+        text(thread_count(options.threads)) + " threads, to " + options.out.string() + "\n");
 }
 
 // Null stands for what is not a number.
@@ -190,28 +210,38 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
 }
 
 // What a killed bake may lack when its cache is complete: pictures and report.
-BakeResult read_result(const Model& model, const BakeReader& reader) {
+BakeResult read_result(const Model& model, const BakeReader& reader,
+                       const CommandOptions& options) {
   BakeResult result;
   result.hash = reader.info().hash;
   result.resumed_frames = static_cast<int>(reader.info().frames.size());
+  result.threads = thread_count(options.threads);
   for (int i = 0; i < result.resumed_frames; ++i) {
     result.measures.push_back(unflatten(model, reader.info().metric_names, reader.read(i).metrics));
   }
   return result;
 }
 
+// Of this bake, unless a kill or a hand has spoiled it.
+std::optional<nlohmann::ordered_json> kept_report(const std::filesystem::path& folder,
+                                                  const std::string& hash) {
+  std::ifstream file(folder / "report.json");
+  const auto report = nlohmann::ordered_json::parse(file, nullptr, false);
+  if (!report.is_object() || !report.contains("hash") || report["hash"] != hash) return {};
+  return report;
+}
+
 // Of a bake that is complete only a report that is still to be written wants it.
 void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
   const auto begin = std::chrono::steady_clock::now();
-  result.plan =
-      plan_fidelity(model, thread_count(options.threads), [] { stop_if_interrupted(kResume); });
+  result.plan = plan_fidelity(model, thread_count(options.threads), [] { stop_if_interrupted(); });
   result.plan_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 // Pictures of those frames of a cache that are not there yet.
 void draw_all(const BakeReader& reader, const std::vector<int>& frames,
-              const CommandOptions& options, const char* again, Pictures& pictures) {
+              const CommandOptions& options, Pictures& pictures) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
                     static_cast<int>(frames.size()), stderr);
   const std::vector<int>& baked = reader.info().frames;
@@ -220,8 +250,14 @@ void draw_all(const BakeReader& reader, const std::vector<int>& frames,
     if (!std::binary_search(frames.begin(), frames.end(), baked[i])) continue;
     pictures.draw(reader.read(static_cast<int>(i)));
     progress.step(++done, baked[i]);
-    stop_if_interrupted(again);
+    stop_if_interrupted();
   }
+}
+
+void print_drawn(const std::vector<int>& frames, const std::vector<std::filesystem::path>& files) {
+  nlohmann::ordered_json json = {{"frames", frames}, {"files", nlohmann::ordered_json::array()}};
+  for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
+  print_json(json);
 }
 
 ExitCode check_bounds(const Report& report) {
@@ -240,6 +276,10 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
                   const BakeResult& result, Pictures& pictures,
                   std::chrono::steady_clock::time_point begin) {
   Report report = make_report(model, options, frames, result);
+  if (result.threads < thread_count(options.threads)) {
+    std::fprintf(stderr, "thew: warning: only %d of %d threads could be started; allow more\n",
+                 result.threads, thread_count(options.threads));
+  }
   std::filesystem::path sheet;
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, model.scene.fps);
@@ -256,7 +296,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
                     stages.skin,   result.write_seconds, pictures.seconds()};
   write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
-  if (options.json) std::printf("%s\n", report_as_json(report).c_str());
+  if (options.json) print(report_as_json(report));
   return check_bounds(report);
 }
 
@@ -264,15 +304,16 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
 
 int thread_count(int asked) {
   if (asked > 0) return asked;
+  const int machine = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
-  if (farm && std::atoi(farm) > 0) return std::atoi(farm);
-  return std::max(1u, std::thread::hardware_concurrency());
+  const std::optional<double> given = farm ? parse_number(farm) : std::nullopt;
+  return given && *given >= 1.0 ? static_cast<int>(std::min<double>(*given, machine)) : machine;
 }
 
 bool interrupted() { return signal_seen; }
 
-void stop_if_interrupted(const char* advice) {
-  if (interrupted()) throw Error(ExitCode::kRetry, std::string("interrupted; ") + advice);
+void stop_if_interrupted() {
+  if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again");
 }
 
 void listen_for_signals() {
@@ -280,6 +321,7 @@ void listen_for_signals() {
   std::signal(SIGTERM, handler);
   std::signal(SIGINT, handler);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
+  std::signal(SIGPIPE, SIG_IGN);  // and so is a reader that has gone
   sigset_t ours;
   sigemptyset(&ours);
   sigaddset(&ours, SIGTERM);
@@ -298,7 +340,7 @@ ExitCode bake_command(const CommandOptions& options) {
     std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
   }
   if (options.dry_run) {
-    plan(model, frames, options);
+    print_plan(model, frames, options);
     return ExitCode::kDone;
   }
   const BakeInfo info = bake_info(model, frames);
@@ -314,14 +356,16 @@ ExitCode bake_command(const CommandOptions& options) {
     remove_durably(options.out / "bake.parts");  // where a kill came between packing and this
     const BakeReader reader(options.out / "bake.h5");
     const auto pictures = pictures_of(reader.info().meshes);
-    BakeResult result = read_result(model, reader);
-    if (pictures->complete(frames) && std::filesystem::exists(options.out / "report.json") &&
+    BakeResult result = read_result(model, reader, options);
+    const auto kept = kept_report(options.out, reader.info().hash);
+    if (pictures->complete(frames) && kept &&
         std::filesystem::exists(options.out / "report.html")) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
+      if (options.json) print_json(*kept);
       return check_bounds(make_report(model, options, frames, result));
     }
     if (model.scene.solver.tolerance) plan_into(model, options, result);
-    draw_all(reader, frames, options, kResume, *pictures);
+    draw_all(reader, frames, options, *pictures);
     return conclude(model, options, frames, result, *pictures, begin);
   }
   const auto pictures = pictures_of(info.meshes);
@@ -367,17 +411,20 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
                   "--frames " +
                       std::to_string(info.frames.front()));
     }
+    std::vector<std::filesystem::path> files;
     const std::string no_movie =
         draw_turntable(reader, frames[0], render, turntable, options.out,
-                       parse_progress(options.progress, isatty(STDERR_FILENO) != 0));
+                       parse_progress(options.progress, isatty(STDERR_FILENO) != 0), files);
     if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
+    if (options.json) print_drawn(frames, files);
     return ExitCode::kDone;
   }
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
-  draw_all(reader, frames, options, "run the command again", pictures);
+  draw_all(reader, frames, options, pictures);
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, info.fps);
   if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
+  if (options.json) print_drawn(frames, pictures.files(frames));
   return ExitCode::kDone;
 }
 
@@ -391,7 +438,7 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
     return inspect_command(again, {});
   }
   const Inspection inspection = inspect(options.input, options.json, options.frames);
-  std::printf("%s\n", inspection.text.c_str());
+  print(inspection.text + (options.json ? "" : "\n"));
   return inspection.sound ? ExitCode::kDone : ExitCode::kInput;
 }
 

@@ -3,11 +3,13 @@
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "sim/durable_file.h"
 #include "tools/chart_maps.h"
 #include "tools/chart_plot.h"
 #include "tools/commands.h"
+#include "tools/printing.h"
 #include "tools/progress.h"
 
 namespace thew {
@@ -15,6 +17,14 @@ namespace thew {
 namespace fs = std::filesystem;
 
 namespace {
+
+// The page, or as JSON all files.
+void tell(const CommandOptions& options, const std::vector<std::string>& files) {
+  if (!options.json) return print((options.out / files[0]).string() + "\n");
+  nlohmann::ordered_json json = {{"files", nlohmann::ordered_json::array()}};
+  for (const std::string& file : files) json["files"].push_back((options.out / file).string());
+  print_json(json);
+}
 
 ExitCode map_stability(const CommandOptions& options, ProgressStyle style) {
   MapAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
@@ -27,9 +37,8 @@ ExitCode map_stability(const CommandOptions& options, ProgressStyle style) {
   progress.reset();
   write_durably(options.out / "stability.csv", maps_csv(maps));
   write_durably(options.out / "stability.json", maps_json(maps));
-  const fs::path page = options.out / "stability.html";
-  write_durably(page, maps_html(read_scene(options.input).name, maps));
-  std::printf("%s\n", page.c_str());
+  write_durably(options.out / "stability.html", maps_html(read_scene(options.input).name, maps));
+  tell(options, {"stability.html", "stability.csv", "stability.json"});
   return ExitCode::kDone;
 }
 
@@ -55,7 +64,9 @@ ExitCode chart_command(const CommandOptions& options, bool stability) {
   const std::string trouble = write_picture(options.out / "chart.png", options.out / "chart.svg");
   if (!trouble.empty()) std::fprintf(stderr, "thew: %s\n", trouble.c_str());
   write_durably(options.out / "chart.html", chart_html(chart));
-  std::printf("%s\n", (options.out / "chart.html").c_str());
+  std::vector<std::string> files = {"chart.html", "chart.csv", "chart.json", "chart.svg"};
+  if (trouble.empty()) files.push_back("chart.png");
+  tell(options, files);
   return ExitCode::kDone;
 }
 

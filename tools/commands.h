@@ -47,7 +47,7 @@ ExitCode golden_update_command(const CommandOptions& options, const std::filesys
 ExitCode golden_check_command(const CommandOptions& options, const std::filesystem::path& golden,
                               const CompareOptions& limits);
 
-/// As asked; where 0 is, what the farm or the machine gives.
+/// As asked; where 0 is, what the farm gives of what the machine has.
 int thread_count(int asked);
 
 /// An empty folder under the system's temporary one, removed with all that is in it unless kept.
@@ -73,7 +73,7 @@ struct NewOptions {
   std::map<std::string, std::string> map;  ///< part of the arm -> body
   std::string side = "both";               ///< left | right | both
   double scale = 1.0;
-  bool force = false;
+  bool force = false, json = false;
 };
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
@@ -81,7 +81,7 @@ ExitCode new_command(const NewOptions& options);
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();
 void listen_for_signals();
-/// Error(kRetry) after such a signal, with what to do next.
-void stop_if_interrupted(const char* advice = "run the command again");
+/// Error(kRetry) after such a signal.
+void stop_if_interrupted();
 
 }  // namespace thew

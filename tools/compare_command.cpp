@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -9,6 +8,7 @@
 #include "tools/commands.h"
 #include "tools/options.h"
 #include "tools/pictures.h"
+#include "tools/printing.h"
 
 namespace thew {
 namespace {
@@ -54,7 +54,9 @@ std::string page_of(Comparison comparison) {
 }  // namespace
 
 TemporaryFolder::TemporaryFolder(const std::string& what) {
-  std::string name = (fs::temp_directory_path() / ("thew_" + what + "_XXXXXX")).string();
+  const char* folder = std::getenv("TMPDIR");
+  std::string name = (fs::path(folder && *folder ? folder : "/tmp") / ("thew_" + what)).string();
+  name += "_XXXXXX";
   if (!mkdtemp(name.data())) {
     throw Error(ExitCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
                                        "); set TMPDIR to a folder with space");
@@ -73,8 +75,7 @@ ExitCode compare_command(const fs::path& expected, const fs::path& actual,
   limits.threads = thread_count(options.threads);
   const Comparison comparison = compare(expected, actual, limits);
   if (!options.out.empty()) write_durably(options.out, page_of(comparison));
-  std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()
-                                 : comparison_as_text(comparison).c_str());
+  print(options.json ? comparison_as_json(comparison) + "\n" : comparison_as_text(comparison));
   return comparison.same() ? ExitCode::kDone : ExitCode::kDifferent;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "rig/skeleton.h"
 #include "tools/commands.h"
 #include "tools/export_formats.h"
+#include "tools/printing.h"
 
 namespace thew {
 namespace {
@@ -50,19 +50,15 @@ void tell(const Shot& shot, const Exported& exported, bool as_json) {
     nlohmann::ordered_json json = {{"files", files}, {"meshes", meshes}};
     for (const auto& [name, value] : facts_of(shot)) json[name] = value;
     if (!exported.note.empty()) json["note"] = exported.note;
-    std::printf("%s\n",
-                json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
-    return;
+    return print_json(json);
   }
-  std::printf("%s%s\n", files.front().c_str(),
-              files.size() > 1 ? (" to " + files.back()).c_str() : "");
   std::string names;
   for (const std::string& name : meshes) names += (names.empty() ? "" : ", ") + name;
-  std::printf("  meshes: %s\n", names.c_str());
-  for (const auto& [name, value] : facts_of(shot)) {
-    std::printf("  %s: %s\n", name.c_str(), value.c_str());
-  }
-  if (!exported.note.empty()) std::printf("  %s\n", exported.note.c_str());
+  std::string text = files.front() + (files.size() > 1 ? " to " + files.back() : "") +
+                     "\n  meshes: " + names + "\n";
+  for (const auto& [name, value] : facts_of(shot)) text += "  " + name + ": " + value + "\n";
+  if (!exported.note.empty()) text += "  " + exported.note + "\n";
+  print(text);
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ void for_each_frame(const Shot& shot, const std::function<void(const ShotFrame&)
   Progress progress(shot.progress, "exporting", static_cast<int>(shot.places.size()), stderr);
   int done = 0;
   for (const int place : shot.places) {
-    stop_if_interrupted("export again");
+    stop_if_interrupted();
     BakeFrame baked = shot.reader.read(place);
     ShotFrame frame{place, baked.frame, {}};
     for (const int mesh : shot.meshes) frame.positions.push_back(std::move(baked.positions[mesh]));

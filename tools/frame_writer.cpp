@@ -2,10 +2,16 @@
 #include "tools/frame_writer.h"
 
 #include <cassert>
+#include <system_error>
 
 namespace thew {
 
-FrameWriter::FrameWriter() : thread_([this] { run(); }) {}
+FrameWriter::FrameWriter() {
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error&) {  // the system gives no more threads: add() writes
+  }
+}
 
 FrameWriter::~FrameWriter() {
   try {
@@ -15,6 +21,7 @@ FrameWriter::~FrameWriter() {
 }
 
 void FrameWriter::add(const std::filesystem::path& file, Image image) {
+  if (!thread_.joinable()) return write_png(file, image);
   std::unique_lock lock(mutex_);
   assert(!finished_);
   changed_.wait(lock, [this] { return queue_.size() < kQueueLength || error_; });

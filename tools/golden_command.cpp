@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "sim/durable_file.h"
@@ -7,6 +8,7 @@
 #include "tools/commands.h"
 #include "tools/gl_context.h"
 #include "tools/golden_files.h"
+#include "tools/printing.h"
 
 namespace thew {
 namespace {
@@ -53,6 +55,7 @@ ExitCode bake_afresh(const CommandOptions& options, const GoldenRecipe& recipe,
   render.input = folder / "bake.h5";
   render.out = folder / "frames";
   render.frames.clear();
+  render.json = false;
   render.overrides = {kSize};
   render.overrides.insert(render.overrides.end(), recipe.set.begin(), recipe.set.end());
   render_command(render, options.input);
@@ -68,20 +71,35 @@ bool nothing_moved(const Comparison& comparison) {
   return true;
 }
 
-// Says what moves; false where nothing does.
-bool tell_what_moves(const fs::path& golden, const fs::path& baked) {
-  if (!has_goldens(golden)) {
-    std::printf("%s: first goldens\n", golden.c_str());
-    return true;
-  }
+struct Moves {
+  bool any = true;
+  std::string text;
+  std::optional<Comparison> comparison;
+};
+
+Moves what_moves(const fs::path& golden, const fs::path& baked) {
+  if (!has_goldens(golden)) return {true, golden.string() + ": first goldens\n", {}};
   try {
     const Comparison comparison = compare(golden, baked, {});
-    std::printf("%s", comparison_as_text(comparison).c_str());
-    return !nothing_moved(comparison);
+    return {!nothing_moved(comparison), comparison_as_text(comparison), comparison};
   } catch (const Error& error) {
-    std::printf("the old goldens cannot be compared: %s\n", error.what());
-    return true;
+    if (error.code() == ExitCode::kRetry) throw;
+    return {true, std::string("the old goldens cannot be compared: ") + error.what() + "\n", {}};
   }
+}
+
+void tell(const Moves& moves, const fs::path& golden, bool as_json) {
+  if (!as_json) {
+    return print(moves.text + golden.string() +
+                 (moves.any ? ": rewritten\n" : ": nothing moved, left as they are\n"));
+  }
+  nlohmann::ordered_json json = {{"golden", golden.string()}, {"rewritten", moves.any}};
+  if (moves.comparison) {
+    json["comparison"] = nlohmann::ordered_json::parse(comparison_as_json(*moves.comparison));
+  } else {
+    json["note"] = moves.text;
+  }
+  print_json(json);
 }
 
 }  // namespace
@@ -92,12 +110,9 @@ ExitCode golden_update_command(const CommandOptions& options, const fs::path& go
   if (options.out.empty()) temporary.emplace("golden");
   const fs::path folder = temporary ? temporary->path() : options.out;
   bake_afresh(options, recipe, folder);
-  if (tell_what_moves(golden, folder)) {
-    keep_goldens(folder, recipe, golden);
-    std::printf("%s: rewritten\n", golden.c_str());
-  } else {
-    std::printf("%s: nothing moved, left as they are\n", golden.c_str());
-  }
+  const Moves moves = what_moves(golden, folder);
+  if (moves.any) keep_goldens(folder, recipe, golden);
+  tell(moves, golden, options.json);
   return ExitCode::kDone;
 }
 
@@ -110,11 +125,12 @@ ExitCode golden_check_command(const CommandOptions& options, const fs::path& gol
   const fs::path folder = temporary ? temporary->path() : options.out;
   const ExitCode bounds = bake_afresh(options, recipe, folder);
   const Comparison comparison = compare(golden, folder, limits);
-  std::printf("%s", options.json ? (comparison_as_json(comparison) + "\n").c_str()
-                                 : comparison_as_text(comparison).c_str());
+  if (!comparison.same()) {
+    if (temporary) temporary->keep();
+    write_durably(folder / "compare.html", comparison_as_html(comparison));
+  }
+  print(options.json ? comparison_as_json(comparison) + "\n" : comparison_as_text(comparison));
   if (comparison.same()) return bounds;
-  if (temporary) temporary->keep();
-  write_durably(folder / "compare.html", comparison_as_html(comparison));
   std::fprintf(stderr,
                "thew: expected, actual and difference: %s\n"
                "thew: if this is meant: thew golden update %s --golden %s\n",

@@ -60,7 +60,7 @@ std::string write_movie(const std::filesystem::path& file,
     return "";
   }
   remove_durably(out);
-  stop_if_interrupted("the pictures are there; run it again for the movie");
+  stop_if_interrupted();
   if (code == kNotFound) return "";
   return file.string() + ": ffmpeg ended with " + std::to_string(code) +
          " and made no movie; the pictures are there, try it by hand";

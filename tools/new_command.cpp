@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 
@@ -18,6 +19,7 @@
 #include "tools/new_target.h"
 #include "tools/obj_text.h"
 #include "tools/options.h"
+#include "tools/printing.h"
 
 namespace thew {
 namespace {
@@ -239,47 +241,73 @@ fs::path bring_character(const fs::path& file, const fs::path& folder) {
   return file.filename();
 }
 
-void say_fit(const Target& to, double scale) {
+// What is said of the scene: notes to standard output, warnings to standard error.
+struct Said {
+  std::vector<std::string> notes, warnings;
+
+  void warn(const std::string& warning) {
+    std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
+    warnings.push_back(warning);
+  }
+};
+
+template <typename... Values>
+std::string format(const char* how, Values... values) {
+  std::string text(static_cast<size_t>(std::snprintf(nullptr, 0, how, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, how, values...);
+  return text;
+}
+
+void say_fit(const Target& to, double scale, Said& said) {
   const Skeleton& skeleton = to.character.skeleton;
   const double length = to.fit.along_upper * to.from.arm.elbow.norm();
   const auto [upper, fore] = thickness_of(to);
-  std::printf(
-      "%s arm: clavicle %s, humerus %s, forearm %s, hand %s\n", to.side.c_str(),
-      skeleton.body_names[to.arm.clavicle].c_str(), skeleton.body_names[to.arm.humerus].c_str(),
-      skeleton.body_names[to.arm.forearm].c_str(), skeleton.body_names[to.arm.hand].c_str());
-  std::printf(
+  const std::vector<std::string>& names = skeleton.body_names;
+  said.notes.push_back(to.side + " arm: clavicle " + names[to.arm.clavicle] + ", humerus " +
+                       names[to.arm.humerus] + ", forearm " + names[to.arm.forearm] + ", hand " +
+                       names[to.arm.hand]);
+  said.notes.push_back(format(
       "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
-      "%.2f; "
-      "bent by %.1f deg in the bind pose\n",
-      length, to.fit.along_upper, upper, to.fit.along_fore, fore, to.fit.at_bind / kDegree);
+      "%.2f; bent by %.1f deg in the bind pose",
+      length, to.fit.along_upper, upper, to.fit.along_fore, fore, to.fit.at_bind / kDegree));
   if (to.fit.roll != 0.0) {
-    std::printf("  its animations roll the forearm by %.0f deg from the bind pose: made so\n",
-                to.fit.roll / kDegree);
+    said.notes.push_back(
+        format("  its animations roll the forearm by %.0f deg from the bind pose: made so",
+               to.fit.roll / kDegree));
   }
   for (const std::string& name : to.fit.wringing) {
-    std::fprintf(stderr,
-                 "warning: animation \"%s\" rolls the %s forearm by more than the 80 deg that an "
-                 "arm's turns, and wrings the muscles on its radius; if a bake of it ends with "
-                 "exit 5 there, give --set contact.enabled=false\n",
-                 name.c_str(), to.side.c_str());
+    said.warn("animation \"" + name + "\" rolls the " + to.side +
+              " forearm by more than the 80 deg that an arm's turns, and wrings the muscles on its "
+              "radius; if a bake of it ends with exit 5 there, set contact.enabled=false");
   }
   if (length >= kShortestHumerus && length <= kLongestHumerus) return;
-  std::fprintf(stderr,
-               "warning: a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit "
-               "is not the metre, give --scale %.3g\n",
-               length, scale * 0.32 / length);
+  said.warn(
+      format("a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit is "
+             "not the metre, give --scale %.3g",
+             length, scale * 0.32 / length));
 }
 
-void say_flesh(const Written& written) {
-  std::printf("muscles: %.1f cm3, %.1f mm or more under the skin at rest\n", 1e6 * written.volume,
-              1e3 * written.fat);
+void say_flesh(const Written& written, Said& said) {
+  said.notes.push_back(format("muscles: %.1f cm3, %.1f mm or more under the skin at rest",
+                              1e6 * written.volume, 1e3 * written.fat));
   if (written.outside.empty()) return;
   std::string names;
   for (const std::string& name : written.outside) names += (names.empty() ? "" : ", ") + name;
-  std::fprintf(stderr,
-               "warning: outside the skin at rest: %s; the bones may not run within the skin: look "
-               "at them, and at --map\n",
-               names.c_str());
+  said.warn("outside the skin at rest: " + names +
+            "; the bones may not run within the skin: look at them, and at --map");
+}
+
+void tell(const NewOptions& options, size_t muscles, const Said& said) {
+  if (options.json) {
+    return print_json({{"scene", options.out.string()},
+                       {"muscles", muscles},
+                       {"notes", said.notes},
+                       {"warnings", said.warnings}});
+  }
+  std::string text;
+  for (const std::string& note : said.notes) text += note + "\n";
+  print(text + options.out.string() + ": " + std::to_string(muscles) +
+        " muscles; next: thew bake " + options.out.string() + " --out FOLDER\n");
 }
 
 }  // namespace
@@ -300,13 +328,12 @@ ExitCode new_command(const NewOptions& options) {
                 options.character.string() + ": give a skinned character as glTF, FBX or Collada");
   }
   Character character = import_character(options.character, options.scale);
+  Said said;
   for (const std::string& warning : character.warnings) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    said.warn(warning);
   }
-  std::vector<std::string> notes;
   std::vector<ArmBodies> arms =
-      find_arms(character, options.side, options.map, options.character.string(), notes);
-  for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+      find_arms(character, options.side, options.map, options.character.string(), said.notes);
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
   Pose rest = rest_pose_of(character, arms, fits);
@@ -327,17 +354,16 @@ ExitCode new_command(const NewOptions& options) {
   for (size_t i = 0; i < arms.size(); ++i) {
     const Target to{from, character, rest, skin, arms[i], fits[i], arms[i].left ? "left" : "right"};
     stop_if_interrupted();
-    say_fit(to, options.scale);
+    say_fit(to, options.scale, said);
     write_arm(to, folder, written);
     if (!views) views = views_text(character, arms[i], fits[i], rest);
   }
-  say_flesh(written);
+  say_flesh(written, said);
   write_durably(options.out,
                 scene_text(options.out.stem().string(), file, options.scale, written,
                            clip_text(written, character),
                            contact_text(from.scene.contact.settings, written), *views));
-  std::printf("%s: %zu muscles; next: thew bake %s --out FOLDER\n", options.out.c_str(),
-              arms.size() * from.scene.muscles.size(), options.out.c_str());
+  tell(options, arms.size() * from.scene.muscles.size(), said);
   return ExitCode::kDone;
 }
 

@@ -89,11 +89,12 @@ ProgressStyle parse_progress(const std::string& word, bool on_terminal) {
   if (word == "bar") return ProgressStyle::kBar;
   if (word == "plain") return ProgressStyle::kPlain;
   if (word == "json") return ProgressStyle::kJson;
+  if (word == "openjd") return ProgressStyle::kOpenJd;
   if (word == "none") return ProgressStyle::kNone;
-  const std::string near = nearest_name(word, {"auto", "bar", "plain", "json", "none"});
+  const std::string near = nearest_name(word, {"auto", "bar", "plain", "json", "openjd", "none"});
   throw Error(ExitCode::kUsage, "--progress " + word + ": " +
                                     (near.empty() ? "" : "did you mean " + near + "? ") +
-                                    "choose auto, bar, plain, json or none");
+                                    "choose auto, bar, plain, json, openjd or none");
 }
 
 std::filesystem::path own_asset(const std::string& name) {

@@ -14,9 +14,9 @@ std::vector<int> parse_frames(const std::string& text);
 /// The same, all of them within first..last.
 std::vector<int> parse_frames(const std::string& text, int first, int last);
 
-enum class ProgressStyle { kBar, kPlain, kJson, kNone };
-/// auto | bar | plain | json | none; auto is a bar on a terminal and plain lines elsewhere.
-/// Error(kUsage) for other words.
+enum class ProgressStyle { kBar, kPlain, kJson, kOpenJd, kNone };
+/// auto | bar | plain | json | openjd | none; auto is a bar on a terminal and plain lines
+/// elsewhere. Error(kUsage) for other words.
 ProgressStyle parse_progress(const std::string& word, bool on_terminal);
 
 /// What we bring along, "arm/arm.toml" for instance: installed below the program's prefix, or in

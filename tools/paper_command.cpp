@@ -2,11 +2,13 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 
 #include "sim/durable_file.h"
 #include "tools/commands.h"
 #include "tools/options.h"
 #include "tools/paper_ball.h"
+#include "tools/printing.h"
 
 namespace thew {
 
@@ -31,6 +33,12 @@ ExitCode paper_command(const CommandOptions& options, bool quick,
   paper_ball(times, elements, report);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   report.write(seconds.count());
+  const std::string page = (options.out / "report.html").string();
+  if (options.json) {
+    print_json({{"report", page}, {"verdicts", (options.out / "verdicts.csv").string()}});
+  } else {
+    print(page + "\n");
+  }
   return ExitCode::kDone;
 }
 

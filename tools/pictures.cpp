@@ -138,6 +138,14 @@ bool Pictures::complete(const std::vector<int>& frames) const {
   return true;
 }
 
+std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frames) const {
+  std::vector<std::filesystem::path> files;
+  for (const SceneView& view : views_) {
+    for (const int frame : frames) files.push_back(file_of(view, frame));
+  }
+  return files;
+}
+
 void Pictures::finish() {
   writer_.finish();
   for (const std::filesystem::path& file : left_by_a_kill(folder_)) remove_durably(file);

@@ -29,6 +29,8 @@ class Pictures {
   /// Draws the views of a frame that are not there yet.
   void draw(const BakeFrame& frame);
   bool complete(const std::vector<int>& frames) const;
+  /// Those of some frames, view by view.
+  std::vector<std::filesystem::path> files(const std::vector<int>& frames) const;
   /// Waits for the last file, and takes away what a killed run left half written.
   void finish();
   /// FOLDER/VIEW.mp4 of each view, where ffmpeg is installed and there is more than one frame. Says

@@ -18,7 +18,7 @@ int run_program(const std::vector<std::string>& words) {
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   const pid_t parent = ::getpid(), child = ::fork();
-  if (child < 0) return kNotFound;
+  if (child < 0) return kNotStarted;
   if (child == 0) {  // nothing that allocates: other threads may hold the heap's lock
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // or it would write on where we have been killed
     if (::getppid() != parent) ::_exit(1);

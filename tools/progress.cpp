@@ -5,6 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "rig/text.h"
+#include "tools/printing.h"
+
 namespace thew {
 namespace {
 
@@ -46,6 +49,10 @@ void Progress::step(int done, int frame) {
                                          {"done", done},       {"total", total_},
                                          {"seconds", seconds}, {"seconds_left", left}};
     std::fprintf(out_, "%s\n", line.dump().c_str());
+  } else if (style_ == ProgressStyle::kOpenJd) {
+    print("openjd_progress: " + number_text(100.0 * std::min(done, total_) / total_) +
+          "\nopenjd_status: " + what_ + " frame " + std::to_string(frame) + ", " + duration(left) +
+          " left\n");
   } else {
     const int twentieths = static_cast<int>(std::int64_t{kPlainLines} * done / total_);
     if (twentieths <= told_) return;

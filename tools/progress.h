@@ -9,8 +9,9 @@
 
 namespace thew {
 
-/// Tells how far a long job is: a bar that redraws itself, a line at each twentieth for logs, or a
-/// line of JSON for each step. Nothing of it goes into any result.
+/// Tells how far a long job is: a bar that redraws itself, a line at each twentieth for logs, a
+/// line of JSON for each step, or what an Open Job Description's worker reads, on standard output.
+/// Nothing of it goes into any result.
 class Progress {
  public:
   /// `what` is done to `total` steps, "baking"; `out` is stderr in the program.

@@ -3,14 +3,34 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <system_error>
 
+#include "rig/skeleton.h"
 #include "tools/commands.h"
+#include "tools/printing.h"
 
 namespace thew {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kProgress = "auto, bar, plain, json, openjd or none";
+constexpr const char* kJson = "one JSON document on standard output, errors too";
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 compared and different, or a bound of the scene not met; 2 usage or "
+    "scene;\n3 bad input file; 4 cannot write; 5 the solver could not go on; 75 interrupted, "
+    "locked or short of\nmemory or processes: run again";
+
+// What main has to know of the command line.
+struct Call {
+  std::vector<std::string> words;
+  std::string command;  ///< "bake", "golden update"; "" where none is known
+  bool json = false;
+};
 
 void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
@@ -18,7 +38,7 @@ void add_common(CLI::App& command, CommandOptions& options) {
       ->type_size(1)
       ->allow_extra_args(false);
   command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command.add_option("--progress", options.progress, kProgress);
 }
 
 void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) {
@@ -41,13 +61,13 @@ void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) 
   command.add_option("--mask", limits.mask, "PNG: what is dark in it is not compared");
 }
 
-// Where a standard stream is closed, the next file would take its number, and our messages.
+// Where a standard stream is closed, the next file would take its number, and our messages. What
+// stands in for the output cannot be written to, so that print() finds it closed.
 void open_standard_streams() {
-  int stream = 0;
-  do {
-    stream = ::open("/dev/null", O_RDWR);
-  } while (stream >= 0 && stream <= STDERR_FILENO);
-  if (stream > STDERR_FILENO) ::close(stream);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) >= 0) continue;
+    if (::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR) < 0) return;
+  }
 }
 
 CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
@@ -57,7 +77,7 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
   add_common(*command, options);
   command->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
   command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
-  command->add_flag("--json", options.json, "print the report");
+  command->add_flag("--json", options.json, kJson);
   command->add_flag("!--no-render", options.pictures, "no pictures");
   return command;
 }
@@ -70,6 +90,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
       ->check(CLI::Range(1, 10000));
   command->add_option("--out", options.out, "folder of the pictures")->required();
   add_common(*command, options);
+  command->add_flag("--json", options.json, kJson);
   return command;
 }
 
@@ -86,26 +107,28 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
       ->check(CLI::Range(1, 10000));
   command->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
-  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
-  command->add_flag("--json", options.json, "say what was written as JSON");
+  command->add_option("--progress", options.progress, kProgress);
+  command->add_flag("--json", options.json, kJson);
   return command;
 }
 
 void add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
   CLI::App* command = app.add_subcommand(
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
-  command->add_option("FILE", options.input)->required();
-  command->add_flag("--json", options.json);
+  command->add_option("FILE", options.input, "mesh, character, .urdf, .toml or .h5")->required();
+  command->add_flag("--json", options.json, kJson);
   command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
 }
 
-CLI::App* add_new(CLI::App& app, NewOptions& options) {
+CLI::App* add_new(CLI::App& app, NewOptions& options, bool& json) {
   CLI::App* command = app.add_subcommand("new", "a scene for another character");
   command->add_option("CHARACTER", options.character, "glTF, FBX or Collada")->required();
   command->add_option("--out", options.out, "the scene, SCENE.toml")->required();
-  command->add_option("--template", "arm")->check(CLI::IsMember({"arm"}));
-  command->add_option("--side", options.side)->check(CLI::IsMember({"left", "right", "both"}));
+  command->add_option("--template", "what is put on it")->check(CLI::IsMember({"arm"}));
+  command->add_option("--side", options.side, "whose arm")
+      ->check(CLI::IsMember({"left", "right", "both"}))
+      ->capture_default_str();
   command->add_option("--scale", options.scale, "times all lengths of the file")
       ->check(CLI::Range(1e-6, 1e6));
   command->add_option_function<std::vector<std::string>>(
@@ -119,6 +142,7 @@ CLI::App* add_new(CLI::App& app, NewOptions& options) {
       },
       "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
   command->add_flag("--force", options.force, "replace a scene that is there");
+  command->add_flag("--json", json, kJson);
   return command;
 }
 
@@ -126,11 +150,11 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
                       CompareOptions& limits, double& millimetres) {
   CLI::App* command = app.add_subcommand(
       "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
-  command->add_option("EXPECTED", options.input)->required();
-  command->add_option("ACTUAL", actual)->required();
+  command->add_option("EXPECTED", options.input, "bake, PNG or folder")->required();
+  command->add_option("ACTUAL", actual, "the same kind")->required();
   command->add_option("--frames", options.frames, "those to compare");
   command->add_option("--html", options.out, "write a page with both, difference and slider");
-  command->add_flag("--json", options.json, "print all measures");
+  command->add_flag("--json", options.json, kJson);
   command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
   add_limits(*command, limits, millimetres);
   return command;
@@ -138,11 +162,12 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
 
 // What update and check have in common.
 void add_golden(CLI::App& command, CommandOptions& options, fs::path& golden) {
-  command.add_option("SCENE", options.input)->required();
+  command.add_option("SCENE", options.input, "scene file, TOML")->required();
+  command.add_flag("--json", options.json, kJson);
   command.add_option("--golden", golden, "their folder; else golden/ beside the scene");
   command.add_option("--out", options.out, "keep what is baked here");
   command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  command.add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command.add_option("--progress", options.progress, kProgress);
   command.add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
       ->type_size(1)
       ->allow_extra_args(false);
@@ -159,7 +184,6 @@ CLI::App* add_check(CLI::App& goldens, CommandOptions& options, fs::path& golden
                     CompareOptions& limits, double& millimetres) {
   CLI::App* command = goldens.add_subcommand("check", "bake the scene and compare with them");
   add_golden(*command, options, golden);
-  command->add_flag("--json", options.json, "print all measures");
   add_limits(*command, limits, millimetres);
   return command;
 }
@@ -168,10 +192,11 @@ CLI::App* add_paper(CLI::App& app, CommandOptions& options, bool& quick, fs::pat
   CLI::App* command =
       app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
   command->add_option("--out", options.out, "folder of the report")->required();
+  command->add_flag("--json", options.json, kJson);
   command->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
   command->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
       ->check(CLI::ExistingFile);
-  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command->add_option("--progress", options.progress, kProgress);
   return command;
 }
 
@@ -181,14 +206,56 @@ CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
   command->add_option("--out", options.out, "folder of the chart")->required();
   command->add_option("--threads", options.threads, "0: all; what is timed runs on one")
       ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options.json, kJson);
   command->add_flag("--stability", stability, "maps of where each integrator fails instead");
-  command->add_option("--progress", options.progress, "auto, bar, plain, json or none");
+  command->add_option("--progress", options.progress, kProgress);
   return command;
 }
 
-int run(int argc, char** argv) {
-  open_standard_streams();
+// The innermost command that the words name, and its name.
+const CLI::App* find_command(const CLI::App& app, std::string& name) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    name += (name.empty() ? "" : " ") + command->get_name();
+  }
+  return command;
+}
+
+// CLI11 would say first what is missing, of which a word written wrongly is often the cause.
+Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  std::string name;
+  const CLI::App* command = find_command(app, name);
+  const std::string program = name.empty() ? "thew" : "thew " + name;
+  const auto refuse = [&](const std::string& what, const std::string& near) {
+    return Error(ExitCode::kUsage,
+                 what + (near.empty() ? "; " + program + " --help says what it takes"
+                                      : "; did you mean " + near + "?"));
+  };
+  const std::vector<std::string> unknown = app.remaining(true);
+  const auto is_option = [](const std::string& word) { return word.size() > 1 && word[0] == '-'; };
+  const auto option = std::find_if(unknown.begin(), unknown.end(), is_option);
+  if (option != unknown.end()) {
+    const std::string word = option->substr(0, option->find('='));
+    std::vector<std::string> names;
+    for (const CLI::Option* one : command->get_options()) {
+      for (const std::string& known : one->get_lnames()) names.push_back("--" + known);
+    }
+    return refuse(word + " is no option of " + program, nearest_name(word, names));
+  }
+  if (!unknown.empty() && command->get_require_subcommand_min() > 0) {
+    std::vector<std::string> names;
+    for (const CLI::App* one : command->get_subcommands({})) names.push_back(one->get_name());
+    return refuse("\"" + unknown[0] + "\" is no command of " + program,
+                  nearest_name(unknown[0], names));
+  }
+  if (!unknown.empty()) return refuse("\"" + unknown[0] + "\" is a word too many", "");
+  return refuse(program + ": " + error.what(), "");
+}
+
+int run(int argc, char** argv, Call& call) {
   CLI::App app{"Thew deforms the muscles and skin of animated characters."};
+  app.footer(kExitCodes);
   app.set_version_flag("--version", "thew 0.1.0");
   app.require_subcommand(1);
   CommandOptions options;
@@ -203,7 +270,7 @@ int run(int argc, char** argv) {
   CLI::App* render = add_render(app, options, scene, turntable);
   CLI::App* exporting = add_export(app, options, meshes, basis);
   add_inspect(app, options, repaired);
-  CLI::App* create = add_new(app, new_options);
+  CLI::App* create = add_new(app, new_options, options.json);
   CLI::App* compare = add_compare(app, options, actual, limits, millimetres);
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
   goldens->require_subcommand(1);
@@ -213,11 +280,22 @@ int run(int argc, char** argv) {
   CLI::App* chart = add_chart(app, options, stability);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    std::ostringstream text;
+    app.exit(asked, text, text);
+    print(text.str());
+    return 0;
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    return code == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
+    find_command(app, call.command);
+    throw usage_error(app, error);
   }
-  listen_for_signals();
+  find_command(app, call.command);
+  call.json = new_options.json = options.json;
+  if (options.json && options.progress == "openjd") {
+    throw Error(ExitCode::kUsage,
+                "--progress openjd writes to standard output, where --json is to be alone; "
+                "leave one of them out");
+  }
   if (*bake) return static_cast<int>(bake_command(options));
   if (*render) return static_cast<int>(render_command(options, scene, turntable));
   limits.distance = 1e-3 * millimetres;
@@ -232,21 +310,75 @@ int run(int argc, char** argv) {
   return static_cast<int>(inspect_command(options, repaired));
 }
 
+// What it means that the system refuses something.
+Error explained(const std::error_code& cause, const std::string& place, ExitCode otherwise) {
+  const int number = cause.value();
+  const std::string what = place + cause.message();
+  if (number == EAGAIN || number == ENOMEM || number == EMFILE || number == ENFILE) {
+    return {ExitCode::kRetry,
+            what + "; allow more processes, open files or memory (ulimit -a) and run again"};
+  }
+  if (number == ENOSPC || number == EDQUOT || number == EROFS) {
+    return {ExitCode::kOutput, what + "; free some space or write elsewhere"};
+  }
+  return {otherwise, what + "; check the path and its permissions"};
+}
+
+// The exception at hand as an Error.
+Error explained() {
+  try {
+    throw;
+  } catch (const Error& error) {
+    return error;
+  } catch (const fs::filesystem_error& error) {
+    return explained(error.code(), error.path1().string() + ": ", ExitCode::kInput);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) {
+      return explained(error.code(), "a thread cannot be started: ", ExitCode::kRetry);
+    }
+    return {ExitCode::kSolver,
+            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+  } catch (const std::bad_alloc&) {
+    return {ExitCode::kRetry, "there is not enough memory; free some and run again"};
+  } catch (const std::exception& error) {
+    return {ExitCode::kSolver,
+            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+  }
+}
+
+// One message for people and, where it was asked for, one document for programs.
+int fail(const Error& error, const Call& call) {
+  std::string message = error.what();
+  if (call.command == "bake" && message.ends_with("run again")) message += " with --resume";
+  std::fprintf(stderr, "thew: %s\n", message.c_str());
+  try {
+    if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));
+  } catch (const Error&) {  // the message has been given
+  }
+  return static_cast<int>(error.code());
+}
+
+int run_and_explain(int argc, char** argv) {
+  open_standard_streams();
+  listen_for_signals();
+  Call call{{argv, argv + argc}, "", false};
+  const auto end = std::find(call.words.begin(), call.words.end(), "--");
+  call.json = std::find(call.words.begin(), end, "--json") != end;
+  try {
+    return run(argc, argv, call);
+  } catch (...) {
+    return fail(explained(), call);
+  }
+}
+
 }  // namespace
 }  // namespace thew
 
 int main(int argc, char** argv) {
   try {
-    return thew::run(argc, argv);
-  } catch (const thew::Error& error) {
-    std::fprintf(stderr, "thew: %s\n", error.what());
-    return static_cast<int>(error.code());
-  } catch (const std::bad_alloc&) {
-    std::fputs("thew: there is not enough memory; free some, then run again with --resume\n",
-               stderr);
+    return thew::run_and_explain(argc, argv);
+  } catch (const std::bad_alloc&) {  // not even for a message
+    std::fputs("thew: there is not enough memory; free some and run again\n", stderr);
     return static_cast<int>(thew::ExitCode::kRetry);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "thew: %s; this is a defect of Thew, please report it\n", error.what());
-    return static_cast<int>(thew::ExitCode::kSolver);
   }
 }

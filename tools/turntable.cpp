@@ -14,7 +14,8 @@
 namespace thew {
 
 std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender& render, int count,
-                           const std::filesystem::path& folder, ProgressStyle style) {
+                           const std::filesystem::path& folder, ProgressStyle style,
+                           std::vector<std::filesystem::path>& files) {
   const std::vector<int>& frames = bake.info().frames;
   const auto place = std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin();
   const BakeFrame baked = bake.read(static_cast<int>(place));
@@ -32,7 +33,8 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
       char number[16];
       std::snprintf(number, sizeof number, "%04d", i + 1);
       pictures.push_back({folder / (view.name + "_turn." + number + ".png"), 1});
-      writer.add(pictures.back().file, renderer.draw(view, baked.positions));
+      files.push_back(pictures.back().file);
+      writer.add(files.back(), renderer.draw(view, baked.positions));
       progress.step(++done, i + 1);
       stop_if_interrupted();
     }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "sim/cache.h"
 #include "sim/scene.h"
@@ -11,9 +12,10 @@
 namespace thew {
 
 /// One frame from all sides: FOLDER/VIEW_turn.0001.png and so on, each view's eye turned about its
-/// target and up in `count` even steps, and VIEW_turn.mp4 where ffmpeg is installed. Says what went
-/// wrong with a movie, "" for nothing.
+/// target and up in `count` even steps, listed in `files`, and VIEW_turn.mp4 where ffmpeg is
+/// installed. Says what went wrong with a movie, "" for nothing.
 std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender& render, int count,
-                           const std::filesystem::path& folder, ProgressStyle style);
+                           const std::filesystem::path& folder, ProgressStyle style,
+                           std::vector<std::filesystem::path>& files);
 
 }  // namespace thew

@@ -138,7 +138,7 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
   seconds_ = kSeconds + static_cast<unsigned>(error ? 0 : size / kBytesPerSecond);
   const auto fail_to_start = [&](const char* what) {
     throw Error(ExitCode::kRetry, file_.string() + ": cannot start a process to read it in: " +
-                                      what + "; end some processes and try again");
+                                      what + "; end some processes and run again");
   };
   std::array<int, 2> sockets{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) {

@@ -42,6 +42,10 @@ std::vector<std::string_view> split_words(std::string_view line) {
 void check_readable(const std::filesystem::path& file, size_t limit) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::none) {
+    throw Error(ExitCode::kInput,
+                file.string() + ": cannot be read: " + error.message() + "; check its permissions");
+  }
   if (!std::filesystem::exists(status)) {
     throw Error(ExitCode::kInput, file.string() + ": there is no such file; check the path");
   }

@@ -100,7 +100,8 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   }
   const BakeInfo info = bake_info(model, options.frames);
   BakeWriter writer(options.folder, info, options.resume);
-  Parallel parallel(options.threads);
+  std::optional<Parallel> threads(options.threads);
+  Parallel& parallel = *threads;
   BakeResult result;
   result.threads = parallel.threads();
   State state = initial_state(model);
@@ -138,6 +139,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     result.measures.push_back(measures);
     go_on_if(on_frame(frame));
   }
+  threads.reset();  // packing starts a process, of which the system may give no more
   const auto begin = std::chrono::steady_clock::now();
   result.hash = writer.pack(listen);
   result.write_seconds += seconds_since(begin);

@@ -79,6 +79,7 @@ void check_replaceable(const fs::path& path, fs::file_type type) {
   std::error_code error;
   const fs::file_type there = fs::symlink_status(path, error).type();
   if (there == type || there == fs::file_type::not_found) return;
+  if (there == fs::file_type::none) fail_to_write(path, "open", error.value());
   const std::string what = there == fs::file_type::symlink
                                ? "is a symbolic link, through which nothing is written"
                                : "something else of that name is in the way";

@@ -82,7 +82,9 @@ Hdf5File::Hdf5File(const std::filesystem::path& file, Mode mode) : path_(file), 
     file_ = checked(H5Fcreate(file.c_str(), H5F_ACC_EXCL, creation, access), H5Fclose, "create");
   } else {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) fail("it is not a file that is there");
+    if (!std::filesystem::is_regular_file(file, error)) {
+      fail(error ? "it cannot be read: " + error.message() : "it is not a file that is there");
+    }
     length_ = std::filesystem::file_size(file, error);
     if (error) fail(error.message());
     file_ = checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open as HDF5");

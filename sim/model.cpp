@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
+#include "rig/text.h"
 #include "rig/urdf_import.h"
 #include "sim/character_rig.h"
 #include "sim/model_hash.h"
@@ -20,9 +21,8 @@ namespace {
 int body_index(const Skeleton& skeleton, const std::string& name, const std::string& place) {
   const int body = find_body(skeleton, name);
   if (body >= 0) return body;
-  const std::string near = nearest_name(name, skeleton.body_names);
   throw Error(ExitCode::kUsage, place + ": body \"" + name + "\" is not in the rig" +
-                                    (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+                                    did_you_mean(name, skeleton.body_names));
 }
 
 MusclePath muscle_path(const Skeleton& skeleton, const SceneMuscle& scene) {
@@ -276,10 +276,9 @@ size_t collider_named(const Model& model, const char* key, const std::string& na
   for (const Bone& bone : model.bones) names.push_back(bone.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<size_t>(found - names.begin());
-  const std::string near = nearest_name(name, names);
   throw Error(ExitCode::kUsage, model.scene.file.string() + ": [contact] " + key + " names \"" +
                                     name + "\", which is no muscle or bone" +
-                                    (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+                                    did_you_mean(name, names));
 }
 
 void set_thickness(Model& model) {

@@ -169,9 +169,8 @@ std::string title(const TomlValue& table) {
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = nearest_name(word, names);
-  if (!near.empty()) return " (did you mean \"" + near + "\"?)";
-  std::string all;
+  std::string near = did_you_mean(word, names), all;
+  if (!near.empty()) return near;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   return all.empty() ? "" : "; there are " + all;
 }
@@ -320,7 +319,7 @@ TomlValue& require(TomlValue& table, const std::string& key) {
   if (TomlValue* value = find(table, key)) return *value;
   const std::string near = nearest_name(key, table.keys);
   fail(table.place, title(table) + " lacks the key \"" + key + "\"" +
-                        (near.empty() ? "; add it" : " (is \"" + near + "\" meant to be it?)"));
+                        (near.empty() ? "; add it" : "; is \"" + near + "\" meant to be it?"));
 }
 
 std::pair<std::string, TomlValue*> require_one(TomlValue& table,

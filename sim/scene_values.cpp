@@ -66,8 +66,7 @@ const std::string& word_of(const TomlValue& value, const std::vector<std::string
   if (std::find(words.begin(), words.end(), value.text) != words.end()) return value.text;
   std::string all;
   for (const std::string& word : words) all += (all.empty() ? "\"" : ", \"") + word + "\"";
-  const std::string near = nearest_name(value.text, words);
-  refuse(value, "give one of " + all + (near.empty() ? "" : " (did you mean \"" + near + "\"?)"));
+  refuse(value, "give one of " + all + did_you_mean(value.text, words));
 }
 
 const std::string& name_of(const TomlValue& value) {

@@ -429,6 +429,9 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
 }
 
 ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired) {
+  if (std::error_code error; std::filesystem::is_directory(options.input, error)) {
+    throw Error(ExitCode::kInput, options.input.string() + ": is a folder; name a file in it");
+  }
   if (!repaired.empty()) {
     const std::vector<std::string> done = repair_file(options.input, repaired);
     for (const std::string& line : done) std::fprintf(stderr, "%s\n", line.c_str());

@@ -21,9 +21,9 @@ Side side_of(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return Side::kFolder;
   if (!fs::exists(path, error)) {
-    throw Error(ExitCode::kInput, path.string() +
-                                      ": no such file or folder; give a bake.h5, a PNG "
-                                      "or a folder with them");
+    throw Error(ExitCode::kInput, path.string() + ": " +
+                                      (error ? error.message() : "no such file or folder") +
+                                      "; give a bake.h5, a PNG or a folder with them");
   }
   if (path.extension() == ".h5") return Side::kBake;
   if (path.extension() == ".png") return Side::kImage;

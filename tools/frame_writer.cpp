@@ -6,13 +6,6 @@
 
 namespace thew {
 
-FrameWriter::FrameWriter() {
-  try {
-    thread_ = std::thread([this] { run(); });
-  } catch (const std::system_error&) {  // the system gives no more threads: add() writes
-  }
-}
-
 FrameWriter::~FrameWriter() {
   try {
     finish();
@@ -20,7 +13,16 @@ FrameWriter::~FrameWriter() {
   }
 }
 
+void FrameWriter::start() {
+  if (std::exchange(started_, true)) return;
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error&) {  // the system gives no more threads: add() writes itself
+  }
+}
+
 void FrameWriter::add(const std::filesystem::path& file, Image image) {
+  start();
   if (!thread_.joinable()) return write_png(file, image);
   std::unique_lock lock(mutex_);
   assert(!finished_);

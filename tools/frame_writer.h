@@ -16,7 +16,7 @@ namespace thew {
 /// Encodes PNGs on a thread of its own, since libpng takes as long as drawing.
 class FrameWriter {
  public:
-  FrameWriter();
+  FrameWriter() = default;
   /// Writes what is still queued; an error that finish() did not fetch is lost.
   ~FrameWriter();
   FrameWriter(const FrameWriter&) = delete;
@@ -30,14 +30,15 @@ class FrameWriter {
   static constexpr std::size_t kQueueLength = 8;
 
  private:
+  void start();
   void run();
 
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::pair<std::filesystem::path, Image>> queue_;
-  bool finished_ = false;
+  bool started_ = false, finished_ = false;
   std::exception_ptr error_;
-  std::thread thread_;  // last: it starts when all the rest is there
+  std::thread thread_;  ///< from the first image on
 };
 
 }  // namespace thew

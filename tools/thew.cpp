@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "rig/skeleton.h"
+#include "rig/text.h"
 #include "tools/commands.h"
 #include "tools/printing.h"
 
@@ -29,6 +30,7 @@ constexpr const char* kExitCodes =
 struct Call {
   std::vector<std::string> words;
   std::string command;  ///< "bake", "golden update"; "" where none is known
+  fs::path out;         ///< what it writes, or its folder
   bool json = false;
 };
 
@@ -212,53 +214,76 @@ CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
   return command;
 }
 
-// The innermost command that the words name, and its name.
-const CLI::App* find_command(const CLI::App& app, std::string& name) {
-  const CLI::App* command = &app;
-  while (!command->get_subcommands().empty()) {
-    command = command->get_subcommands().front();
-    name += (name.empty() ? "" : " ") + command->get_name();
+std::vector<std::string> names_of(const CLI::App& command, bool options) {
+  std::vector<std::string> names;
+  if (!options) {
+    for (const CLI::App* one : command.get_subcommands({})) names.push_back(one->get_name());
+    return names;
   }
-  return command;
+  for (const CLI::Option* one : command.get_options()) {
+    for (const std::string& name : one->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// The nearest name, or the only one that the word begins.
+std::string meant(const std::string& word, const std::vector<std::string>& names) {
+  const std::string near = nearest_name(word, names);
+  if (!near.empty()) return near;
+  const auto begun = [&](const std::string& name) { return name.starts_with(word); };
+  if (std::count_if(names.begin(), names.end(), begun) != 1) return "";
+  return *std::find_if(names.begin(), names.end(), begun);
 }
 
 // CLI11 would say first what is missing, of which a word written wrongly is often the cause.
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
-  std::string name;
-  const CLI::App* command = find_command(app, name);
-  const std::string program = name.empty() ? "thew" : "thew " + name;
+  const CLI::App* command = &app;
+  std::string name = app.get_name();
+  while (command->remaining().empty() && !command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    name += " " + command->get_name();
+  }
   const auto refuse = [&](const std::string& what, const std::string& near) {
-    return Error(ExitCode::kUsage,
-                 what + (near.empty() ? "; " + program + " --help says what it takes"
-                                      : "; did you mean " + near + "?"));
+    return Error(ExitCode::kUsage, what + (near.empty() ? "; " + name + " --help says what it takes"
+                                                        : "; did you mean " + near + "?"));
   };
-  const std::vector<std::string> unknown = app.remaining(true);
-  const auto is_option = [](const std::string& word) { return word.size() > 1 && word[0] == '-'; };
-  const auto option = std::find_if(unknown.begin(), unknown.end(), is_option);
-  if (option != unknown.end()) {
-    const std::string word = option->substr(0, option->find('='));
-    std::vector<std::string> names;
-    for (const CLI::Option* one : command->get_options()) {
-      for (const std::string& known : one->get_lnames()) names.push_back("--" + known);
-    }
-    return refuse(word + " is no option of " + program, nearest_name(word, names));
+  const std::vector<std::string> unknown = command->remaining();
+  if (unknown.empty() && command->get_require_subcommand_min() > 0) {
+    return refuse("no command is given", "");
   }
-  if (!unknown.empty() && command->get_require_subcommand_min() > 0) {
-    std::vector<std::string> names;
-    for (const CLI::App* one : command->get_subcommands({})) names.push_back(one->get_name());
-    return refuse("\"" + unknown[0] + "\" is no command of " + program,
-                  nearest_name(unknown[0], names));
+  if (unknown.empty()) return refuse(error.what(), "");
+  if (command->get_require_subcommand_min() > 0 && unknown[0][0] != '-') {
+    return refuse("\"" + unknown[0] + "\" is no command of " + name,
+                  meant(unknown[0], names_of(*command, false)));
   }
-  if (!unknown.empty()) return refuse("\"" + unknown[0] + "\" is a word too many", "");
-  return refuse(program + ": " + error.what(), "");
+  const auto option = std::find_if(unknown.begin(), unknown.end(), [](const std::string& word) {
+    return word.size() > 1 && word[0] == '-';
+  });
+  if (option == unknown.end()) return refuse("\"" + unknown[0] + "\" is a word too many", "");
+  const std::string word = option->substr(0, option->find('='));
+  return refuse(word + " is no option of " + name, meant(word, names_of(*command, true)));
+}
+
+std::string command_of(const CLI::App& app) {
+  std::string name;
+  for (const CLI::App* command = &app; !command->get_subcommands().empty();) {
+    command = command->get_subcommands().front();
+    name += (name.empty() ? "" : " ") + command->get_name();
+  }
+  return name;
 }
 
 int run(int argc, char** argv, Call& call) {
-  CLI::App app{"Thew deforms the muscles and skin of animated characters."};
+  if (std::find(call.words.begin(), call.words.end(), "") != call.words.end()) {
+    throw Error(ExitCode::kUsage,
+                "one of the command's words is empty; look for a variable that is not set");
+  }
+  CLI::App app{"Thew deforms the muscles and skin of animated characters.", "thew"};
   app.footer(kExitCodes);
   app.set_version_flag("--version", "thew 0.1.0");
   app.require_subcommand(1);
   CommandOptions options;
+  app.add_flag("--json", options.json, kJson);
   NewOptions new_options;
   CompareOptions limits;
   fs::path scene, repaired, actual, golden, cow;
@@ -274,6 +299,7 @@ int run(int argc, char** argv, Call& call) {
   CLI::App* compare = add_compare(app, options, actual, limits, millimetres);
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
   goldens->require_subcommand(1);
+  goldens->add_flag("--json", options.json, kJson);
   CLI::App* update = add_update(*goldens, options, golden);
   CLI::App* check = add_check(*goldens, options, golden, limits, millimetres);
   CLI::App* paper = add_paper(app, options, quick, cow);
@@ -286,11 +312,11 @@ int run(int argc, char** argv, Call& call) {
     print(text.str());
     return 0;
   } catch (const CLI::ParseError& error) {
-    find_command(app, call.command);
     throw usage_error(app, error);
   }
-  find_command(app, call.command);
+  call.command = command_of(app);
   call.json = new_options.json = options.json;
+  call.out = *create ? new_options.out : options.out;
   if (options.json && options.progress == "openjd") {
     throw Error(ExitCode::kUsage,
                 "--progress openjd writes to standard output, where --json is to be alone; "
@@ -324,14 +350,20 @@ Error explained(const std::error_code& cause, const std::string& place, ExitCode
   return {otherwise, what + "; check the path and its permissions"};
 }
 
+bool is_at_or_below(const fs::path& path, const fs::path& folder) {
+  return !folder.empty() && (path == folder || is_below(path, folder));
+}
+
 // The exception at hand as an Error.
-Error explained() {
+Error explained(const Call& call) {
   try {
     throw;
   } catch (const Error& error) {
     return error;
   } catch (const fs::filesystem_error& error) {
-    return explained(error.code(), error.path1().string() + ": ", ExitCode::kInput);
+    const bool ours = is_at_or_below(error.path1(), call.out);
+    return explained(error.code(), error.path1().string() + ": ",
+                     ours ? ExitCode::kOutput : ExitCode::kInput);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again) {
       return explained(error.code(), "a thread cannot be started: ", ExitCode::kRetry);
@@ -361,13 +393,14 @@ int fail(const Error& error, const Call& call) {
 int run_and_explain(int argc, char** argv) {
   open_standard_streams();
   listen_for_signals();
-  Call call{{argv, argv + argc}, "", false};
+  Call call;
+  call.words.assign(argv, argv + argc);
   const auto end = std::find(call.words.begin(), call.words.end(), "--");
   call.json = std::find(call.words.begin(), end, "--json") != end;
   try {
     return run(argc, argv, call);
   } catch (...) {
-    return fail(explained(), call);
+    return fail(explained(call), call);
   }
 }
 

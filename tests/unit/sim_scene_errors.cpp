@@ -9,23 +9,23 @@ namespace fs = std::filesystem;
 
 TEST_F(SceneFile, UnknownKeysAreRefusedAnywhere) {
   EXPECT_EQ(error_of("[solver]\nsubstep = 2\n"),
-            ":14: unknown key \"substep\" in [solver] (did you mean \"substeps\"?)");
+            ":14: unknown key \"substep\" in [solver]; did you mean \"substeps\"?");
   EXPECT_EQ(error_of("[solvr]\n"),
-            ":13: unknown key \"solvr\" in the scene (did you mean \"solver\"?)");
+            ":13: unknown key \"solvr\" in the scene; did you mean \"solver\"?");
   EXPECT_EQ(error_of("material = { youg = 1 }\n"),
-            ":13: unknown key \"youg\" in [muscle.biceps.material] (did you mean \"young\"?)");
+            ":13: unknown key \"youg\" in [muscle.biceps.material]; did you mean \"young\"?");
   EXPECT_EQ(error_of("[output]\nzzz = 1\n"),
             ":14: unknown key \"zzz\" in [output]; there are precision");
   EXPECT_STARTS(error_of("\n[[bound]]\nvolume_err = 1\n"),
                 ":15: unknown key \"volume_err\" in [bound.0]");
   EXPECT_STARTS(error_of("[[muscle.wrap]]\nsegment = 0\nbody = \"a\"\ncentre = [0, 0, 0]\n"
                          "axis = [1, 0, 0]\nradius = 1\ntrn = 1\n"),
-                ":19: unknown key \"trn\" in [muscle.biceps.wrap.0] (did you mean \"turn\"?)");
+                ":19: unknown key \"trn\" in [muscle.biceps.wrap.0]; did you mean \"turn\"?");
 }
 
 TEST_F(SceneFile, MissingKeys) {
   EXPECT_EQ(error_of("[[muscle]]\nnam = \"b\"\n"),
-            ":13: [muscle.1] lacks the key \"name\" (is \"nam\" meant to be it?)");
+            ":13: [muscle.1] lacks the key \"name\"; is \"nam\" meant to be it?");
   EXPECT_STARTS(error_of("[[muscle]]\nname = \"b\"\n"),
                 ":13: [muscle.b] has none of \"mesh\", \"profile\"; give one");
   EXPECT_STARTS(error_of("[[muscle]]\nname = \"b\"\nprofile = { around = 5 }\n"),
@@ -177,9 +177,9 @@ TEST_F(SceneFile, WrongOverrides) {
     const char *setting, *message;
   } cases[] = {
       {"solver.substep=4",
-       "--set solver.substep: unknown key \"substep\" in [solver] (did you mean \"substeps\"?)"},
+       "--set solver.substep: unknown key \"substep\" in [solver]; did you mean \"substeps\"?"},
       {"solvr.substeps=4",
-       "--set solvr.substeps: unknown key \"solvr\" in the scene (did you mean"},
+       "--set solvr.substeps: unknown key \"solvr\" in the scene; did you mean"},
       {"solver.substeps=many", "--set solver.substeps: solver.substeps is \"many\"; give a whole"},
       {"solver.substeps=1\nfps = 2",
        "--set solver.substeps: solver.substeps is \"1?fps = 2\"; give"},
@@ -188,7 +188,7 @@ TEST_F(SceneFile, WrongOverrides) {
       {"scene.gravity=[1,", "--set scene.gravity: \"[1,\" is no TOML value"},
       {"scene.gravity=[1,}", "--set scene.gravity:1: a value is missing"},
       {"muscle.bicep.guide=1",
-       "--set muscle.bicep.guide: muscle has no \"bicep\" (did you mean \"biceps\"?)"},
+       "--set muscle.bicep.guide: muscle has no \"bicep\"; did you mean \"biceps\"?"},
       {"muscle.7.guide=1", "--set muscle.7.guide: muscle has no \"7\""},
       {"scene.frames.first=1",
        "--set scene.frames.first: scene.frames is \"1-10\", which has no keys"},

@@ -40,9 +40,9 @@ TEST_F(SceneFile, WrongTolerances) {
       {"tolerance = { position = 1e-3, volume = 1e-17 }\n",
        ":14: solver.tolerance.volume is 1e-17; give a number from 1e-12"},
       {"tolerance = { position = 1e-3, volum = 1e-9 }\n",
-       ":14: unknown key \"volum\" in [solver.tolerance] (did you mean \"volume\"?)"},
+       ":14: unknown key \"volum\" in [solver.tolerance]; did you mean \"volume\"?"},
       {"toleranc = { position = 1e-3 }\n",
-       ":14: unknown key \"toleranc\" in [solver] (did you mean \"tolerance\"?)"},
+       ":14: unknown key \"toleranc\" in [solver]; did you mean \"tolerance\"?"},
       {"substeps = 2\ntolerance = { position = 1e-3 }\n",
        ":14: solver.substeps is 2, but a tolerance "
        "chooses it for each muscle; remove it"},

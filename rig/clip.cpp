@@ -74,8 +74,10 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
   const std::string range =
       "[" + value_text(lower, is_angle) + ", " + value_text(upper, is_angle) + "]";
   const auto fail = [&](size_t k, const std::string& what) {
-    refuse(place, at + " is " + value_text(clip.values[k][column], is_angle) + " at " +
-                      number_text(clip.times[k]) + " s, " + what);
+    const std::string row = k < clip.rows.size() ? ":" + std::to_string(clip.rows[k]) : "";
+    refuse(row.empty() ? place : clip.file + row,
+           at + " is " + value_text(clip.values[k][column], is_angle) + " at " +
+               number_text(clip.times[k]) + " s, " + what);
   };
   int clamped = 0;
   double largest = 0.0;

@@ -17,6 +17,8 @@ struct Clip {
   std::vector<double> times;                ///< strictly increasing
   std::vector<std::vector<double>> values;  ///< values[key][joint]
   Interpolation interpolation = Interpolation::kSmooth;
+  std::string file;          ///< that it was read from, "" for none
+  std::vector<int> rows;     ///< of the file: the line of each key
   bool angles_only = false;  ///< read from degrees as a whole: check_clip refuses prismatic joints
 };
 

@@ -111,11 +111,13 @@ void read_row(const Lines& lines, const Words& words, const Columns& columns, Cl
     if (i == 0) clip.times.push_back(*number);
     if (columns.target[i] >= 0) row[columns.target[i]] = *number * columns.factor[i];
   }
+  clip.rows.push_back(lines.row);
   clip.values.push_back(std::move(row));
 }
 
 template <typename Split>
 void read_rows(Lines& lines, const Columns& columns, Split split, Clip& clip) {
+  clip.file = lines.file;
   std::string_view line;
   while (lines.next(line)) {
     if (!trim(line).empty()) read_row(lines, split(line), columns, clip);

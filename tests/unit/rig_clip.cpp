@@ -141,6 +141,19 @@ class ClipFile : public TempFolder {
 const std::string kHead = "motion\nnRows=2\nnColumns=3\ninDegrees=yes\nendheader\n";
 const std::string kLabels = "time\tflex\tpelvis\n";
 
+TEST_F(ClipFile, AValueBeyondItsRangeIsNamedByFileAndRow) {
+  std::vector<std::string> warnings;
+  const std::filesystem::path csv = write("a.csv", "time,elbow_deg\n0,10\n\n1,131\n");
+  Clip of_csv = read_csv(csv, {{"elbow_deg", "elbow"}});
+  EXPECT_HAS(input_error([&] { check_clip(of_csv, arm(), "scene.toml:4", warnings); }),
+             csv.string() + ":4: joint \"elbow\" is 131 deg at 1 s, outside its range");
+  const std::filesystem::path mot =
+      write("a.mot", "inDegrees=yes\nendheader\ntime flex\n0 10\n1 20\n2 -1\n");
+  Clip of_mot = read_mot(mot, {{"flex", "elbow"}});
+  EXPECT_HAS(input_error([&] { check_clip(of_mot, arm(), "scene.toml:4", warnings); }),
+             mot.string() + ":6: joint \"elbow\" is -1 deg at 2 s, outside its range");
+}
+
 TEST_F(ClipFile, MotInDegreesAndRadians) {
   const ColumnMap map{{"flex", "elbow"}, {"pelvis", ""}};
   std::string text = kHead + kLabels + "0 90 7\r\n  0.5\t+45.0 8\n\n";

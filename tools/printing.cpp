@@ -15,8 +15,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Cuts ":12" off the end: 12, or 0 where there is none.
+int take_line(std::string& place) {
+  const size_t colon = place.rfind(':');
+  if (colon == place.npos) return 0;
+  int line = 0;
+  const char* last = place.data() + place.size();
+  const auto [end, error] = std::from_chars(place.data() + colon + 1, last, line);
+  if (error != std::errc() || end != last || line < 1) return 0;
+  place.resize(colon);
+  return line;
+}
+
 // Blanks and quotes are of a sentence, an option is no file, and a file has a folder or an ending.
 bool looks_like_a_file(const std::string& name) {
+  std::string without_line = name;
+  if (take_line(without_line) > 0) return false;
   if (name.empty() || name[0] == '-' || name.find_first_of(" \"") != name.npos) return false;
   return name.find('/') != name.npos || !fs::path(name).extension().empty();
 }
@@ -29,18 +43,6 @@ bool is_known_file(const std::string& name, const std::vector<std::string>& word
     return !word.empty() && (name == word || (name.starts_with(word) && name[word.size()] == '/') ||
                              (word.ends_with('/') && name.starts_with(word)));
   });
-}
-
-// Cuts ":12" off the end: 12, or 0 where there is none.
-int take_line(std::string& place) {
-  const size_t colon = place.rfind(':');
-  if (colon == place.npos) return 0;
-  int line = 0;
-  const char* last = place.data() + place.size();
-  const auto [end, error] = std::from_chars(place.data() + colon + 1, last, line);
-  if (error != std::errc() || end != last || line < 1) return 0;
-  place.resize(colon);
-  return line;
 }
 
 // The length of the place and its colon, 0 where the message begins with none.

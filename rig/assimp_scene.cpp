@@ -5,6 +5,7 @@
 #include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <assimp/IOStream.hpp>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <utility>
 
+#include "rig/child.h"
 #include "rig/text.h"
 
 namespace thew {
@@ -47,30 +49,29 @@ class Bytes : public Assimp::IOStream {
   size_t at_ = 0;
 };
 
-// Opens regular files of one folder (and below) for reading, and nothing else: glTF buffers and
-// OBJ material libraries may name any path.
+// The files that a child may open, and nothing else: glTF buffers and OBJ material libraries may
+// name any path.
 class ConfinedFiles : public Assimp::IOSystem {
  public:
-  ConfinedFiles(fs::path folder, std::string& refused)
-      : folder_(std::move(folder)), refused_(refused) {}
+  explicit ConfinedFiles(std::string& refused) : refused_(refused) {}
   bool Exists(const char* name) const override {
-    std::error_code error;
-    const fs::path file = fs::canonical(folder_ / name, error);  // an absolute name replaces it
-    return !error && is_below(file, folder_) && fs::is_regular_file(file, error);
+    const OpenFile file = open_in_child(name);
+    if (file.descriptor >= 0) ::close(file.descriptor);
+    return file.descriptor >= 0;
   }
   char getOsSeparator() const override { return '/'; }
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     if (std::strpbrk(mode, "wa+")) return nullptr;
-    if (!Exists(name)) {
+    try {
+      return new Bytes(read_in_child(name, kAssimpFileLimit));
+    } catch (const Error&) {
       if (refused_.empty()) refused_ = name;
       return nullptr;
     }
-    return new Bytes(read_whole(fs::canonical(folder_ / name), kAssimpFileLimit));
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
  private:
-  fs::path folder_;
   std::string& refused_;  // the first name that was not opened
 };
 
@@ -133,9 +134,8 @@ std::string lower_ending(const fs::path& file) {
 const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
                                  Assimp::Importer& importer) {
   const std::string ending = lower_ending(file);
-  const fs::path real = fs::canonical(file);
   std::string refused;
-  importer.SetIOHandler(new ConfinedFiles(real.parent_path(), refused));  // the importer owns it
+  importer.SetIOHandler(new ConfinedFiles(refused));  // the importer owns it
   keep_importers(importer, ending);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
@@ -146,7 +146,7 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
   const aiScene* scene = nullptr;
   std::string cause;
   try {
-    scene = importer.ReadFile(real.string(), steps);
+    scene = importer.ReadFile(file_of_child().string(), steps);
     cause = importer.GetErrorString();
   } catch (const std::exception& error) {
     cause = error.what();

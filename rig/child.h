@@ -16,6 +16,9 @@ namespace thew {
 ///
 /// Its limits: memory of 1 GiB and 8 times the file, and for each answer 2 s of processor time and
 /// 1 s more for every 8 MiB of file (five times that on the clock, for what waits without working).
+/// It has no network, no other process, and of all files those that open_in_child() gives it
+/// (confine.h; where the kernel takes no filter, and under the sanitizers, which need more calls
+/// than a reader, the limits alone hold).
 ///
 /// It is forked, not executed, so that a program that links the library needs no other beside it.
 /// glibc hands a child of a process with threads a sound heap; nothing else is shared here.
@@ -36,14 +39,29 @@ class Child {
 
  private:
   void receive(void* to, std::size_t bytes);
+  void hand_over(const std::string& name);
   [[noreturn]] void fail();
 
-  std::filesystem::path file_;
+  std::filesystem::path file_, real_;  ///< as given; canonical
   std::string advice_;
   std::uint64_t memory_;  ///< bytes
   unsigned seconds_;      ///< of processor time, for one answer
   int socket_ = -1;
   int process_ = -1;
 };
+
+// For what runs in the child.
+
+/// The canonical path of the file that the child reads.
+const std::filesystem::path& file_of_child();
+/// A regular file, for reading, which the parent opened.
+struct OpenFile {
+  int descriptor = -1;  ///< -1: it is none, or lies elsewhere
+  std::uint64_t bytes = 0;
+};
+/// `name` is relative to the folder of file_of_child(), and lies in it or below.
+OpenFile open_in_child(const std::filesystem::path& name);
+/// All of its bytes; Error(kInput) where it is none, cannot be read or is larger than `limit`.
+std::string read_in_child(const std::filesystem::path& name, std::size_t limit);
 
 }  // namespace thew

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rig/assimp_scene.h"
+#include "rig/child.h"
 #include "rig/json_number.h"
 #include "rig/text.h"
 
@@ -46,7 +47,7 @@ std::string from_base64(std::string_view text) {
 // A glTF's JSON and its buffers, read when they are asked for.
 class Gltf {
  public:
-  explicit Gltf(const fs::path& file) : file_(file), bytes_(read_whole(file, kAssimpFileLimit)) {
+  Gltf() : bytes_(read_in_child(file_of_child(), kAssimpFileLimit)) {
     std::string_view text = bytes_;
     if (text.substr(0, 4) == "glTF" && text.size() > 20) {  // chunks: length, kind, bytes
       std::uint32_t length = 0;
@@ -134,15 +135,14 @@ class Gltf {
       bytes = from_base64(std::string_view(uri).substr(comma + 8));
       return bytes;
     }
-    std::error_code error;
-    const fs::path folder = fs::canonical(file_, error).parent_path();
-    const fs::path real = fs::canonical(folder / uri, error);
-    need(!error && is_below(real, folder) && fs::is_regular_file(real, error));
-    bytes = read_whole(real, kAssimpFileLimit);
+    try {
+      bytes = read_in_child(uri, kAssimpFileLimit);
+    } catch (const Error&) {
+      throw Lost();
+    }
     return bytes;
   }
 
-  fs::path file_;
   std::string bytes_;
   std::string_view binary_;
   std::map<size_t, std::string> buffers_;
@@ -208,7 +208,7 @@ void mend_channel(Gltf& gltf, const Json& channel, const Json& sampler, double s
 
 void mend_gltf_curves(const fs::path& file, double scale,
                       const std::function<int(const std::string&)>& body_of, Character& character) {
-  Gltf gltf(file);
+  Gltf gltf;
   if (!gltf.json.is_object() || !gltf.json.contains("animations")) return;
   int lost = 0;
   size_t index = 0;

@@ -88,8 +88,8 @@ struct ObjLines {
 };
 
 // By assimp's own reading of numbers; nothing where a vertex is not understood.
-ObjLines read_obj_lines(const fs::path& file) {
-  const std::string bytes = read_whole(file, kAssimpFileLimit);
+ObjLines read_obj_lines() {
+  const std::string bytes = read_in_child(file_of_child(), kAssimpFileLimit);
   ObjLines lines;
   const auto add_face = [&](const std::vector<std::string_view>& words) {
     for (size_t k = 1; k < words.size(); ++k) {
@@ -118,7 +118,7 @@ ObjLines read_obj_lines(const fs::path& file) {
 // assimp makes a vertex of each corner of an OBJ's faces, in their order. Back to the file's
 // vertices in the file's order, by place, without those of no face; a corner is its own vertex's
 // where the file's faces are assimp's, else the first's at its place.
-void restore_order(const fs::path& file, Raw& raw) {
+void restore_order(Raw& raw) {
   const std::vector<Vec3>& corners = raw.mesh.vertices;
   const auto place_of = [&](size_t i) {
     const Eigen::Vector3f p = corners[i].cast<float>();
@@ -135,7 +135,7 @@ void restore_order(const fs::path& file, Raw& raw) {
     ordered.colours.push_back(raw.colours[corner]);
     return vertex;
   };
-  const ObjLines lines = read_obj_lines(file);
+  const ObjLines lines = read_obj_lines();
   std::vector<int> of_line;
   for (const Place& place : lines.places) {
     const auto corner = corner_at.find(place);
@@ -160,7 +160,7 @@ void restore_order(const fs::path& file, Raw& raw) {
 Raw read_through_assimp(const fs::path& file) {
   Assimp::Importer importer;
   Raw raw = collect(file, read_assimp_scene(file, true, importer));
-  if (lower_ending(file) == "obj") restore_order(file, raw);
+  if (lower_ending(file) == "obj") restore_order(raw);
   return raw;
 }
 

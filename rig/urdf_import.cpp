@@ -144,11 +144,116 @@ Skeleton::JointType joint_type(const UrdfTree& tree, const UrdfTree::Joint& at,
   }
 }
 
+std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree::Link& at,
+                                           const urdf::Link& link, std::vector<int>& rows) {
+  std::vector<Skeleton::Visual> visuals;
+  if (link.visual_array.size() != at.visuals.size()) {  // urdfdom drops what it cannot read
+    refuse(tree, at.row, "link \"" + at.name + "\": a visual cannot be read; correct its geometry");
+  }
+  for (size_t i = 0; i < at.visuals.size(); ++i) {
+    const auto& geometry = link.visual_array[i]->geometry;
+    if (!geometry || geometry->type != urdf::Geometry::MESH) continue;
+    const auto& mesh = static_cast<const urdf::Mesh&>(*geometry);
+    const int row = at.visuals[i]->Row();
+    Skeleton::Visual visual;
+    visual.mesh_file = mesh.filename;
+    rows.push_back(row);
+    visual.in_body = read_origin(tree, *at.visuals[i], "link \"" + at.name + "\"");
+    visual.scale = to_vec3(mesh.scale);
+    if (!visual.scale.allFinite() || (visual.scale.array() == 0.0).any()) {
+      refuse(tree, row,
+             "link \"" + at.name + "\": mesh scale " + point_text(visual.scale) +
+                 " is zero or not finite; write scale=\"1 1 1\"");
+    }
+    visuals.push_back(std::move(visual));
+  }
+  return visuals;
+}
+
+// What the child finds: the names of meshes as the file has them, and the lines they stand in.
+struct ParsedUrdf {
+  Skeleton skeleton;
+  std::vector<int> rows;
+};
+
+ParsedUrdf read_skeleton(const fs::path& file, const std::string& text) {
+  const UrdfTree tree = read_urdf_tree(file, text);
+  const urdf::ModelInterfaceSharedPtr model = parse(file, text);
+  ParsedUrdf parsed;
+  Skeleton& s = parsed.skeleton;
+  for (const UrdfTree::Body& body : tree.bodies) {
+    const UrdfTree::Link& link = tree.links[body.link];
+    s.body_names.push_back(link.name);
+    s.parent.push_back(body.parent);
+    s.visuals.push_back(read_visuals(tree, link, *model->getLink(link.name), parsed.rows));
+    s.joint_in_parent.push_back(Transform::Identity());
+    s.joint_names.emplace_back();
+    s.joint_types.push_back(Skeleton::JointType::kFixed);
+    s.joint_axes.push_back(Vec3::UnitX());
+    s.lower.push_back(0.0);
+    s.upper.push_back(0.0);
+    if (body.joint < 0) continue;
+    const UrdfTree::Joint& at = tree.joints[body.joint];
+    const urdf::Joint& joint = *model->getJoint(at.name);
+    s.joint_names.back() = at.name;
+    s.joint_in_parent.back() = read_origin(tree, *at.element, "joint \"" + at.name + "\"");
+    s.joint_types.back() = joint_type(tree, at, joint);
+    if (s.joint_types.back() == Skeleton::JointType::kFixed) continue;
+    s.joint_axes.back() = checked_axis(tree, at, joint);
+    read_limits(tree, at, joint, s.lower.back(), s.upper.back());
+  }
+  return parsed;
+}
+
+template <typename Archive>
+void walk(Archive& archive, ParsedUrdf& parsed) {
+  Skeleton& s = parsed.skeleton;
+  archive.list(parsed.rows);
+  const auto text = [](Archive& in, std::string& value) { in.list(value); };
+  archive.each(s.body_names, text);
+  archive.list(s.parent);
+  archive.list(s.joint_in_parent);
+  archive.each(s.joint_names, text);
+  archive.list(s.joint_types);
+  archive.list(s.joint_axes);
+  archive.list(s.lower);
+  archive.list(s.upper);
+  archive.each(s.visuals, [](Archive& of_bodies, std::vector<Skeleton::Visual>& visuals) {
+    of_bodies.each(visuals, [](Archive& of_body, Skeleton::Visual& visual) {
+      of_body.list(visual.mesh_file);
+      of_body.number(visual.in_body);
+      of_body.number(visual.scale);
+    });
+  });
+}
+
+bool is_sound(const ParsedUrdf& parsed) {
+  const Skeleton& s = parsed.skeleton;
+  size_t visuals = 0;
+  for (const auto& of_body : s.visuals) visuals += of_body.size();
+  const size_t bodies = s.body_names.size();
+  bool sound = bodies > 0 && s.parent.size() == bodies && s.joint_in_parent.size() == bodies &&
+               s.joint_names.size() == bodies && s.joint_types.size() == bodies &&
+               s.joint_axes.size() == bodies && s.lower.size() == bodies &&
+               s.upper.size() == bodies && s.visuals.size() == bodies &&
+               parsed.rows.size() == visuals;
+  for (size_t i = 0; sound && i < bodies; ++i) {
+    sound = s.parent[i] >= -1 && s.parent[i] < static_cast<int>(i) &&
+            s.joint_in_parent[i].matrix().allFinite() && s.joint_axes[i].allFinite() &&
+            s.joint_types[i] >= Skeleton::JointType::kFixed &&
+            s.joint_types[i] <= Skeleton::JointType::kPrismatic && s.lower[i] <= s.upper[i];
+    for (const Skeleton::Visual& visual : s.visuals[i]) {
+      sound = sound && visual.in_body.matrix().allFinite() && visual.scale.allFinite();
+    }
+  }
+  return sound;
+}
+
 // The absolute path of a visual's mesh; `root` and `folder` (the URDF's) are canonical.
-std::string resolve_mesh(const UrdfTree& tree, int row, const std::string& name,
-                         const fs::path& root, const fs::path& folder) {
+std::string resolve_mesh(const std::string& place, const std::string& name, const fs::path& root,
+                         const fs::path& folder) {
   const auto fail = [&](const std::string& what) {
-    refuse(tree, row, "mesh \"" + name + "\" " + what);
+    throw Error(ExitCode::kInput, place + ": mesh \"" + name + "\" " + what);
   };
   constexpr std::string_view kPackage = "package://", kFile = "file://";
   fs::path path;
@@ -174,120 +279,41 @@ std::string resolve_mesh(const UrdfTree& tree, int row, const std::string& name,
   return real.string();
 }
 
-std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree::Link& at,
-                                           const urdf::Link& link, const fs::path& root,
-                                           const fs::path& folder) {
-  std::vector<Skeleton::Visual> visuals;
-  if (link.visual_array.size() != at.visuals.size()) {  // urdfdom drops what it cannot read
-    refuse(tree, at.row, "link \"" + at.name + "\": a visual cannot be read; correct its geometry");
-  }
-  for (size_t i = 0; i < at.visuals.size(); ++i) {
-    const auto& geometry = link.visual_array[i]->geometry;
-    if (!geometry || geometry->type != urdf::Geometry::MESH) continue;
-    const auto& mesh = static_cast<const urdf::Mesh&>(*geometry);
-    const int row = at.visuals[i]->Row();
-    Skeleton::Visual visual;
-    visual.mesh_file = resolve_mesh(tree, row, mesh.filename, root, folder);
-    visual.in_body = read_origin(tree, *at.visuals[i], "link \"" + at.name + "\"");
-    visual.scale = to_vec3(mesh.scale);
-    if (!visual.scale.allFinite() || (visual.scale.array() == 0.0).any()) {
-      refuse(tree, row,
-             "link \"" + at.name + "\": mesh scale " + point_text(visual.scale) +
-                 " is zero or not finite; write scale=\"1 1 1\"");
-    }
-    visuals.push_back(std::move(visual));
-  }
-  return visuals;
-}
-
-Skeleton read_skeleton(const fs::path& file, const fs::path& allowed_root) {
-  const std::string text = read_whole(file, kFileLimit);
-  const UrdfTree tree = read_urdf_tree(file, text);
-  const urdf::ModelInterfaceSharedPtr model = parse(file, text);
+// Here and not in the child, which sees no files.
+void resolve_meshes(const fs::path& file, const fs::path& allowed_root, ParsedUrdf& parsed) {
   std::error_code error;
   const fs::path root = fs::canonical(allowed_root, error);
-  if (error) refuse(tree, 1, "the allowed folder " + allowed_root.string() + " does not exist");
-  const fs::path folder = fs::canonical(file).parent_path();
-
-  Skeleton s;
-  for (const UrdfTree::Body& body : tree.bodies) {
-    const UrdfTree::Link& link = tree.links[body.link];
-    s.body_names.push_back(link.name);
-    s.parent.push_back(body.parent);
-    s.visuals.push_back(read_visuals(tree, link, *model->getLink(link.name), root, folder));
-    s.joint_in_parent.push_back(Transform::Identity());
-    s.joint_names.emplace_back();
-    s.joint_types.push_back(Skeleton::JointType::kFixed);
-    s.joint_axes.push_back(Vec3::UnitX());
-    s.lower.push_back(0.0);
-    s.upper.push_back(0.0);
-    if (body.joint < 0) continue;
-    const UrdfTree::Joint& at = tree.joints[body.joint];
-    const urdf::Joint& joint = *model->getJoint(at.name);
-    s.joint_names.back() = at.name;
-    s.joint_in_parent.back() = read_origin(tree, *at.element, "joint \"" + at.name + "\"");
-    s.joint_types.back() = joint_type(tree, at, joint);
-    if (s.joint_types.back() == Skeleton::JointType::kFixed) continue;
-    s.joint_axes.back() = checked_axis(tree, at, joint);
-    read_limits(tree, at, joint, s.lower.back(), s.upper.back());
+  if (error) {
+    throw Error(ExitCode::kInput, file.string() + ":1: the allowed folder " +
+                                      allowed_root.string() + " does not exist");
   }
-  return s;
-}
-
-template <typename Archive>
-void walk(Archive& archive, Skeleton& s) {
-  const auto text = [](Archive& in, std::string& value) { in.list(value); };
-  archive.each(s.body_names, text);
-  archive.list(s.parent);
-  archive.list(s.joint_in_parent);
-  archive.each(s.joint_names, text);
-  archive.list(s.joint_types);
-  archive.list(s.joint_axes);
-  archive.list(s.lower);
-  archive.list(s.upper);
-  archive.each(s.visuals, [](Archive& of_bodies, std::vector<Skeleton::Visual>& visuals) {
-    of_bodies.each(visuals, [](Archive& of_body, Skeleton::Visual& visual) {
-      of_body.list(visual.mesh_file);
-      of_body.number(visual.in_body);
-      of_body.number(visual.scale);
-    });
-  });
-}
-
-bool is_sound(const Skeleton& s) {
-  const size_t bodies = s.body_names.size();
-  bool sound = bodies > 0 && s.parent.size() == bodies && s.joint_in_parent.size() == bodies &&
-               s.joint_names.size() == bodies && s.joint_types.size() == bodies &&
-               s.joint_axes.size() == bodies && s.lower.size() == bodies &&
-               s.upper.size() == bodies && s.visuals.size() == bodies;
-  for (size_t i = 0; sound && i < bodies; ++i) {
-    sound = s.parent[i] >= -1 && s.parent[i] < static_cast<int>(i) &&
-            s.joint_in_parent[i].matrix().allFinite() && s.joint_axes[i].allFinite() &&
-            s.joint_types[i] >= Skeleton::JointType::kFixed &&
-            s.joint_types[i] <= Skeleton::JointType::kPrismatic && s.lower[i] <= s.upper[i];
-    for (const Skeleton::Visual& visual : s.visuals[i]) {
-      sound = sound && visual.in_body.matrix().allFinite() && visual.scale.allFinite();
+  const fs::path folder = fs::canonical(file).parent_path();
+  size_t next = 0;
+  for (auto& visuals : parsed.skeleton.visuals) {
+    for (Skeleton::Visual& visual : visuals) {
+      const std::string place = file.string() + ":" + std::to_string(parsed.rows[next++]);
+      visual.mesh_file = resolve_mesh(place, visual.mesh_file, root, folder);
     }
   }
-  return sound;
 }
 
 }  // namespace
 
 Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
-  check_readable(file, kFileLimit);
+  const std::string text = read_whole(file, kFileLimit);
   Child child(file, "correct the URDF and try again", [&](std::string_view) {
-    Skeleton skeleton = read_skeleton(file, allowed_root);
+    ParsedUrdf parsed = read_skeleton(file, text);
     Packer packer;
-    walk(packer, skeleton);
+    walk(packer, parsed);
     return packer.bytes;
   });
   const std::string bytes = child.ask();
-  Skeleton skeleton;
+  ParsedUrdf parsed;
   Unpacker unpacker{bytes};
-  walk(unpacker, skeleton);
-  if (!unpacker.finished() || !is_sound(skeleton)) child.refuse("its reader sent nonsense");
-  return skeleton;
+  walk(unpacker, parsed);
+  if (!unpacker.finished() || !is_sound(parsed)) child.refuse("its reader sent nonsense");
+  resolve_meshes(file, allowed_root, parsed);
+  return std::move(parsed.skeleton);
 }
 
 }  // namespace thew

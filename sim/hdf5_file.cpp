@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sim/hdf5_driver.h"
+
 namespace thew {
 namespace {
 
@@ -81,12 +83,8 @@ Hdf5File::Hdf5File(const std::filesystem::path& file, Mode mode) : path_(file), 
     const Hdf5Id creation = property_list(H5P_FILE_CREATE);
     file_ = checked(H5Fcreate(file.c_str(), H5F_ACC_EXCL, creation, access), H5Fclose, "create");
   } else {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) {
-      fail(error ? "it cannot be read: " + error.message() : "it is not a file that is there");
-    }
-    length_ = std::filesystem::file_size(file, error);
-    if (error) fail(error.message());
+    length_ = use_file_of_child(access);
+    if (length_ == 0) fail("it is not a file that is there");
     file_ = checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open as HDF5");
   }
   root_ = checked(H5Gopen2(file_, "/", H5P_DEFAULT), H5Gclose, "open the root group");
@@ -100,7 +98,7 @@ void Hdf5File::close() {
 void Hdf5File::fail(const std::string& what) const {
   if (mode_ == Mode::kCreate) {
     throw Error(ExitCode::kOutput,
-                path_.string() + ": " + what + "; free some space and run again");
+                path_.string() + ": " + what + "; free some space and run again with --resume");
   }
   throw Error(ExitCode::kInput,
               path_.string() + ": " + what + "; give a bake.h5 of this version, or bake again");

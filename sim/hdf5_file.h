@@ -53,6 +53,7 @@ struct Hdf5Dataset {
 /// file, cause and next move: kOutput where the file was created here, kInput where it was opened.
 class Hdf5File {
  public:
+  /// kRead: in a reader's child alone (rig/child.h), `file` being its file.
   enum class Mode { kCreate, kRead };
   Hdf5File(const std::filesystem::path& file, Mode mode);
 

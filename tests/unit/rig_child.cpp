@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a reader does to itself in its child process, and what is told of it.
+#include <fcntl.h>
+#include <seccomp.h>
+#include <sys/prctl.h>
+#include <sys/ptrace.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
 #include <sys/wait.h>
 
-#include <array>
 #include <csignal>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "rig/child.h"
@@ -114,21 +122,126 @@ TEST_F(ChildTest, MemoryHasItsLimit) {
 }
 
 TEST_F(ChildTest, IsGoneWithItsParent) {
-  std::array<int, 2> alive{};
-  ASSERT_EQ(pipe(alive.data()), 0);
+  prctl(PR_SET_CHILD_SUBREAPER, 1);  // what its parent leaves behind becomes ours
   const pid_t parent = fork();
   if (parent == 0) {
-    close(alive[0]);
     Child child(file_, "", [](std::string_view) -> std::string {
       for (;;) pause();
     });
     std::thread([] { raise(SIGKILL); }).join();
   }
-  close(alive[1]);
   waitpid(parent, nullptr, 0);
-  char byte = 0;
-  EXPECT_EQ(read(alive[0], &byte, 1), 0);  // the child held the other end as well
-  close(alive[0]);
+  int status = 0;
+  EXPECT_GT(waitpid(-1, &status, 0), 0);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
+  prctl(PR_SET_CHILD_SUBREAPER, 0);
+}
+
+#ifndef THEW_SANITIZED  // there is no filter then
+TEST_F(ChildTest, NoNetworkAndNoOtherProcess) {
+  const std::pair<const char*, std::function<void()>> attempts[] = {
+      {"tcp", [] { socket(AF_INET, SOCK_STREAM, 0); }},
+      {"udp", [] { socket(AF_INET6, SOCK_DGRAM, 0); }},
+      {"unix", [] { socket(AF_UNIX, SOCK_STREAM, 0); }},
+      {"netlink", [] { socket(AF_NETLINK, SOCK_RAW, 0); }},
+      {"fork", [] { fork(); }},
+      {"thread", [] { std::thread([] {}).join(); }},
+      {"execve", [] { execl("/bin/true", "true", nullptr); }},
+      {"ptrace", [] { ptrace(PTRACE_TRACEME, 0, nullptr, nullptr); }},
+      {"kill", [] { kill(getppid(), SIGTERM); }},
+      {"memory", [] { process_vm_readv(getppid(), nullptr, 0, nullptr, 0, 0); }},
+  };
+  for (const auto& [name, attempt] : attempts) {
+    const auto& trying = attempt;
+    EXPECT_EQ(error_of([&](std::string_view) {
+                trying();
+                return std::string("still there");
+              }),
+              file_.string() +
+                  ": its reader was ended: it asked for a network or another process; send another")
+        << name;
+  }
+}
+
+TEST_F(ChildTest, NoFilesButItsOwn) {
+  write("other.file", "another");
+  const int before = open(file_.c_str(), O_RDWR);  // of the parent
+  ASSERT_GE(before, 0);
+  const std::string there = file_.string(), fresh = there + ".new";
+  Child child(file_, "", [&](std::string_view) {
+    std::string got;
+    const auto refused = [&](const char* what, long result) {
+      if (result != -1 || errno != EPERM) got += std::string(what) + " ";
+    };
+    refused("passwd", open("/etc/passwd", O_RDONLY));
+    refused("own", open(there.c_str(), O_RDONLY));
+    refused("create", open(fresh.c_str(), O_WRONLY | O_CREAT, 0600));
+    refused("unlink", unlink(there.c_str()));
+    refused("rename", rename(there.c_str(), fresh.c_str()));
+    refused("mkdir", mkdir(fresh.c_str(), 0700));
+    refused("link", symlink(there.c_str(), fresh.c_str()));
+    refused("chmod", chmod(there.c_str(), 0777));
+    refused("list", open("/", O_RDONLY | O_DIRECTORY));
+    struct stat status {};
+    refused("stat", stat(there.c_str(), &status));
+    rlimit none{RLIM_INFINITY, RLIM_INFINITY};
+    refused("memory", setrlimit(RLIMIT_AS, &none));
+    if (::write(before, "x", 1) != -1 || errno != EBADF) got += "the parent's ";
+    return got;
+  });
+  EXPECT_EQ(child.ask(), "");
+  EXPECT_EQ(child.ask(), "");  // and goes on
+  close(before);
+  EXPECT_EQ(std::filesystem::file_size(file_), 13u);
+  EXPECT_FALSE(std::filesystem::exists(fresh));
+}
+#endif
+
+TEST_F(ChildTest, ItsOwnFilesAreThoseOfItsFolder) {
+  std::filesystem::create_directory(folder / "below");
+  write("below/part.bin", "below");
+  const auto outside = std::filesystem::path(folder).concat(".outside");
+  std::ofstream(outside) << "secret";
+  std::filesystem::create_symlink(outside, folder / "way_out");
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  Child child(file_, "", [](std::string_view name) { return read_in_child(name, 1000); });
+  EXPECT_EQ(child.ask("some.file"), "12 bytes long");
+  EXPECT_EQ(child.ask(file_.string()), "12 bytes long");
+  EXPECT_EQ(child.ask("below/part.bin"), "below");
+  for (const std::string& name :
+       {std::string("/etc/passwd"), outside.string(), "../" + outside.filename().string(),
+        std::string("way_out"), std::string("pipe"), std::string("below"), std::string("."),
+        std::string(), std::string("not_there")}) {
+    EXPECT_HAS(input_error([&] { child.ask(name); }), "cannot be read") << name;
+  }
+  std::filesystem::remove(outside);
+  EXPECT_HAS(error_of([](std::string_view) {
+               for (;;) open_in_child("not_there");
+               return std::string();
+             }),
+             "needs more than 1000 files");
+}
+
+// As in a container that forbids filters: the limits alone hold, and files are read.
+TEST_F(ChildTest, WhereTheKernelTakesNoFilterItReads) {
+  const pid_t process = fork();
+  if (process == 0) {
+    const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+    seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(seccomp), 0);
+    seccomp_load(filter);
+    std::string read;
+    {
+      Child child(file_, "", [](std::string_view) {
+        const bool open_world = ::open("/dev/null", O_RDONLY) >= 0;
+        return read_in_child(file_of_child(), 1000) + (open_world ? "" : " confined");
+      });
+      read = child.ask();
+    }
+    _exit(read == "12 bytes long" ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(process, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 TEST_F(ChildTest, LeavesNoProcessBehind) {

@@ -2,10 +2,12 @@
 #include "rig/character_import.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "rig/assimp_scene.h"
 #include "rig/child.h"
+#include "rig/limits.h"
 #include "rig/packed.h"
 #include "rig/text.h"
 
@@ -119,6 +121,73 @@ bool is_sound(const Character& c) {
   return sound;
 }
 
+// A frame near enough, neither flat nor stretched beyond what a unit may be.
+bool is_frame(const Affine& transform, double farthest) {
+  constexpr double kFlattest = kLeastScale * kLeastScale * kLeastScale;
+  return is_place(transform.translation(), farthest) &&
+         (transform.linear().array().abs() <= kMostScale).all() &&
+         std::abs(transform.linear().determinant()) >= kFlattest;
+}
+
+template <typename Value, typename Check>
+bool all_values(const Curve<Value>& curve, const Check& check) {
+  return std::all_of(curve.values.begin(), curve.values.end(), check) &&
+         std::all_of(curve.slopes_in.begin(), curve.slopes_in.end(), check) &&
+         std::all_of(curve.slopes_out.begin(), curve.slopes_out.end(), check);
+}
+
+// A track's places are in its parent's frame, which may be stretched, as from centimetres.
+void check_animations(const fs::path& file, const Character& c, double farthest) {
+  for (const BodyClip& clip : c.animations) {
+    for (const BodyTrack& track : clip.tracks) {
+      const int parent = c.skeleton.parent[track.body];
+      const double stretch = parent < 0 ? 1.0 : c.bind[parent].linear().norm();
+      const bool good =
+          all_values(track.translation,
+                     [&](const Vec3& p) { return is_place(stretch * p, farthest); }) &&
+          all_values(track.scale, [](const Vec3& p) { return is_place(p, kMostScale); }) &&
+          all_values(track.rotation, [](const Eigen::Quaterniond& q) {
+            return (q.coeffs().array().abs() <= kMostTurn).all();
+          });
+      if (good) continue;
+      throw Error(ExitCode::kInput, file.string() + ": animation \"" + clip.name + "\" moves \"" +
+                                        c.skeleton.body_names[track.body] +
+                                        "\" farther than 10 km; correct its keys or its unit");
+    }
+  }
+}
+
+// Motion alone has no unit, and places that nothing takes over: it may be in millimetres.
+void check_numbers(const fs::path& file, const Character& c) {
+  const double farthest = lower_ending(file) == "bvh" ? 1e3 * kFarthest : kFarthest;
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::kInput,
+                file.string() + ": " + what +
+                    "; export the character again, or give its unit by [rig] scale");
+  };
+  std::vector<Affine> rest = c.rest;
+  for (size_t i = 0; i < rest.size(); ++i) {
+    if (c.skeleton.parent[i] >= 0) rest[i] = rest[c.skeleton.parent[i]] * rest[i];
+    for (const Affine& world : {c.bind[i], rest[i]}) {
+      if (is_frame(world, farthest)) continue;
+      fail("body \"" + c.skeleton.body_names[i] + "\" lies at " + point_text(world.translation()) +
+           ", farther than 10 km, or is flat or stretched");
+    }
+  }
+  for (const SkinWeights::Link& link : c.skin.links) {
+    const Affine& from = link.from_bind;
+    if (from.matrix().allFinite() && is_frame(from.inverse(), farthest)) continue;
+    fail("the bind matrix of body \"" + c.skeleton.body_names[link.body] +
+         "\" leads farther than 10 km, or is flat or stretched");
+  }
+  for (size_t i = 0; i < c.mesh.vertices.size(); ++i) {
+    if (is_place(c.mesh.vertices[i])) continue;
+    check_place(c.mesh.vertices[i], file.string() + ": vertex " + std::to_string(i),
+                "export the character again, or give its unit by [rig] scale");
+  }
+  check_animations(file, c, farthest);
+}
+
 // The bind pose as a skeleton whose joints are all fixed.
 void complete_skeleton(Character& character) {
   Skeleton& skeleton = character.skeleton;
@@ -161,6 +230,7 @@ Character import_character(const fs::path& file, double scale) {
   Unpacker unpacker{bytes};
   walk(unpacker, character);
   if (!unpacker.finished() || !is_sound(character)) child.refuse("its reader sent nonsense");
+  check_numbers(file, character);
   complete_skeleton(character);
   character.map_back = first_at_place(character.mesh);
   return character;

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "rig/limits.h"
 #include "rig/math.h"
 #include "rig/text.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kAngleSlack = 0.5 * kDegree;  // rad
 constexpr double kLengthSlack = 0.5e-3;        // m
+constexpr double kLongest = 1e9;               // s, beyond which a frame is no longer told
 constexpr double kRounding = 1e-12;            // of the slack: half a degree itself passes
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
@@ -26,7 +28,11 @@ void check_shape(const Clip& clip, const std::string& place) {
                       std::to_string(clip.values.size()) + " rows of values; give one row a time");
   }
   for (size_t k = 0; k < clip.times.size(); ++k) {
-    if (!std::isfinite(clip.times[k]) || (k > 0 && clip.times[k] <= clip.times[k - 1])) {
+    if (!std::isfinite(clip.times[k]) || std::fabs(clip.times[k]) > kLongest) {
+      refuse(place, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
+                        " is no time in seconds; correct it");
+    }
+    if (k > 0 && clip.times[k] <= clip.times[k - 1]) {
       refuse(place, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
                         " is not after the one before; sort the keys");
     }
@@ -84,6 +90,7 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
   for (size_t k = 0; k < clip.times.size(); ++k) {
     double& value = clip.values[k][column];
     if (!std::isfinite(value)) fail(k, "not finite; correct the key");
+    if (std::fabs(value) > kMostTurn) fail(k, "which is no angle or length; correct the key");
     const double inside = std::clamp(value, lower, upper);
     const double beyond = std::fabs(value - inside);
     if (beyond > slack * (1.0 + kRounding)) {

@@ -9,6 +9,7 @@
 
 #include "rig/assimp_scene.h"
 #include "rig/child.h"
+#include "rig/limits.h"
 #include "rig/packed.h"
 #include "rig/text.h"
 
@@ -207,12 +208,16 @@ Raw read_in_child(const fs::path& file) {
   const auto nodes = static_cast<int>(mesh.vertices.size());
   const bool sound =
       unpacker.finished() && raw.colours.size() == mesh.vertices.size() &&
-      std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
-                  [](const Vec3& p) { return p.allFinite(); }) &&
       std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
         return std::all_of(t.begin(), t.end(), [&](int i) { return i >= 0 && i < nodes; });
       });
   if (!sound) child.refuse("its reader sent nonsense");
+  // In whatever unit.
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (is_place(mesh.vertices[i], kFarthest / kLeastScale)) continue;
+    refuse(file, "vertex " + std::to_string(i) + " lies at " + point_text(mesh.vertices[i]) +
+                     ", which is no place in any unit; export the mesh again");
+  }
   return raw;
 }
 
@@ -257,11 +262,20 @@ ImportedMesh import_mesh(const fs::path& file) {
   return out;
 }
 
+void check_places(const fs::path& file, const std::vector<Vec3>& places) {
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (is_place(places[i])) continue;
+    check_place(places[i], file.string() + ": vertex " + std::to_string(i),
+                "export the mesh in metres, or scale it");
+  }
+}
+
 ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& place) {
   ImportedMesh imported = import_mesh(file);
   if (!place.matrix().isIdentity(0.0)) {
     for (Vec3& p : imported.mesh.vertices) p = place * p;
   }
+  check_places(file, imported.mesh.vertices);
   const std::vector<Defect> defects = find_defects(imported.mesh);
   if (defects.empty()) return imported;
   std::string message = "is not a sound closed surface";

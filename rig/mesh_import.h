@@ -22,6 +22,9 @@ struct ImportedMesh {
 /// process with limits, and welds them. Throws Error(kInput) with file, cause and next move.
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
+/// Error(kInput) with file and vertex for what is farther than kFarthest.
+void check_places(const std::filesystem::path& file, const std::vector<Vec3>& places);
+
 /// import_mesh, and Error(kInput) listing every defect when the mesh is not a sound closed surface.
 /// `place` takes the file's metres (or millimetres) to where the mesh belongs; it is checked there.
 TriMesh import_closed_mesh(const std::filesystem::path& file,

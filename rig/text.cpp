@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 
 #include "rig/skeleton.h"
@@ -10,6 +11,8 @@
 namespace thew {
 
 std::string number_text(double value) {
+  if (std::isnan(value)) return "no number";
+  if (std::isinf(value)) return value > 0.0 ? "infinite" : "minus infinite";
   char buffer[32];
   const auto end =
       std::to_chars(buffer, buffer + sizeof buffer, value + 0.0, std::chars_format::general, 6);

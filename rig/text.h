@@ -13,7 +13,7 @@ namespace thew {
 
 // Numbers to and from text, the same under every locale.
 
-/// Six significant digits.
+/// Six significant digits; "no number", "infinite".
 std::string number_text(double value);
 /// "(0.01, 0.2, 0)"
 std::string point_text(const Vec3& point);

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "rig/child.h"
+#include "rig/limits.h"
 #include "rig/math.h"
 #include "rig/packed.h"
 #include "rig/text.h"
@@ -82,7 +83,17 @@ Transform read_origin(const UrdfTree& tree, const TiXmlElement& parent, const st
     return value;
   };
   origin.translation() = read("xyz");
+  if (!is_place(origin.translation())) {
+    refuse(tree, element->Row(),
+           what + ": origin xyz=\"" + element->Attribute("xyz") +
+               "\" is farther than 10 km; give metres");
+  }
   const Vec3 rpy = read("rpy");
+  if (!is_place(rpy, kMostTurn)) {
+    refuse(tree, element->Row(),
+           what + ": origin rpy=\"" + element->Attribute("rpy") + "\" turns by more than " +
+               number_text(kMostTurn) + " rad; give what is left of it");
+  }
   origin.linear() = rotation_about(Vec3::UnitZ(), rpy.z()) *
                     rotation_about(Vec3::UnitY(), rpy.y()) * rotation_about(Vec3::UnitX(), rpy.x());
   return origin;
@@ -118,6 +129,13 @@ void read_limits(const UrdfTree& tree, const UrdfTree::Joint& at, const urdf::Jo
   upper = joint.limits->upper;
   if (!std::isfinite(lower) || !std::isfinite(upper)) {
     refuse(tree, at.row, "joint \"" + at.name + "\": a limit is not finite; use type continuous");
+  }
+  const bool turns = joint.type == urdf::Joint::REVOLUTE;
+  const double most = turns ? kMostTurn : kFarthest;
+  if (std::fabs(lower) > most || std::fabs(upper) > most) {
+    refuse(tree, at.row,
+           "joint \"" + at.name + "\": a limit is beyond " + number_text(most) +
+               (turns ? " rad; use type continuous" : " m; give metres"));
   }
   if (lower > upper) {
     refuse(tree, at.row,
@@ -160,10 +178,11 @@ std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree:
     rows.push_back(row);
     visual.in_body = read_origin(tree, *at.visuals[i], "link \"" + at.name + "\"");
     visual.scale = to_vec3(mesh.scale);
-    if (!visual.scale.allFinite() || (visual.scale.array() == 0.0).any()) {
+    const auto size = visual.scale.array().abs();
+    if (!((size >= kLeastScale).all() && (size <= kMostScale).all())) {
       refuse(tree, row,
              "link \"" + at.name + "\": mesh scale " + point_text(visual.scale) +
-                 " is zero or not finite; write scale=\"1 1 1\"");
+                 " is zero, not finite or no unit's; write scale=\"1 1 1\"");
     }
     visuals.push_back(std::move(visual));
   }
@@ -279,6 +298,17 @@ std::string resolve_mesh(const std::string& place, const std::string& name, cons
   return real.string();
 }
 
+// Each joint's origin is near; a chain of them may still lead far away.
+void check_rest_pose(const fs::path& file, const Skeleton& skeleton) {
+  Pose rest;
+  forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);
+  for (int b = 0; b < skeleton.size(); ++b) {
+    check_place(rest[b].translation(),
+                file.string() + ": link \"" + skeleton.body_names[b] + "\" at rest",
+                "give the origins in metres");
+  }
+}
+
 // Here and not in the child, which sees no files.
 void resolve_meshes(const fs::path& file, const fs::path& allowed_root, ParsedUrdf& parsed) {
   std::error_code error;
@@ -312,6 +342,7 @@ Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
   Unpacker unpacker{bytes};
   walk(unpacker, parsed);
   if (!unpacker.finished() || !is_sound(parsed)) child.refuse("its reader sent nonsense");
+  check_rest_pose(file, parsed.skeleton);
   resolve_meshes(file, allowed_root, parsed);
   return std::move(parsed.skeleton);
 }

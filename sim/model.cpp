@@ -248,6 +248,7 @@ std::vector<Bone> load_bones(const Skeleton& skeleton) {
       bone.name = skeleton.body_names[body] + (k == 0 ? "" : "_" + std::to_string(k));
       bone.in_body = import_closed_mesh(visual.mesh_file);
       for (Vec3& p : bone.in_body.vertices) p = visual.in_body * Vec3(visual.scale.cwiseProduct(p));
+      check_places(visual.mesh_file, bone.in_body.vertices);
       bone.surface =
           make_surface(bone.in_body.triangles, static_cast<int>(bone.in_body.vertices.size()));
       bones.push_back(std::move(bone));

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // From a mouse to what no animal is; beyond it other numbers are meant.
-constexpr Range kSize{1e-3, 1e3};
+constexpr Range kBodySize{1e-3, 1e3};
 
 // "1-120", "-5--1", "7"
 std::optional<std::array<int, 2>> parse_frames(const std::string& text) {
@@ -56,11 +56,11 @@ void read_frames(TomlValue& value, Scene& scene) {
 
 void read_general(TomlValue& table, Scene& scene) {
   if (const TomlValue* name = find(table, "name")) scene.name = text_of(*name);
-  read(table, "fps", scene.fps, {0.0, 1e5, true});
+  read(table, "fps", scene.fps, {1e-2, 1e5});
   if (TomlValue* frames = find(table, "frames")) read_frames(*frames, scene);
   read(table, "settle", scene.settle, {0.0, 1000.0});
-  read(table, "gravity", scene.gravity);
-  read(table, "size", scene.size, kSize);
+  read(table, "gravity", scene.gravity, {-1e4, 1e4});
+  read(table, "size", scene.size, kBodySize);
 }
 
 // The joints' own key frames need not be the same; a clip has one row of all joints a key. Where
@@ -101,7 +101,8 @@ Clip read_keys(TomlValue& keys, double unit, Clip::Interpolation interpolation,
     Clip& curve = curves.emplace_back();
     curve.joints = {keys.keys[j]};
     curve.interpolation = interpolation;
-    for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kFrames, {})) {
+    for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kFrames,
+                                               {-kMostTurn / kDegree, kMostTurn / kDegree})) {
       curve.times.push_back((frame - scene.first_frame) / scene.fps);
       curve.values.push_back({value * unit});
     }
@@ -169,11 +170,11 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   }
   if (!scene.skin.skinned) scene.skin.mesh = file_of(require(table, "mesh"), folders);
   SkinSettings& settings = scene.skin.settings;
-  read(table, "thickness", settings.thickness, kNotNegative);
+  read(table, "thickness", settings.thickness, kLength);
   read(table, "smoothing", settings.smoothing, kShare);
-  read(table, "iterations", settings.iterations, 0, 10000);
-  read(table, "fold_gap", settings.fold_gap, kNotNegative);
-  read(table, "reach", settings.reach, kPositive);
+  read(table, "iterations", settings.iterations, 1, 10000);
+  read(table, "fold_gap", settings.fold_gap, kLength);
+  read(table, "reach", settings.reach, kSize);
   std::string volume = "none";
   read(table, "volume", volume, {"none", "exact"});
   settings.keeps_volume = volume == "exact";
@@ -226,10 +227,10 @@ void read_solver(TomlValue& table, Scene& scene) {
 
 void read_contact(TomlValue& table, Scene& scene) {
   read(table, "enabled", scene.contact.enabled);
-  read(table, "margin", scene.contact.settings.margin, kNotNegative);
-  read(table, "max_depth", scene.contact.settings.max_depth, kNotNegative);
-  read(table, "gap", scene.contact.settings.gap, kNotNegative);
-  read(table, "spacing", scene.contact.settings.spacing, kPositive);
+  read(table, "margin", scene.contact.settings.margin, kLength);
+  read(table, "max_depth", scene.contact.settings.max_depth, kLength);
+  read(table, "gap", scene.contact.settings.gap, kLength);
+  read(table, "spacing", scene.contact.settings.spacing, kSize);
   read(table, "friction", scene.contact.friction, kNotNegative);
   if (TomlValue* thickness = find(table, "thickness")) {
     if (thickness->type != TomlValue::Type::kTable) {
@@ -237,7 +238,7 @@ void read_contact(TomlValue& table, Scene& scene) {
     }
     for (const std::string& name : thickness->keys) {
       double metres = 0.0;
-      read(*thickness, name.c_str(), metres, kNotNegative);
+      read(*thickness, name.c_str(), metres, kLength);
       scene.contact.thickness.push_back({name, metres});
     }
   }
@@ -263,10 +264,11 @@ void read_contact(TomlValue& table, Scene& scene) {
 void read_cut(TomlValue& value, SceneView& view) {
   for (TomlValue& item : items_of(value, "planes, [[nx, ny, nz, d], ...]", 1, kMostCuts)) {
     const std::vector<TomlValue>& four = items_of(item, "a plane, [nx, ny, nz, d]", 4, 4);
-    const Vec3 normal(number_of(four[0]), number_of(four[1]), number_of(four[2]));
+    const Vec3 normal(number_of(four[0], kDirection), number_of(four[1], kDirection),
+                      number_of(four[2], kDirection));
     if (!(normal.norm() > 1e-9)) refuse(item, "give a normal that is not zero");
     const Vec3 n = normal.normalized();
-    view.cut.push_back({n.x(), n.y(), n.z(), number_of(four[3])});
+    view.cut.push_back({n.x(), n.y(), n.z(), number_of(four[3], kPlace)});
   }
 }
 
@@ -278,11 +280,11 @@ SceneView read_view(TomlValue& table) {
     if (view.name == show) view.show = show;
   }
   read(table, "show", view.show, shows);
-  read(table, "eye", view.eye);
-  read(table, "target", view.target);
-  read(table, "up", view.up);
+  read(table, "eye", view.eye, kPlace);
+  read(table, "target", view.target, kPlace);
+  read(table, "up", view.up, kDirection);
   read(table, "field_of_view", view.field_of_view, {1.0, 170.0});
-  read(table, "light", view.light);
+  read(table, "light", view.light, kDirection);
   if (TomlValue* cut = find(table, "cut")) read_cut(*cut, view);
   if (view.show == "cutaway" && view.cut.empty()) {
     throw Error(ExitCode::kUsage, table.place + ": [" + table.name +

@@ -25,14 +25,15 @@ void read_tube(TomlValue& table, TubeProfile& profile) {
                                         " that is more than " + std::to_string(kTubeNodes) +
                                         " nodes; make one of them smaller");
   }
-  profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {0.0, 10.0, true});
+  profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {1e-6, 10.0});
 }
 
 void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
   for (TomlValue& item :
        items_of(value, "two points or more, [[\"body\", x, y, z], ...]", 2, 1000)) {
     const std::vector<TomlValue>& parts = items_of(item, "a point, [\"body\", x, y, z]", 4, 4);
-    const Vec3 position(number_of(parts[1]), number_of(parts[2]), number_of(parts[3]));
+    const Vec3 position(number_of(parts[1], kPlace), number_of(parts[2], kPlace),
+                        number_of(parts[3], kPlace));
     path.push_back({text_of(parts[0]), position, item.place});
   }
 }
@@ -42,11 +43,11 @@ SceneWrap read_wrap(TomlValue& table, int segments) {
   wrap.place = table.place;
   wrap.segment = integer_of(require(table, "segment"), 0, segments - 1);
   wrap.body = text_of(require(table, "body"));
-  wrap.centre = vector_of(require(table, "centre"));
+  wrap.centre = vector_of(require(table, "centre"), kPlace);
   TomlValue& axis = require(table, "axis");
-  wrap.axis = vector_of(axis);
+  wrap.axis = vector_of(axis, kDirection);
   if (wrap.axis.norm() < 1e-9) refuse(axis, "give a direction, which is not zero");
-  wrap.radius = number_of(require(table, "radius"), kPositive);
+  wrap.radius = number_of(require(table, "radius"), kSize);
   if (const TomlValue* turn = find(table, "turn")) {
     wrap.turn = integer_of(*turn, -1, 1);
     if (wrap.turn == 0.0) refuse(*turn, "give 1 or -1");
@@ -58,8 +59,8 @@ SceneFixed read_fixed(TomlValue& table) {
   SceneFixed fixed;
   fixed.place = table.place;
   fixed.body = text_of(require(table, "body"));
-  read(table, "low", fixed.low);
-  read(table, "high", fixed.high);
+  read(table, "low", fixed.low, kPlace);
+  read(table, "high", fixed.high, kPlace);
   return fixed;
 }
 
@@ -77,14 +78,16 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
     bool good = width > 0 && words.size() == width;
     for (std::size_t k = 0; good && k < width; ++k) {
       const auto number = parse_number(words[k]);
-      good = number && std::abs(*number) <= 1e12 && (k + 1 < width || *number >= 0.0);
+      const bool weight = k + 1 == width;
+      good = number && (weight ? *number >= 0.0 && *number <= kNotNegative.most
+                               : std::abs(*number) <= kFarthest);
       if (good) values[k] = *number;
     }
     if (!good) {
       throw Error(ExitCode::kInput,
                   file.string() + ":" + std::to_string(line) +
                       ": is not a weight; give one number from 0 a line, one line per vertex, or x "
-                      "y z weight in each line");
+                      "y z weight in each line, places within 10 km");
     }
     if (width == 1) {
       muscle.node_weights.push_back(values[0]);
@@ -100,10 +103,10 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
 
 ZoneSettings read_zone(TomlValue& table) {
   ZoneSettings zone;
-  read(table, "smallest_radius", zone.smallest_radius, kNotNegative);
+  read(table, "smallest_radius", zone.smallest_radius, kLength);
   read(table, "per_impulse", zone.per_impulse, kNotNegative);
   read(table, "along_load", zone.along_load, kShare);
-  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, 1e12});
+  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, kFarthest});
   return zone;
 }
 
@@ -113,7 +116,7 @@ void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle)
     return;
   }
   SceneWeights& painted = muscle.painted;
-  read(value, "tolerance", painted.tolerance, kNotNegative);
+  read(value, "tolerance", painted.tolerance, kLength);
   if (const TomlValue* colour = find(value, "colour")) {
     const std::vector<std::string> channels = {"red", "green", "blue", "alpha"};
     const std::string& word = word_of(*colour, channels);
@@ -132,13 +135,12 @@ void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle)
 Eigen::Affine3d read_transform(TomlValue& table) {
   double scale = 1.0, angle = 0.0;
   Vec3 axis = Vec3::UnitY(), move = Vec3::Zero();
-  read(table, "scale", scale, kPositive);
-  read(table, "axis", axis);
+  read(table, "scale", scale, kScale);
+  if (TomlValue* given = find(table, "axis")) axis = direction_of(*given);
   read(table, "angle", angle, {-360.0, 360.0});
-  read(table, "move", move);
-  if (axis.norm() < 1e-9) refuse(*find(table, "axis"), "give a direction, which is not zero");
+  read(table, "move", move, kPlace);
   Eigen::Affine3d out = Eigen::Affine3d::Identity();
-  out.linear() = scale * rotation_about(axis.normalized(), angle * kDegree);
+  out.linear() = scale * rotation_about(axis, angle * kDegree);
   out.translation() = move;
   return out;
 }
@@ -154,7 +156,7 @@ void read_material(TomlValue& table, SpringMaterial& material) {
 
 void read_belly(TomlValue& value, std::array<double, 2>& belly) {
   const std::vector<TomlValue>& ends = items_of(value, "metres along the path, [from, to]", 2, 2);
-  belly = {number_of(ends[0], kNotNegative), number_of(ends[1], kNotNegative)};
+  belly = {number_of(ends[0], kLength), number_of(ends[1], kLength)};
   if (belly[1] <= belly[0]) refuse(ends[1], "give more than " + number_text(belly[0]));
 }
 
@@ -164,13 +166,13 @@ void read_along_path(TomlValue& table, SceneMuscle& muscle) {
     muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
   }
   if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
-  read(table, "twist_from", muscle.twist_from, kNotNegative);
+  read(table, "twist_from", muscle.twist_from, kLength);
   std::string shape = "target";
   read(table, "shape", shape, {"target", "weights"});
   muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;
   read(table, "guide", muscle.guide, kNotNegative);
   read(table, "f_max", muscle.f_max, kNotNegative);
-  read(table, "fibre_length", muscle.fibre_length, kPositive);
+  read(table, "fibre_length", muscle.fibre_length, kSize);
   if (TomlValue* activation = find(table, "activation")) {
     muscle.activation = pairs_of(*activation, "[frame, activation]", kFrames, kShare);
   }
@@ -183,7 +185,7 @@ void read_soft_body(TomlValue& table, SceneMuscle& muscle) {
   for (TomlValue* fixed : tables_of(table, "fixed")) muscle.fixed.push_back(read_fixed(*fixed));
   if (TomlValue* material = find(table, "material")) {
     if (TomlValue* shape = find(*material, "shape")) {
-      if (number_of(*shape) != 0.0)
+      if (number_of(*shape, kNotNegative) != 0.0)
         refuse(*shape, "remove it: a body without a path has no carried shape");
     }
   }

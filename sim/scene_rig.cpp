@@ -10,9 +10,9 @@ SceneForearm read_forearm(TomlValue& table) {
   SceneForearm forearm;
   forearm.ulna = text_of(require(table, "ulna"));
   forearm.radius = text_of(require(table, "radius"));
-  forearm.head = vector_of(require(table, "head"));
+  forearm.head = vector_of(require(table, "head"), kPlace);
   TomlValue& wrist = require(table, "wrist");
-  forearm.wrist = vector_of(wrist);
+  forearm.wrist = vector_of(wrist, kPlace);
   if (forearm.wrist.norm() < 1e-6 || (forearm.wrist - forearm.head).norm() < 1e-6) {
     refuse(wrist, "give another place than the body's origin and the radius' head");
   }
@@ -24,18 +24,13 @@ SceneHinge read_hinge(TomlValue& table) {
   hinge.place = table.place;
   hinge.name = text_of(require(table, "name"));
   hinge.body = text_of(require(table, "body"));
-  const auto direction = [](TomlValue& value) -> Vec3 {
-    const Vec3 direction = vector_of(value);
-    if (direction.norm() < 1e-9) refuse(value, "give a direction, which is not zero");
-    return direction.normalized();
-  };
-  hinge.axis = direction(require(table, "axis"));
+  hinge.axis = direction_of(require(table, "axis"));
   constexpr Range kTurn{-360.0, 360.0};
   read(table, "at_bind", hinge.at_bind, kTurn);
   hinge.at_bind *= kDegree;
   read(table, "roll", hinge.roll, kTurn);
   hinge.roll *= kDegree;
-  if (hinge.roll != 0.0) hinge.along = direction(require(table, "along"));
+  if (hinge.roll != 0.0) hinge.along = direction_of(require(table, "along"));
   if (TomlValue* range = find(table, "range")) {
     const std::vector<TomlValue>& ends = items_of(*range, "degrees, [from, to]", 2, 2);
     hinge.range = {number_of(ends[0], kTurn) * kDegree, number_of(ends[1], kTurn) * kDegree};
@@ -50,7 +45,7 @@ SceneHinge read_hinge(TomlValue& table) {
 void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) {
   SceneCharacter& character = scene.character;
   character.given = true;
-  read(table, "scale", character.scale, kPositive);
+  read(table, "scale", character.scale, kScale);
   for (TomlValue* hinge : tables_of(table, "hinge")) {
     character.hinges.push_back(read_hinge(*hinge));
   }

@@ -110,6 +110,12 @@ Vec3 vector_of(TomlValue& value, const Range& range) {
   return {number_of(items[0], range), number_of(items[1], range), number_of(items[2], range)};
 }
 
+Vec3 direction_of(TomlValue& value) {
+  const Vec3 direction = vector_of(value, kDirection);
+  if (direction.norm() < 1e-9) refuse(value, "give a direction, which is not zero");
+  return direction.normalized();
+}
+
 Pairs pairs_of(TomlValue& value, const std::string& what, const Range& first, const Range& second) {
   Pairs pairs;
   for (TomlValue& item : items_of(value, "pairs, [" + what + ", ...]", 1, 1000000)) {

@@ -11,6 +11,7 @@
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
 #include <cstring>
+#include <new>
 #include <utility>
 
 #include "rig/child.h"
@@ -151,6 +152,7 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
   } catch (const std::exception& error) {
     cause = error.what();
   }
+  if (cause == "std::bad_alloc") throw std::bad_alloc();  // assimp has caught it
   if (scene && scene->mRootNode && (!with_meshes || scene->HasMeshes())) {
     if (ending == "fbx") turn_upright(*scene);
     return *scene;

@@ -75,6 +75,13 @@ std::uint64_t address_space() {
   return std::uint64_t{pages} * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
+// Whether the process may have less than so many bytes more.
+bool is_tight(std::uint64_t memory) {
+  rlimit now{};
+  return ::getrlimit(RLIMIT_AS, &now) == 0 && now.rlim_cur != RLIM_INFINITY &&
+         now.rlim_cur < address_space() + memory;
+}
+
 void limit(int resource, rlim_t most) {
   rlimit now{};
   ::getrlimit(static_cast<__rlimit_resource>(resource), &now);
@@ -275,9 +282,15 @@ void Child::fail() {
   if (!ended || signal == SIGXCPU) {
     refuse("reading it was ended after " + std::to_string(seconds_) + " s");
   }
+  const bool no_memory = WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory;
+  if (is_tight(memory_) && (no_memory || (signal != 0 && signal != SIGSYS))) {
+    throw Error(ExitCode::kRetry, file_.string() +
+                                      ": reading it takes more memory than there is; raise the "
+                                      "limit (ulimit -v) and try again");
+  }
   if (signal == SIGSYS) refuse("its reader was ended: it asked for a network or another process");
   if (signal != 0) refuse(std::string("its reader crashed (") + ::strsignal(signal) + ")");
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory) {
+  if (no_memory) {
     refuse("reading it takes more than " + std::to_string(memory_ >> 20) + " MiB of memory");
   }
   refuse("its reader ended too soon");

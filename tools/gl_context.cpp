@@ -2,6 +2,7 @@
 #include "tools/gl_context.h"
 
 #include <GL/osmesa.h>
+#include <sys/mman.h>
 
 #include <cstdlib>
 
@@ -26,7 +27,15 @@ const char* kInstall = "; install libosmesa6 and link neither libGL nor libGLU b
 
 std::string chosen_driver;  // "": not chosen
 
-OSMesaContext create_context() {
+// Bytes that a context takes with its shaders, and a picture of so many pixels, measured with
+// llvmpipe, which takes more than softpipe: 390 MiB (threads and their heaps most of it), 133 a
+// pixel.
+constexpr std::size_t kContext = std::size_t{448} << 20, kPixel = 144;
+
+std::size_t bytes_of(int width, int height) { return kPixel * width * height; }
+
+OSMesaContext create_context(int width, int height) {
+  check_room(kContext + bytes_of(width, height));
   const char* driver = std::getenv("GALLIUM_DRIVER");
   if (driver && *driver && std::string(driver) != "llvmpipe" && std::string(driver) != "softpipe") {
     // OSMesa crashes on a name that it does not know.
@@ -51,13 +60,26 @@ OSMesaContext create_context() {
 
 }  // namespace
 
+void check_room(std::size_t bytes) {
+  void* room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) {
+    throw Error(ExitCode::kRetry,
+                "renderer: drawing takes " + std::to_string(bytes >> 20) +
+                    " MiB of memory, which the system does not give; free some, "
+                    "raise the limit (ulimit -v) or choose a smaller render.size, "
+                    "then run again");
+  }
+  ::munmap(room, bytes);
+}
+
 void choose_driver(const std::string& name) {
   chosen_driver = name;
   setenv("GALLIUM_DRIVER", name.c_str(), 1);
 }
 
 GlContext::GlContext(int width, int height)
-    : width_(width), height_(height), context_(create_context()) {
+    : width_(width), height_(height), context_(create_context(width, height)) {
   if (!context_) fail(std::string("OSMesa gives no context of GL 3.3") + kInstall);
   try {
     pixels_.resize(4ul * width * height);
@@ -92,6 +114,7 @@ void GlContext::make_current() {
 }
 
 void GlContext::resize(int width, int height) {
+  check_room(bytes_of(width, height));
   width_ = width;
   height_ = height;
   pixels_.resize(4ul * width * height);

@@ -3,6 +3,7 @@
 
 #include <GL/glcorearb.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -73,6 +74,10 @@ struct Gl {
   THEW_GL_FUNCTIONS(THEW_GL_POINTER)
 #undef THEW_GL_POINTER
 };
+
+/// Error(kRetry) where the process may not have so many bytes more. To be asked before Mesa is,
+/// which with LLVM crashes where memory ends.
+void check_room(std::size_t bytes);
 
 /// Makes "softpipe" or "llvmpipe" the driver of this process, whatever GALLIUM_DRIVER says. Mesa
 /// asks once: only before the first context. Softpipe's pixels are the same on every processor.

@@ -171,6 +171,9 @@ GLuint Renderer::Data::make_target(std::initializer_list<GLuint> colours, GLuint
 }
 
 void Renderer::Data::make_arrays() {
+  // Mesa holds what it is given once more, and what it has turned into screen space.
+  check_room(4 * (geometry.constants.size() * (sizeof(DrawConstant) + 2 * sizeof(DrawVertex)) +
+                  geometry.indices.size() * sizeof(std::uint32_t)));
   const auto attribute = [&](GLuint index, int size, GLenum type, std::size_t stride,
                              std::size_t offset) {
     gl.EnableVertexAttribArray(index);

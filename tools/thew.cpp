@@ -12,6 +12,7 @@
 #include "rig/skeleton.h"
 #include "rig/text.h"
 #include "tools/commands.h"
+#include "tools/large_stack.h"
 #include "tools/printing.h"
 
 namespace thew {
@@ -407,11 +408,15 @@ int run_and_explain(int argc, char** argv) {
 }  // namespace
 }  // namespace thew
 
-int main(int argc, char** argv) {
+static int run_guarded(int argc, char** argv) {
   try {
     return thew::run_and_explain(argc, argv);
   } catch (const std::bad_alloc&) {  // not even for a message
     std::fputs("thew: there is not enough memory; free some and run again\n", stderr);
     return static_cast<int>(thew::ExitCode::kRetry);
   }
+}
+
+int main(int argc, char** argv) {
+  return thew::on_large_stack([&] { return run_guarded(argc, argv); });
 }

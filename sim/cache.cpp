@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "rig/limits.h"
 #include "sim/cache_parts.h"
 #include "sim/durable_file.h"
 #include "sim/hash.h"
@@ -62,10 +63,11 @@ void check_frame(const BakeInfo& info, const BakeFrame& frame) {
       refuse("mesh \"" + info.meshes[m].name + "\" changed its number of nodes");
     }
     const auto bad = std::find_if(positions.begin(), positions.end(),
-                                  [](const Vec3& p) { return !p.allFinite(); });
+                                  [](const Vec3& p) { return !is_place(p); });
     if (bad != positions.end()) {
       refuse("mesh \"" + info.meshes[m].name + "\", node " +
-             std::to_string(bad - positions.begin()) + ": position is not finite");
+             std::to_string(bad - positions.begin()) +
+             ": position is no number, or farther than 10 km");
     }
   }
   for (std::size_t k = 0; k < frame.metrics.size(); ++k) {

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "rig/child.h"
+#include "rig/limits.h"
 #include "rig/packed.h"
 #include "sim/cache.h"
 #include "sim/hdf5_file.h"
@@ -180,42 +181,57 @@ bool unpack(const std::string& bytes, Values&... values) {
   return unpacker.finished();
 }
 
-template <typename Values>
-bool finite(const Values& values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
+// Of what a scene may ask for; NaN is none of it.
+constexpr double kLeastRate = 1e-2, kMostRate = 1e5;  // frames a second
+constexpr int kLastFrame = 1000000;
+constexpr double kMostWeight = 1e12;
+constexpr double kMostMetric = 1e30;  // figures are squared, and drawn in charts
 
-bool finite(const std::vector<Vec3>& values) {
-  return std::all_of(values.begin(), values.end(), [](const Vec3& p) { return p.allFinite(); });
+template <typename Values>
+bool all_within(const Values& values, double least, double most) {
+  return std::all_of(values.begin(), values.end(),
+                     [&](double v) { return v >= least && v <= most; });
 }
 
 void check_mesh(const Child& child, const BakeMesh& mesh) {
-  const std::size_t nodes = mesh.rest.vertices.size();
+  const std::vector<Vec3>& rest = mesh.rest.vertices;
   for (const Triangle& triangle : mesh.rest.triangles) {
     for (const int node : triangle) {
-      if (node < 0 || static_cast<std::size_t>(node) >= nodes) {
+      if (node < 0 || static_cast<std::size_t>(node) >= rest.size()) {
         child.refuse(mesh.name + ": a triangle names node " + std::to_string(node) + " of " +
-                     std::to_string(nodes));
+                     std::to_string(rest.size()));
       }
     }
   }
-  const bool good = finite(mesh.rest.vertices) && finite(mesh.weights) &&
-                    std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
-                                [](const auto& c) { return finite(c); });
-  if (!good) child.refuse(mesh.name + " has numbers that are not finite");
+  if (!std::all_of(rest.begin(), rest.end(), [](const Vec3& p) { return is_place(p); })) {
+    child.refuse(mesh.name + " lies at rest where no place is, or farther than 10 km");
+  }
+  if (std::all_of(rest.begin(), rest.end(), [&](const Vec3& p) { return p == rest[0]; })) {
+    child.refuse(mesh.name + ": all nodes lie in one place at rest");
+  }
+  if (!all_within(mesh.weights, 0.0, kMostWeight) ||
+      !std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
+                   [](const auto& c) { return all_within(c, -kFarthest, kFarthest); })) {
+    child.refuse(mesh.name + " has weights or coordinates that are none");
+  }
 }
 
 void check_info(const Child& child, const BakeInfo& info,
                 const std::vector<std::vector<double>>& metrics) {
   const bool ascending = std::adjacent_find(info.frames.begin(), info.frames.end(),
                                             std::greater_equal()) == info.frames.end();
-  if (!ascending || !std::isfinite(info.fps) || info.fps <= 0.0) {
+  if (!ascending || info.frames.empty() || info.frames.front() < -kLastFrame ||
+      info.frames.back() > kLastFrame || !(info.fps >= kLeastRate && info.fps <= kMostRate)) {
     child.refuse("its frames or its frame rate make no sense");
   }
   for (const BakeMesh& mesh : info.meshes) check_mesh(child, mesh);
   bool sound = metrics.size() == info.metric_names.size();
   for (const auto& metric : metrics) sound = sound && metric.size() == info.frames.size();
   if (!sound) child.refuse("its reader sent nonsense");
+  for (std::size_t k = 0; k < metrics.size(); ++k) {
+    if (all_within(metrics[k], -kMostMetric, kMostMetric)) continue;
+    child.refuse("the metric " + info.metric_names[k] + " is no number in some frame");
+  }
 }
 
 // Small requests and large answers: empty for all but the frames, else the place of a frame.
@@ -266,10 +282,12 @@ BakeFrame BakeReader::read(int index) const {
   }
   if (!good) data.child.refuse("its reader sent nonsense");
   for (std::size_t m = 0; m < frame.positions.size(); ++m) {
-    if (!finite(frame.positions[m])) {
-      data.child.refuse(data.info.meshes[m].name + ": positions are not finite in frame " +
-                        std::to_string(frame.frame));
-    }
+    const auto& x = frame.positions[m];
+    const auto bad = std::find_if(x.begin(), x.end(), [](const Vec3& p) { return !is_place(p); });
+    if (bad == x.end()) continue;
+    data.child.refuse(data.info.meshes[m].name + ", frame " + std::to_string(frame.frame) +
+                      ", vertex " + std::to_string(bad - x.begin()) +
+                      " lies where no place is, or farther than 10 km");
   }
   for (const auto& metric : data.metrics) frame.metrics.push_back(metric[at]);
   return frame;

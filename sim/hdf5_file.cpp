@@ -227,15 +227,23 @@ bool Hdf5File::is_group(hid_t parent, const std::string& name) const {
   return info.type == H5O_TYPE_GROUP;
 }
 
-Hdf5Id Hdf5File::open_group(hid_t parent, const std::string& name) const {
+void Hdf5File::take_once(hid_t parent, const std::string& name) const {
   check_hard_link(parent, name);
+  H5O_info_t info;
+  check(H5Oget_info_by_name2(parent, name.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT),
+        "look at " + name);
+  if (!taken_.insert(info.addr).second) fail(name + " is a second link to what was read before");
+}
+
+Hdf5Id Hdf5File::open_group(hid_t parent, const std::string& name) const {
+  take_once(parent, name);
   return checked(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "open the group " + name);
 }
 
 Hdf5Dataset Hdf5File::open_dataset(hid_t parent, const std::string& name,
                                    const std::vector<hid_t>& types, std::size_t rank,
                                    hsize_t rows) const {
-  check_hard_link(parent, name);
+  take_once(parent, name);
   Hdf5Dataset dataset;
   dataset.id = checked(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open " + name);
   const Hdf5Id stored = checked(H5Dget_type(dataset.id), H5Tclose, "read the type of " + name);

@@ -4,6 +4,7 @@
 #include <hdf5.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -80,6 +81,7 @@ class Hdf5File {
   std::vector<std::string> names(hid_t group) const;
   bool has(hid_t group, const std::string& name) const;
   bool has_attribute(hid_t object, const std::string& name) const;
+  /// Each group and dataset once: links may go in circles, and make much of little.
   Hdf5Id open_group(hid_t parent, const std::string& name) const;
   /// Refuses another type (unless one of `types`), rank, layout, filter or block, and sizes that
   /// the file is too short for. `rows` as it was created with; 0: all in one chunk.
@@ -99,11 +101,13 @@ class Hdf5File {
   Hdf5Id checked(hid_t id, herr_t (*close)(hid_t), const std::string& what) const;
   void check(long long result, const std::string& what) const;
   void check_hard_link(hid_t parent, const std::string& name) const;
+  void take_once(hid_t parent, const std::string& name) const;
 
   std::filesystem::path path_;
   Mode mode_;
   std::uintmax_t length_ = 0;  ///< bytes, of a file that is read
   Hdf5Id file_, root_;
+  mutable std::set<haddr_t> taken_;  ///< addresses of what was opened
 };
 
 }  // namespace thew

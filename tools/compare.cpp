@@ -5,6 +5,8 @@
 #include <charconv>
 #include <set>
 
+#include "rig/limits.h"
+#include "rig/text.h"
 #include "sim/parallel.h"
 #include "tools/commands.h"
 
@@ -104,6 +106,23 @@ GeometryComparison compare_bakes(const fs::path& expected, const fs::path& actua
                           options.distance);
 }
 
+// A limit that is no number would let everything pass.
+void check_limit(const char* option, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw Error(ExitCode::kUsage, std::string(option) + " is " + number_text(value) +
+                                    "; give a number from " + number_text(least) + " to " +
+                                    number_text(most));
+}
+
+void check_limits(const CompareOptions& options) {
+  const PixelLimits& pixels = options.limits;
+  check_limit("--distance", 1e3 * options.distance, 0.0, 1e3 * kFarthest);
+  check_limit("--share", pixels.share, 0.0, 1.0);
+  check_limit("--rmse", pixels.rmse.value_or(0.0), 0.0, 255.0);
+  check_limit("--ssim", pixels.ssim.value_or(0.0), -1.0, 1.0);
+  check_limit("--flip", pixels.flip.value_or(0.0), 0.0, 1.0);
+}
+
 }  // namespace
 
 int Comparison::different_images() const {
@@ -113,6 +132,7 @@ int Comparison::different_images() const {
 
 Comparison compare(const fs::path& expected, const fs::path& actual,
                    const CompareOptions& options) {
+  check_limits(options);
   Comparison result{expected, actual, options.mask, {}, options.limits, {}};
   const Side side = side_of(expected);
   if (side != side_of(actual)) {

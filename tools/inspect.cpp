@@ -199,6 +199,15 @@ const char* const kCrossingsNote =
     "(of bone and muscle: outside the skin, which may have a few holes), and not measured of a "
     "mesh with itself";
 
+auto crossings_of(const fs::path& file, const BakeInfo& info, const BakeFrame& frame) {
+  try {
+    return find_crossings(info.meshes, frame.positions);
+  } catch (const Error& error) {
+    throw Error(error.code(),
+                file.string() + ": frame " + std::to_string(frame.frame) + ": " + error.what());
+  }
+}
+
 Found inspect_bake(const fs::path& file, const std::string& frames) {
   const BakeReader reader(file);
   const BakeInfo& info = reader.info();
@@ -214,7 +223,7 @@ Found inspect_bake(const fs::path& file, const std::string& frames) {
     stop_if_interrupted();
     BakeFrame frame = reader.read(static_cast<int>(f));
     if (std::find(chosen.begin(), chosen.end(), frame.frame) != chosen.end()) {
-      const auto found = find_crossings(info.meshes, frame.positions);
+      const auto found = crossings_of(file, info, frame);
       ordered_json entry = {{"frame", frame.frame}};
       for (std::size_t i = 0; i < found.size(); ++i) {
         entry[kLayerPairs[i]] = crossings_entry(found[i], info.meshes);

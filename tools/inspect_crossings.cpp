@@ -17,6 +17,10 @@ constexpr int kRays = 5;
 // Of its edges a skin may lack a neighbour at so many and still tell inside from outside.
 constexpr double kMostOpen = 0.1;
 
+// Exact tests of one frame, of all and of each triangle: surfaces have some thirty each, and where
+// all nodes lie in one place each triangle meets all others.
+constexpr std::size_t kMostTests = 20000, kMostTestsEach = 100;
+
 /// A triangle with its box.
 struct Item {
   int mesh, triangle;
@@ -138,6 +142,8 @@ void count_pair(const Item& a, const Item& b, const Layers& layers, Crossings& f
 // Sweep along y, the arm's long axis.
 void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>& found) {
   const std::vector<Item> items = items_along_y(layers);
+  const std::size_t most = kMostTests + kMostTestsEach * items.size();
+  std::size_t tests = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Item& a = items[i];
     for (std::size_t k = i + 1; k < items.size() && items[k].low.y() <= a.high.y(); ++k) {
@@ -147,6 +153,11 @@ void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>
         continue;
       }
       const int pair = layer_pair(layers.meshes[a.mesh].kind, layers.meshes[b.mesh].kind);
+      if (pair >= 0 && ++tests > most) {
+        throw Error(ExitCode::kInput, "its triangles lie upon each other in heaps, about " +
+                                          layers.meshes[a.mesh].name +
+                                          ", and are not counted; bake again");
+      }
       if (pair >= 0) count_pair(a, b, layers, found[pair]);
     }
   }

@@ -9,11 +9,13 @@
 #include <optional>
 
 #include "rig/character_import.h"
+#include "rig/limits.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
 #include "rig/text.h"
 #include "rig/urdf_import.h"
 #include "sim/durable_file.h"
+#include "sim/model.h"
 #include "sim/scene.h"
 #include "tools/commands.h"
 #include "tools/new_target.h"
@@ -310,6 +312,24 @@ void tell(const NewOptions& options, size_t muscles, const Said& said) {
         " muscles; next: thew bake " + options.out.string() + " --out FOLDER\n");
 }
 
+// A scene that a bake would refuse is not written. It is read from beside its place, as its paths
+// are relative.
+void check_scene(const fs::path& character, const fs::path& out, const std::string& text) {
+  const fs::path trial = fs::path(out).concat(".trial");
+  write_durably(trial, text);
+  std::string refusal;
+  try {
+    build_model(read_scene(trial));
+  } catch (const Error& error) {
+    refusal = error.what();
+  }
+  fs::remove(trial);
+  if (refusal.empty()) return;
+  throw Error(ExitCode::kInput, character.string() + ": no scene that bakes comes of it (" +
+                                    refusal +
+                                    "); name its bodies with --map, or give its unit with --scale");
+}
+
 }  // namespace
 
 ExitCode new_command(const NewOptions& options) {
@@ -321,6 +341,10 @@ ExitCode new_command(const NewOptions& options) {
     throw Error(ExitCode::kUsage, options.out.string() +
                                       ": exists already, and may have been edited; give another "
                                       "name, or --force to replace it");
+  }
+  if (!(options.scale >= kLeastScale && options.scale <= kMostScale)) {
+    throw Error(ExitCode::kUsage,
+                "--scale is " + number_text(options.scale) + "; give a number from 1e-6 to 1e6");
   }
   const Template from = read_template();
   if (!names_character(options.character)) {
@@ -359,10 +383,11 @@ ExitCode new_command(const NewOptions& options) {
     if (!views) views = views_text(character, arms[i], fits[i], rest);
   }
   say_flesh(written, said);
-  write_durably(options.out,
-                scene_text(options.out.stem().string(), file, options.scale, written,
-                           clip_text(written, character),
-                           contact_text(from.scene.contact.settings, written), *views));
+  const std::string text = scene_text(options.out.stem().string(), file, options.scale, written,
+                                      clip_text(written, character),
+                                      contact_text(from.scene.contact.settings, written), *views);
+  check_scene(options.character, options.out, text);
+  write_durably(options.out, text);
   tell(options, arms.size() * from.scene.muscles.size(), said);
   return ExitCode::kDone;
 }

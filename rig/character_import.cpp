@@ -10,6 +10,7 @@
 #include "rig/limits.h"
 #include "rig/packed.h"
 #include "rig/text.h"
+#include "rig/text_numbers.h"
 
 namespace thew {
 namespace {
@@ -220,6 +221,9 @@ Character import_character(const fs::path& file, double scale) {
   }
   check_readable(file, kAssimpFileLimit);
   Child child(file, "export it again, for instance as glTF", [&](std::string_view) {
+    if (lower_ending(file) == "bvh") {
+      check_text_numbers(file, read_in_child(file_of_child(), kAssimpFileLimit));
+    }
     Character character = read_character(file, scale);
     Packer packer;
     walk(packer, character);

@@ -12,6 +12,7 @@
 #include "rig/limits.h"
 #include "rig/packed.h"
 #include "rig/text.h"
+#include "rig/text_numbers.h"
 
 namespace thew {
 namespace {
@@ -159,6 +160,7 @@ void restore_order(Raw& raw) {
 }
 
 Raw read_through_assimp(const fs::path& file) {
+  check_text_numbers(file, read_in_child(file_of_child(), kAssimpFileLimit));
   Assimp::Importer importer;
   Raw raw = collect(file, read_assimp_scene(file, true, importer));
   if (lower_ending(file) == "obj") restore_order(raw);

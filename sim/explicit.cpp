@@ -8,6 +8,7 @@
 
 #include "muscles/volume.h"
 #include "muscles/weights.h"
+#include "rig/text.h"
 #include "rig/vectorise.h"
 #include "sim/explicit_contact.h"
 #include "sim/muscle_step.h"
@@ -18,6 +19,7 @@ namespace {
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
 constexpr double kMargin = 0.95;   // of the stable step, by a bound of the spectrum (Gershgorin)
 constexpr int kContactRounds = 60;
+constexpr double kMostSubsteps = 20000;  // minutes a frame, and more than any tissue asks for
 constexpr int kLookEvery = 5;  // substeps, for touches that may close before the next look
 
 // What a spring has against leaving the carried shape's edge vectors.
@@ -283,7 +285,14 @@ int explicit_substeps(const Model& model, int m, double h) {
   const double omega = std::sqrt(squared);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
-  return std::max(1, static_cast<int>(std::ceil(h / (kMargin * stable))));
+  const double substeps = std::ceil(h / (kMargin * stable));
+  if (substeps <= kMostSubsteps) return std::max(1, static_cast<int>(substeps));
+  throw Error(
+      ExitCode::kUsage,
+      muscle.settings.place + ": muscle \"" + muscle.name +
+          "\" is too stiff and light for integrator = \"explicit\": a step of " + number_text(h) +
+          " s takes " + number_text(substeps) +
+          " substeps; make its material softer or its mesh coarser, or take \"local_global\"");
 }
 
 void step_explicit(const Model& model, int m, double frame, State& state) {

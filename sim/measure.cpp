@@ -206,7 +206,9 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   }
   if (model.skinned) {
     out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
-    out.skin.max_poke_through = *std::max_element(outside.begin(), outside.end());
+    for (const double depth : outside) {  // of no muscle there is none
+      out.skin.max_poke_through = std::max(out.skin.max_poke_through, depth);
+    }
   } else if (model.has_skin) {
     out.skin = measure_skin(model.skin, colliders, state.skin);
   }

@@ -50,6 +50,53 @@ std::string cube_obj() {
   return text;
 }
 
+TEST_F(Import, WordsThatAreNoNumbersAreRefusedWithTheirLine) {
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    const size_t at = text.find(from);
+    EXPECT_NE(at, text.npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  const std::string obj = cube_obj();
+  const std::string first = "v 0.000000 0.000000 0.000000\n";
+  for (const char* word :
+       {"-0.01\x16"
+        "27",
+        "1,5", "0x10", "1.5m", "nan", "inf", "1e", "--1", "1e999", "0.1.2", "1e300x"}) {
+    EXPECT_HAS(error_of(write("cube.obj", with(obj, first, std::string("v 0 ") + word + " 0\n"))),
+               "cube.obj:2: \"")
+        << word;
+  }
+  for (const char* corner : {"1,2", "0", "1.5", "1/x", "1/1/1/1", "one", "1//", "/1"}) {
+    const std::string error =
+        error_of(write("cube.obj", with(obj, "f 1//1", std::string("f ") + corner)));
+    if (std::string(corner) == "1//") continue;  // assimp's to say
+    EXPECT_HAS(error, "cube.obj:16: \"") << corner;
+  }
+  EXPECT_EQ(error_of(write("cube.obj", with(obj, first, "v 0 \\\n 0 0 # one\n"))), "");
+  EXPECT_EQ(error_of(write("cube.obj", with(obj, "vn 0 0 -1", "vn nan 0 -1#IND"))), "");
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1,5 0 0\nvertex 0 1 "
+      "0\nendloop\nendfacet\nendsolid a\n";
+  EXPECT_HAS(error_of(write("a.stl", stl)), "a.stl:5: \"1,5\" is not a finite number");
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_HAS(error_of(write("a.ply", ply + "0 0 0\n1 0x 0\n0 1 0\n3 0 1 2\n")),
+             "a.ply:11: \"0x\" is not a finite number");
+}
+
+TEST_F(Import, PlacesFartherThanTenKilometresAreRefused) {
+  const auto cube = write("cube.obj", cube_obj());
+  EXPECT_HAS(input_error([&] {
+               import_closed_mesh(cube, Eigen::Affine3d(Eigen::Translation3d(0, 2e4, 0)));
+             }),
+             "cube.obj: vertex 0 lies at (0, 20000, 0) m, farther than 10 km; export the mesh");
+  EXPECT_HAS(input_error([&] { import_closed_mesh(cube, Eigen::Affine3d(Eigen::Scaling(1e308))); }),
+             "farther than 10 km");
+  const std::string far = "v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_HAS(error_of(write("far.obj", far)), "vertex 1 lies at (1e+30, 0, 0), which is no place");
+}
+
 TEST_F(Import, ObjCubeIsTriangulatedAndWelded) {
   const ImportedMesh cube = import_mesh(write("cube.obj", cube_obj()));
   EXPECT_EQ(cube.mesh.vertices.size(), 8u);

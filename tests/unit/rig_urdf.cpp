@@ -100,6 +100,36 @@ TEST_F(Urdf, RefusesLimitsAndAxes) {
   EXPECT_HAS(mutant("type=\"revolute\"", "type=\"floating\""), "not supported");
 }
 
+TEST_F(Urdf, NumbersThatAreNoPlacesAreRefusedWithTheirLine) {
+  for (const char* far : {"1e200", "-1e308", "10001", "1e300"}) {
+    const std::string x = far;
+    EXPECT_HAS(mutant("xyz=\"0 -0.29 0\"", "xyz=\"0 " + x + " 0\""),
+               "arm.urdf:16: joint \"elbow\": origin xyz=\"0 " + x + " 0\" is farther than 10 km");
+    EXPECT_HAS(mutant("xyz=\"0.1 0 0\"", "xyz=\"" + x + " 0 0\""), "is farther than 10 km");
+    EXPECT_HAS(mutant("scale=\"1 2 1\"", "scale=\"1 " + x + "00 1\""),
+               x == "1e300" || x == "1e200" || x == "-1e308" ? "link \"humerus\"" : "no unit's");
+    EXPECT_NE(mutant("1.5707963267948966\"", x + "\""), "");
+    EXPECT_NE(mutant("upper=\"0.2\"", "upper=\"" + x + "\""), "");
+    EXPECT_NE(mutant("upper=\"2.27\"", "upper=\"" + x + "\""), "");
+  }
+  for (const char* none : {"nan", "inf", "-inf", "1e999", "1,5", "0x10"}) {
+    EXPECT_NE(mutant("xyz=\"0 -0.29 0\"", "xyz=\"0 " + std::string(none) + " 0\""), "") << none;
+  }
+  EXPECT_HAS(mutant("scale=\"1 2 1\"", "scale=\"1 1e-9 1\""), "is zero, not finite or no unit's");
+  EXPECT_EQ(mutant("xyz=\"0 -0.29 0\"", "xyz=\"0 -9999 0\""), "");
+}
+
+TEST_F(Urdf, AChainOfNearOriginsThatLeadsFarAwayIsRefused) {
+  std::string text = "<robot name=\"chain\"><link name=\"l0\"/>";
+  for (int i = 1; i < 5; ++i) {
+    const std::string n = std::to_string(i);
+    text += "<link name=\"l" + n + "\"/><joint name=\"j" + n +
+            "\" type=\"fixed\"><parent link=\"l" + std::to_string(i - 1) + "\"/><child link=\"l" +
+            n + "\"/><origin xyz=\"4000 0 0\"/></joint>";
+  }
+  EXPECT_HAS(error_of(text + "</robot>"), "link \"l3\" at rest lies at (12000, 0, 0) m, farther");
+}
+
 TEST_F(Urdf, RefusesWhatIsNoTree) {
   EXPECT_HAS(mutant("<axis xyz=\"0 0 1\"/>", "<mimic joint=\"shoulder\"/>"), "mimic");
   EXPECT_HAS(mutant("<parent link=\"torso\"/>", "<parent link=\"ulna\"/>"), "cycle");

@@ -6,7 +6,9 @@
 #include <hdf5/serial/hdf5.h>
 #endif
 
+#include <cmath>
 #include <functional>
+#include <vector>
 
 #include "tests/unit/sim_cache_bake.h"
 
@@ -123,6 +125,60 @@ TEST_F(ForeignTest, LinksToElsewhere) {
   expect_refused("nested", [](hid_t file) {  // a circle of hard links
     H5Lcreate_hard(file, "/metrics", file, "/metrics/again", H5P_DEFAULT, H5P_DEFAULT);
   });
+}
+
+// Valid to the last checksum.
+TEST_F(ForeignTest, NumbersThatNoBakeHas) {
+  const auto write = [](const char* name, double value, bool all = false) {
+    return [=](hid_t file) {
+      const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(dataset);
+      std::vector<double> values(static_cast<size_t>(H5Sget_simple_extent_npoints(space)), value);
+      if (!all) {
+        H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+        values[values.size() / 2] = value;
+      }
+      H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+      H5Sclose(space);
+      H5Dclose(dataset);
+    };
+  };
+  const auto rate = [](double value) {
+    return [=](hid_t file) {
+      const hid_t attribute = H5Aopen(file, "fps", H5P_DEFAULT);
+      H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value);
+      H5Aclose(attribute);
+    };
+  };
+  const double none = std::nan(""), infinite = HUGE_VAL;
+  for (const double value : {1e300, -1e300, 10001.0, none, infinite}) {
+    expect_refused("biceps, frame ", write("/meshes/biceps/positions", value));
+    expect_refused("lies where no place is", write("/meshes/biceps/positions", value));
+    expect_refused("biceps lies at rest", write("/meshes/biceps/rest", value));
+    expect_refused("biceps has weights or coord", write("/meshes/biceps/coordinates", value));
+  }
+  for (const double value : {1e300, -1.0, none, infinite}) {
+    expect_refused("biceps has weights", write("/meshes/biceps/weights", value));
+    expect_refused("its frame rate make", rate(value));
+  }
+  for (const double value : {1e300, -1.7e308, none, infinite}) {
+    expect_refused("the metric penetration is no number", write("/metrics/penetration", value));
+  }
+  expect_refused("all nodes lie in one place", write("/meshes/ulna/rest", 0.25, true));
+  expect_refused("its frame rate make", write("/frames", 2e9));
+}
+
+TEST_F(ForeignTest, EachObjectHangsOnOneLink) {
+  const auto link = [](const char* from, const char* to) {
+    return [=](hid_t file) {
+      for (int i = 0; i < 3000; ++i) {
+        H5Lcreate_hard(file, from, file, (to + std::to_string(i)).c_str(), H5P_DEFAULT,
+                       H5P_DEFAULT);
+      }
+    };
+  };
+  expect_refused("second link", link("/meshes/skin", "/meshes/skin"));
+  expect_refused("second link", link("/metrics/penetration", "/metrics/more"));
+  expect_refused("second link", link("/metrics", "/metrics/in_circles"));
 }
 
 TEST_F(ForeignTest, OtherStorage) {

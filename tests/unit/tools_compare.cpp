@@ -3,6 +3,7 @@
 // What `thew compare` says of bakes and folders that differ in one thing each.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/unit/rig_temp.h"
@@ -50,16 +51,38 @@ TEST_F(Compare, ABakeIsItselfAndItsFloat32) {
   EXPECT_HAS(told(a, a), "same geometry: the same to the bit, 4 frames");
   const fs::path rounded = bake("f", small_info(false));
   EXPECT_HAS(told(a, rounded), "same geometry: the same to the bit");
-  // Against float32 the other side is rounded alike: even 10 km away, and with no tolerance.
+  // Against float32 the other side is rounded alike: even 9 km away, and with no tolerance.
   const auto far_away = [](BakeFrame& frame) {
     for (auto& mesh : frame.positions) {
-      for (Vec3& p : mesh) p.x() += 1e4;
+      for (Vec3& p : mesh) p.x() += 9e3;
     }
   };
   CompareOptions exact;
   exact.distance = 0.0;
   EXPECT_HAS(told(bake("b", info, far_away), bake("c", small_info(false), far_away), exact),
              "same geometry: the same to the bit");
+}
+
+TEST_F(Compare, ALimitThatIsNoNumberIsRefused) {
+  const fs::path a = bake("a", info);
+  const double none = std::nan("");
+  for (const double value : {none, -1.0, 1e300, HUGE_VAL, -HUGE_VAL}) {
+    for (const int which : {0, 1, 2, 3, 4}) {
+      CompareOptions options;
+      if (which == 0) options.distance = value;
+      if (which == 1) options.limits.share = value;
+      if (which == 2) options.limits.rmse = value;
+      if (which == 3) options.limits.ssim = value == -1.0 ? none : value;
+      if (which == 4) options.limits.flip = value;
+      try {
+        compare(a, a, options);
+        ADD_FAILURE() << which << " took " << value;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kUsage) << error.what();
+        EXPECT_HAS(std::string(error.what()), "; give a number from ");
+      }
+    }
+  }
 }
 
 TEST_F(Compare, AVertexThatMovedIsNamedWithFrameAndMillimetres) {

@@ -29,7 +29,7 @@ class Output : public BakeTest {
     for (const char* folder : {"locked", "one_muscle"}) {
       fs::copy(THEW_SOURCE_DIR "/tests/scenes/one_muscle", root_ / folder);
     }
-    write_file("broken.toml", "[scene]\nnam = \"a\"\n");
+    write_file("one_muscle/broken.toml", "\n[solvr]\n" + bytes_of(root_ / "one_muscle/scene.toml"));
     write_file("file", "");
     fs::copy(bake_, root_ / "locked/bake.h5");
     fs::permissions(root_ / "locked", fs::perms::none);
@@ -159,10 +159,10 @@ TEST_F(Output, JsonOfErrors) {
     EXPECT_EQ(json["error"]["code"], code) << json;
     return json["error"];
   };
-  const auto key = error({"bake", "broken.toml", "--out", "x"}, 2);
+  const auto key = error({"bake", "one_muscle/broken.toml", "--out", "x"}, 2);
   EXPECT_TRUE(key["file"].get<std::string>().ends_with("broken.toml")) << key;
   EXPECT_EQ(key["line"], 2);
-  EXPECT_EQ(key["next"], "did you mean \"name\"?");
+  EXPECT_EQ(key["next"], "did you mean \"solver\"?");
   EXPECT_EQ(error({"bake", "none.toml", "--out", "x"}, 2)["file"], "none.toml");
   EXPECT_EQ(error({"inspect", "none.h5"}, 3)["file"], "none.h5");
   EXPECT_EQ(error({"bake", "one_muscle/scene.toml", "--out", "file/x"}, 4)["file"], "file/x");

@@ -54,9 +54,7 @@ TEST_F(SceneFile, WrongValues) {
       {"[solver]\nsubsteps = 1979-05-27\n", ":14: solver.substeps is a date; give"},
       {"[solver]\nintegrator = \"explicite\"\n",
        ":14: solver.integrator is \"explicite\"; give one of \"explicit\", \"xpbd\", "
-       "\"local_global\", "
-       "\"quasi_static\" (did "
-       "you"},
+       "\"local_global\", \"quasi_static\"; did you"},
       {"[solver]\nintegrator = 3\n", ":14: solver.integrator is 3; give one of"},
       {"[solver]\nvolume = \"exakt\"\n", ":14: solver.volume is \"exakt\"; give one of"},
       {"[solver]\nvolume = \"zonal\"\nintegrator = \"explicit\"\n",

@@ -228,8 +228,7 @@ struct BakeWriter::Data {
     check_info(info);
     create_folders(folder);
     lock.emplace(folder);
-    check_replaceable(folder / "bake.h5", fs::file_type::regular);
-    check_replaceable(parts_folder, fs::file_type::directory);
+    claim_bake(folder);
   }
 
   BakeInfo info;
@@ -245,23 +244,21 @@ BakeWriter::BakeWriter(const fs::path& folder, const BakeInfo& info, bool resume
   if (resume && is_scene_of(data.parts_folder, info)) {
     data.parts = good_parts(data.parts_folder, info);
   } else {
-    remove_durably(data.parts_folder);
-    create_folders(data.parts_folder);
-    write_durably(data.parts_folder / "bake.json", describe_scene(info));
+    remove_parts(data.parts_folder);
+    claim_folder(data.parts_folder);
+    replace_durably(data.parts_folder / "bake.json", describe_scene(info));
   }
 
   // What is not of the good run is dropped: from the manifest first.
   std::string manifest;
-  std::set<fs::path> kept = {"manifest.jsonl", "bake.json"};
+  std::set<std::string> kept = {"manifest.jsonl", "bake.json"};
   for (const Part& part : data.parts) {
     manifest += manifest_line(part) + "\n";
     kept.insert(part.file);
     data.completed.push_back(part.frame);
   }
-  write_durably(data.parts_folder / "manifest.jsonl", manifest);
-  for (const fs::path& path : paths_in(data.parts_folder)) {
-    if (!kept.contains(path.filename())) remove_durably(path);
-  }
+  replace_durably(data.parts_folder / "manifest.jsonl", manifest);
+  remove_parts(data.parts_folder, kept);
 }
 
 BakeWriter::~BakeWriter() = default;
@@ -287,7 +284,7 @@ void BakeWriter::write(const BakeFrame& frame) {
   }
   const std::string bytes = encode_part(frame);
   const Part part{frame.frame, part_file(frame.frame), bytes.size(), hash_of(bytes)};
-  write_durably(data.parts_folder / part.file, bytes);
+  replace_durably(data.parts_folder / part.file, bytes);
   append_durably(data.parts_folder / "manifest.jsonl", manifest_line(part));
   data.parts.push_back(part);
 }
@@ -298,8 +295,9 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
     throw Error(ExitCode::kOutput,
                 data.parts_folder.string() + ": there is no frame to pack; bake one first");
   }
-  const fs::path file = data.folder / "bake.h5", temporary = beside(file);
-  ::unlink(temporary.c_str());  // of a bake that was killed, or a link that leads elsewhere
+  // Among the parts, which the lock on the folder makes ours alone.
+  const fs::path file = data.folder / "bake.h5", temporary = data.parts_folder / kPacked;
+  remove_file(temporary);  // of a bake that was killed
   std::string hash;
   try {
     Packing packing(temporary, data.info, data.parts.size());
@@ -309,12 +307,12 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
     }
     hash = packing.finish();
     verify(temporary, data.info, data.parts_folder, data.parts);
+    place_durably(temporary, file, {fs::file_size(temporary), "", hash});
   } catch (...) {
     ::unlink(temporary.c_str());  // a full disk gets its space back
     throw;
   }
-  rename_durably(file);
-  remove_durably(data.parts_folder);
+  remove_parts(data.parts_folder);
   return hash;
 }
 

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/cache_parts.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -139,6 +145,43 @@ std::string hash_differences(const json& was, const json& is, const char* before
   return names;
 }
 
+// Up to the first line that is torn or no part's.
+std::vector<Part> read_manifest(const fs::path& folder) {
+  std::vector<Part> parts;
+  const fs::path manifest = folder / "manifest.jsonl";
+  std::error_code error;
+  if (!fs::exists(manifest, error)) return parts;
+  std::istringstream lines(read_whole_file(manifest, kLongestText));
+  try {
+    for (std::string line; std::getline(lines, line);) {
+      const json read = json::parse(line);
+      const auto frame = whole_number(read.at("frame")), bytes = whole_number(read.at("bytes"));
+      if (!frame || !bytes || *bytes < 0) break;
+      const Part part{static_cast<int>(*frame), read.at("file"), static_cast<std::size_t>(*bytes),
+                      read.at("hash")};
+      // Our own name only: a manifest must not lead out of its folder.
+      if (part.file != part_file(part.frame)) break;
+      parts.push_back(part);
+    }
+  } catch (const json::exception&) {  // a torn line
+  }
+  return parts;
+}
+
+// Names that only a bake gives in its folder of parts, of earlier versions too.
+bool is_of_parts(std::string name) {
+  if (name.starts_with(".thew-")) return true;
+  if (name.ends_with(".tmp")) name.resize(name.size() - 4);
+  if (name == "bake.json" || name == "manifest.jsonl" || name == "bake.h5") return true;
+  constexpr std::string_view kBegin = "frame.", kEnd = ".part";
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return false;
+  const std::string number = name.substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
+  int frame = 0;
+  const char* last = number.data() + number.size();
+  const auto [end, error] = std::from_chars(number.data(), last, frame);
+  return error == std::errc() && end == last && name == part_file(frame);
+}
+
 }  // namespace
 
 std::string part_file(int frame) {
@@ -232,33 +275,66 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
   const json parts = there.value("parts", json()), text = there.value("text", json());
   if (parts.is_object()) add(hash_differences(parts, part_hashes(info)));
   if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
-  throw Error(ExitCode::kUsage,
-              file.string() + ": these frames are of another scene: " + differences +
-                  "; bake without --resume to begin again, or give another --out");
+  throw Error(ExitCode::kUsage, file.string() +
+                                    ": these frames are of another scene: " + differences +
+                                    "; bake anew with --overwrite, or give another --out");
 }
 
 std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
-  std::vector<Part> parts;
-  const fs::path manifest = folder / "manifest.jsonl";
-  std::error_code error;
-  if (!fs::exists(manifest, error)) return parts;
-  std::istringstream lines(read_whole_file(manifest, kLongestText));
+  std::vector<Part> parts = read_manifest(folder);
+  std::size_t good = 0;
   try {
-    for (std::string line; parts.size() < info.frames.size() && std::getline(lines, line);) {
-      const json read = json::parse(line);
-      const auto frame = whole_number(read.at("frame")), bytes = whole_number(read.at("bytes"));
-      if (!frame || !bytes || *bytes < 0) break;
-      const Part part{static_cast<int>(*frame), read.at("file"), static_cast<std::size_t>(*bytes),
-                      read.at("hash")};
-      // Our own name only: a manifest must not lead out of its folder.
-      if (part.frame != info.frames[parts.size()] || part.file != part_file(part.frame)) break;
-      read_part(folder, part, info);
-      parts.push_back(part);
+    for (; good < std::min(parts.size(), info.frames.size()); ++good) {
+      if (parts[good].frame != info.frames[good]) break;
+      read_part(folder, parts[good], info);
     }
-  } catch (const json::exception&) {  // a torn line
-  } catch (const Error&) {            // a part that is not whole
+  } catch (const Error&) {  // a part that is not whole
   }
+  parts.resize(good);
   return parts;
+}
+
+void claim_bake(const fs::path& folder) {
+  const fs::path file = folder / "bake.h5", parts = folder / "bake.parts";
+  check_replaceable(file, fs::file_type::regular);
+  check_replaceable(parts, fs::file_type::directory);
+  std::error_code error;
+  if (fs::exists(file, error) && !own_file(file)) {
+    try {
+      const BakeReader reader(file);
+    } catch (const Error&) {
+      refuse_foreign(file);
+    }
+    list_own(file);
+  }
+  if (own_file(parts)) return;
+  if (fs::exists(parts, error) && !fs::is_regular_file(parts / "bake.json", error) &&
+      !paths_in(parts).empty()) {
+    refuse_foreign(parts);
+  }
+  list_own(parts);
+}
+
+void remove_parts(const fs::path& folder, const std::set<std::string>& kept) {
+  struct stat about {};
+  if (::lstat(folder.c_str(), &about) != 0 || !S_ISDIR(about.st_mode)) return;
+  bool empty = true;
+  for (const fs::path& path : paths_in(folder)) {
+    const std::string name = path.filename().string();
+    const bool ours = is_of_parts(name) && ::lstat(path.c_str(), &about) == 0 &&
+                      S_ISREG(about.st_mode) && !kept.contains(name);
+    if (ours) remove_file(path);
+    empty = empty && ours;
+  }
+  if (!empty) return;
+  if (::rmdir(folder.c_str()) != 0) fail_to_write(folder, "remove", errno);
+  sync_folder(folder.parent_path());
+}
+
+std::vector<int> listed_frames(const fs::path& folder) {
+  std::vector<int> frames;
+  for (const Part& part : read_manifest(folder)) frames.push_back(part.frame);
+  return frames;
 }
 
 }  // namespace thew

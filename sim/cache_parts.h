@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,18 @@ namespace thew {
 //   "thewpart" · version · frame · meshes M · metrics K · state S · M numbers of nodes N
 //   · M times [N, 3] positions · [K] metrics · [S] state
 // The manifest has its size and hash, so that a byte that changed is found.
+
+/// bake.h5 while it is being packed, among the parts.
+inline constexpr const char* kPacked = "bake.h5.tmp";
+
+/// Error(kOutput) unless DIR/bake.h5 and DIR/bake.parts are ours, or not there: listed as such
+/// (own_files.h), or, of a version that kept no list, what they are by their contents.
+void claim_bake(const std::filesystem::path& folder);
+/// Removes what is ours of a folder of parts, but for the names `kept`, and the folder once nothing
+/// is left in it.
+void remove_parts(const std::filesystem::path& folder, const std::set<std::string>& kept = {});
+/// The frames that a manifest lists, whole or not, without a look at their parts.
+std::vector<int> listed_frames(const std::filesystem::path& folder);
 
 /// One line of manifest.jsonl.
 struct Part {

@@ -4,32 +4,24 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "sim/file_io.h"
+#include "sim/own_files.h"
 
 namespace thew {
 
-/// What survives a kill or a power cut: written beside, synced, read back, renamed, folder synced.
-/// Whatever cannot be written is Error(kOutput) with the path, the cause and the next move.
+/// What survives a kill or a power cut: written beside, synced, read back, listed as ours
+/// (own_files.h), renamed, folder synced. Error(kOutput).
 
-/// Where `file` is written before it is renamed.
-std::filesystem::path beside(const std::filesystem::path& file);
-
-void write_durably(const std::filesystem::path& file, std::string_view bytes);
-/// For a file that something else has written and closed at beside(file).
-void rename_durably(const std::filesystem::path& file);
-/// Adds one line; a kill may leave it torn, never the lines before it.
-void append_durably(const std::filesystem::path& file, std::string_view line);
-void create_folders(const std::filesystem::path& folder);
-/// Error(kOutput) where something of another type stands, a symbolic link in particular: to be
-/// asked before hours of work, not after them.
-void check_replaceable(const std::filesystem::path& path, std::filesystem::file_type type);
-/// All that a folder holds, in no particular order.
-std::vector<std::filesystem::path> paths_in(const std::filesystem::path& folder);
-/// Removes a file, or a folder with all that is in it; it need not exist.
-void remove_durably(const std::filesystem::path& path);
-
-/// All bytes of a regular file of at most `most` bytes. Error(kInput).
-std::string read_whole_file(const std::filesystem::path& file, std::size_t most);
+/// `of`: a key of what the file holds, for whoever wants to keep it instead of writing it again.
+void write_durably(const std::filesystem::path& file, std::string_view bytes,
+                   const std::string& of = {});
+/// For a file that something else has written and closed at `temporary`, in the same folder.
+void place_durably(const std::filesystem::path& temporary, const std::filesystem::path& file,
+                   const OwnFile& about = {});
+/// The same as write_durably in a folder that is ours with all that is in it: whatever regular file
+/// stands there is replaced, and nothing is listed.
+void replace_durably(const std::filesystem::path& file, std::string_view bytes);
 
 /// The folder is held for one process until this object or the process ends; the next one to ask
 /// gets Error(kRetry). Leaves no file behind.

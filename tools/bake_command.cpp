@@ -17,6 +17,7 @@
 #include "sim/bake.h"
 #include "sim/durable_file.h"
 #include "sim/health.h"
+#include "tools/bake_folder.h"
 #include "tools/bake_warnings.h"
 #include "tools/commands.h"
 #include "tools/inspect.h"
@@ -42,24 +43,6 @@ std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   std::vector<int> frames;
   for (int frame = scene.first_frame; frame <= scene.last_frame; ++frame) frames.push_back(frame);
   return frames;
-}
-
-bool already_baked(const std::filesystem::path& cache, const BakeInfo& wanted) {
-  if (!std::filesystem::exists(cache)) return false;
-  try {
-    const BakeReader reader(cache);
-    for (size_t i = 0; i < reader.info().frames.size(); ++i) reader.read(static_cast<int>(i));
-    if (reader.info().scene_hash == wanted.scene_hash && reader.info().frames == wanted.frames &&
-        reader.info().double_precision == wanted.double_precision) {
-      return true;
-    }
-    std::fprintf(stderr, "thew: %s is of another scene or other frames; it will be replaced\n",
-                 cache.c_str());
-  } catch (const Error& error) {
-    if (error.code() != ExitCode::kInput) throw;
-    std::fprintf(stderr, "thew: warning: %s; it is baked anew\n", error.what());
-  }
-  return false;
 }
 
 double largest(const std::vector<double>& values) {
@@ -211,13 +194,15 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
 
 // What a killed bake may lack when its cache is complete: pictures and report.
 BakeResult read_result(const Model& model, const BakeReader& reader,
-                       const CommandOptions& options) {
+                       const CommandOptions& options, Pictures& pictures) {
   BakeResult result;
   result.hash = reader.info().hash;
   result.resumed_frames = static_cast<int>(reader.info().frames.size());
   result.threads = thread_count(options.threads);
   for (int i = 0; i < result.resumed_frames; ++i) {
-    result.measures.push_back(unflatten(model, reader.info().metric_names, reader.read(i).metrics));
+    const BakeFrame frame = reader.read(i);
+    result.measures.push_back(unflatten(model, reader.info().metric_names, frame.metrics));
+    pictures.keep(frame);
   }
   return result;
 }
@@ -288,7 +273,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
     std::fprintf(stderr, "thew: warning: %s\n", report.warnings[i].c_str());
   }
   if (const Image image = pictures.sheet(frames); image.width > 0) {
-    sheet = options.out / "frames" / "contact_sheet.png";
+    sheet = pictures.sheet_file();
     write_png(sheet, image);
   }
   const StageSeconds& stages = result.seconds;
@@ -296,6 +281,7 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
   report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
                     stages.skin,   result.write_seconds, pictures.seconds()};
   write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
+  list_report(options.out, pictures.key());
   if (options.json) print(report_as_json(report));
   return check_bounds(report);
 }
@@ -351,16 +337,18 @@ ExitCode bake_command(const CommandOptions& options) {
                                       model.scene.render.width, model.scene.render.height, views,
                                       meshes);
   };
-  if (options.resume && already_baked(options.out / "bake.h5", info)) {
+  const BakeStart start = look_into_folder(options, info);
+  if (start == BakeStart::kComplete) {
     const FolderLock lock(options.out);
-    remove_durably(options.out / "bake.parts");  // where a kill came between packing and this
     const BakeReader reader(options.out / "bake.h5");
     const auto pictures = pictures_of(reader.info().meshes);
-    BakeResult result = read_result(model, reader, options);
+    pictures->claim(frames, options.overwrite);
+    remove_own(options.out / "failure.json");
+    BakeResult result = read_result(model, reader, options, *pictures);
     const auto kept = kept_report(options.out, reader.info().hash);
-    if (pictures->complete(frames) && kept &&
-        std::filesystem::exists(options.out / "report.html")) {
-      std::fprintf(stderr, "thew: %s is complete; nothing to do\n", options.out.c_str());
+    if (kept && has_report(options.out, pictures->key()) && pictures->complete()) {
+      std::fprintf(stderr, "thew: %s is complete; nothing to do%s\n", options.out.c_str(),
+                   options.resume ? "" : ", --overwrite bakes anew");
       if (options.json) print_json(*kept);
       return check_bounds(make_report(model, options, frames, result));
     }
@@ -369,13 +357,16 @@ ExitCode bake_command(const CommandOptions& options) {
     return conclude(model, options, frames, result, *pictures, begin);
   }
   const auto pictures = pictures_of(info.meshes);
+  pictures->claim(frames, options.overwrite);
+  remove_own(options.out / "failure.json");
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
                     static_cast<int>(frames.size()), stderr);
   BakeResult result;
   try {
     int done = 0;
     result = bake(model,
-                  {options.out, frames, thread_count(options.threads), options.resume, interrupted},
+                  {options.out, frames, thread_count(options.threads), start == BakeStart::kGoOn,
+                   interrupted},
                   [&](const BakeFrame& frame) {
                     pictures->draw(frame);
                     progress.step(++done, frame.frame);
@@ -413,13 +404,14 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
     }
     std::vector<std::filesystem::path> files;
     const std::string no_movie =
-        draw_turntable(reader, frames[0], render, turntable, options.out,
+        draw_turntable(reader, frames[0], render, turntable, options.out, options.overwrite,
                        parse_progress(options.progress, isatty(STDERR_FILENO) != 0), files);
     if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
     if (options.json) print_drawn(frames, files);
     return ExitCode::kDone;
   }
   Pictures pictures(options.out, info.hash, render.width, render.height, render.views, info.meshes);
+  pictures.claim(frames, options.overwrite);
   draw_all(reader, frames, options, pictures);
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, info.fps);
@@ -433,7 +425,7 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
     throw Error(ExitCode::kInput, options.input.string() + ": is a folder; name a file in it");
   }
   if (!repaired.empty()) {
-    const std::vector<std::string> done = repair_file(options.input, repaired);
+    const std::vector<std::string> done = repair_file(options.input, repaired, options.overwrite);
     for (const std::string& line : done) std::fprintf(stderr, "%s\n", line.c_str());
     if (done.empty()) std::fprintf(stderr, "nothing that could be repaired safely\n");
     CommandOptions again = options;

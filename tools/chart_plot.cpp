@@ -239,13 +239,13 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
 }
 
 std::string write_picture(const std::filesystem::path& png, const std::filesystem::path& svg) {
-  const std::string out = beside(png).string();
-  const int code = run_program({"rsvg-convert", "--width", "1720", "--output", out, svg.string()});
+  const Temporary out(png);
+  const int code =
+      run_program({"rsvg-convert", "--width", "1720", "--output", out.path.string(), svg.string()});
   if (code == 0) {
-    rename_durably(png);
+    place_durably(out.path, png);
     return "";
   }
-  remove_durably(out);
   if (code == kNotFound) return "";
   return png.string() + ": rsvg-convert ended with " + std::to_string(code) +
          " and drew nothing; the chart is in " + svg.string();

@@ -18,6 +18,7 @@ struct CommandOptions {
   std::string frames;                  ///< "" for all
   int threads = 0;                     ///< 0: as many as the machine or the farm gives
   bool resume = false, dry_run = false, json = false, pictures = true;
+  bool overwrite = false;  ///< also what Thew did not write; bake: completed frames, unless resume
   std::string progress = "auto";
 };
 

@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "rig/skeleton.h"
+#include "sim/own_files.h"
 #include "tools/commands.h"
 #include "tools/export_formats.h"
+#include "tools/export_sequence.h"
 #include "tools/printing.h"
 
 namespace thew {
@@ -22,6 +24,18 @@ const std::vector<std::string> kEndings = {".pc2", ".mdd",  ".obj",  ".ply", ".g
   throw Error(ExitCode::kUsage, file.string() + ": no format has the ending \"" + ending + "\"; " +
                                     (near.empty() ? "" : "did you mean " + near + "? ") +
                                     "the endings are " + all);
+}
+
+// All that will be written; so that what is not ours is told before any work is done.
+std::vector<std::filesystem::path> files_of(const Shot& shot, const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  if (ending == ".pc2" || ending == ".mdd") return {file, rest_file(file)};
+  if (ending != ".obj" && ending != ".ply") return {file};
+  std::vector<std::filesystem::path> files;
+  for (std::size_t i = 0; i < shot.places.size(); ++i) {
+    files.push_back(sequence_file(file, shot.frame(i)));
+  }
+  return files;
 }
 
 Exported write(const Shot& shot, const CommandOptions& options, int basis) {
@@ -68,6 +82,7 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
   const BakeReader reader(options.input);
   Shot shot = choose_shot(reader, meshes, options.frames);
   shot.progress = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
+  claim(files_of(shot, options.out), options.overwrite);
   tell(shot, write(shot, options, basis), options.json);
   return ExitCode::kDone;
 }

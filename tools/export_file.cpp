@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/export_file.h"
 
-#include <unistd.h>
+#include <sys/stat.h>
 
 #include <bit>
 #include <cerrno>
 #include <charconv>
 #include <system_error>
 #include <utility>
-
-#include "sim/durable_file.h"
 
 namespace thew {
 namespace {
@@ -21,21 +19,25 @@ std::string shortest(T value) {
   return {text, end};
 }
 
+// 0 where there is no file.
+std::uint64_t number_of(const std::filesystem::path& file) {
+  struct stat about {};
+  return ::lstat(file.c_str(), &about) == 0 ? about.st_ino : 0;
+}
+
 }  // namespace
 
 static_assert(std::endian::native == std::endian::little);
 
-ExportFile::ExportFile(const std::filesystem::path& file) : file_(file) {
+ExportFile::ExportFile(const std::filesystem::path& file) : file_(file), temporary_(file) {
   if (file.has_parent_path()) create_folders(file.parent_path());
-  ::unlink(beside(file).c_str());  // of an export that was killed, or a link that leads elsewhere
-  out_ = std::fopen(beside(file).c_str(), "wbxe");
+  check_own(file);
+  out_ = std::fopen(temporary_.path.c_str(), "wbxe");
   if (!out_) fail("open");
 }
 
 ExportFile::~ExportFile() {
-  if (!out_) return;
-  std::fclose(out_);
-  ::unlink(beside(file_).c_str());
+  if (out_) std::fclose(out_);
 }
 
 void ExportFile::fail(const char* what) const {
@@ -58,11 +60,28 @@ void ExportFile::patch(std::uint64_t at, std::string_view bytes) {
 }
 
 void ExportFile::finish() {
-  // Until it is closed well the destructor takes it away.
-  if (std::fflush(out_) != 0) fail("write");
-  rename_durably(file_);
   std::FILE* closing = std::exchange(out_, nullptr);
-  if (std::fclose(closing) != 0) fail("close");
+  if (std::fclose(closing) != 0) fail("write");
+  place_durably(temporary_.path, file_, {size_, "", ""});
+}
+
+WrittenFiles::~WrittenFiles() {
+  for (const auto& [file, number] : files_) {
+    try {
+      if (number_of(file) == number) remove_own(file);
+    } catch (...) {  // whoever unwinds past keep() has an error of its own
+    }
+  }
+}
+
+void WrittenFiles::add(const std::filesystem::path& file) {
+  files_.push_back({file, number_of(file)});
+}
+
+std::vector<std::filesystem::path> WrittenFiles::keep() {
+  std::vector<std::filesystem::path> files;
+  for (const Written& written : std::exchange(files_, {})) files.push_back(written.file);
+  return files;
 }
 
 void put_floats(std::string& bytes, const Vec3& value) {

@@ -7,13 +7,15 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "rig/types.h"
+#include "sim/durable_file.h"
 
 namespace thew {
 
-/// A file written piece by piece beside its place and renamed by finish(); without finish() nothing
-/// is left of it. Error(kOutput).
+/// A file written piece by piece beside its place and by finish() listed as ours and renamed;
+/// without finish() nothing is left of it. Error(kOutput).
 class ExportFile {
  public:
   /// Creates the folder where it is missing.
@@ -32,8 +34,29 @@ class ExportFile {
   [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path file_;
-  std::FILE* out_;
+  Temporary temporary_;
+  std::FILE* out_ = nullptr;
   std::uint64_t size_ = 0;
+};
+
+/// The files of one export, in order. Without keep() they are removed again: half a sequence is
+/// none.
+class WrittenFiles {
+ public:
+  WrittenFiles() = default;
+  ~WrittenFiles();
+  WrittenFiles(const WrittenFiles&) = delete;
+  WrittenFiles& operator=(const WrittenFiles&) = delete;
+
+  void add(const std::filesystem::path& file);
+  std::vector<std::filesystem::path> keep();
+
+ private:
+  struct Written {
+    std::filesystem::path file;
+    std::uint64_t number;  ///< the file system's: another process may write the same names
+  };
+  std::vector<Written> files_;
 };
 
 /// The memory of a number, lowest byte first (Debian's processors all have it so).

@@ -19,6 +19,7 @@ struct Exported {
 /// FILE.rest.obj, the mesh that the cache is to be put on, which also states what they cannot.
 Exported export_pc2(const Shot& shot, const std::filesystem::path& file);
 Exported export_mdd(const Shot& shot, const std::filesystem::path& file);
+std::filesystem::path rest_file(const std::filesystem::path& cache);
 
 /// One file a frame, #### in the name being its number: NAME.####.obj where there is none.
 /// OBJ: all meshes, with normals. PLY: one mesh, with normals and velocities.

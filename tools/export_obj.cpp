@@ -34,7 +34,7 @@ std::string obj_text(const Shot& shot, const std::vector<std::vector<Vec3>>& pos
 }
 
 Exported export_obj(const Shot& shot, const std::filesystem::path& file) {
-  Exported exported;
+  WrittenFiles written;
   const std::string facts = facts_as_lines(shot, "# ");
   for_each_frame(shot, [&](const ShotFrame& frame) {
     const std::filesystem::path path = sequence_file(file, frame.frame);
@@ -42,9 +42,9 @@ Exported export_obj(const Shot& shot, const std::filesystem::path& file) {
     out.append(facts + "# frame: " + std::to_string(frame.frame) + "\n");
     out.append(obj_text(shot, frame.positions));
     out.finish();
-    exported.files.push_back(path);
+    written.add(path);
   });
-  return exported;
+  return {written.keep(), ""};
 }
 
 }  // namespace thew

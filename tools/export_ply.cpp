@@ -45,15 +45,15 @@ std::string body(const Shot& shot, const BakeMesh& mesh, const ShotFrame& frame)
 
 Exported export_ply(const Shot& shot, const std::filesystem::path& file) {
   const BakeMesh& mesh = only_mesh(shot, "PLY");
-  Exported exported;
+  WrittenFiles written;
   for_each_frame(shot, [&](const ShotFrame& frame) {
     const std::filesystem::path path = sequence_file(file, frame.frame);
     ExportFile out(path);
     out.append(header(shot, mesh, frame.frame) + body(shot, mesh, frame));
     out.finish();
-    exported.files.push_back(path);
+    written.add(path);
   });
-  return exported;
+  return {written.keep(), ""};
 }
 
 }  // namespace thew

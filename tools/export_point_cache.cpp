@@ -35,17 +35,24 @@ int even_step(const Shot& shot, const std::filesystem::path& file) {
 }
 
 Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& file) {
+  WrittenFiles written;
   out.finish();
-  const std::filesystem::path rest = std::filesystem::path(file).replace_extension(".rest.obj");
+  written.add(file);
+  const std::filesystem::path rest = rest_file(file);
   ExportFile rest_out(rest);
   rest_out.append(facts_as_lines(shot, "# ") + "# rest mesh, for " + file.filename().string() +
                   "\n");
   rest_out.append(obj_text(shot, {shot.mesh(0).rest.vertices}));
   rest_out.finish();
-  return {{file, rest}, "put the cache on the mesh of " + rest.filename().string()};
+  written.add(rest);
+  return {written.keep(), "put the cache on the mesh of " + rest.filename().string()};
 }
 
 }  // namespace
+
+std::filesystem::path rest_file(const std::filesystem::path& cache) {
+  return std::filesystem::path(cache).replace_extension(".rest.obj");
+}
 
 Exported export_pc2(const Shot& shot, const std::filesystem::path& file) {
   const BakeMesh& mesh = only_mesh(shot, "PC2");

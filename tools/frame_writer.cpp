@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <system_error>
+#include <utility>
 
 namespace thew {
 
@@ -21,14 +22,14 @@ void FrameWriter::start() {
   }
 }
 
-void FrameWriter::add(const std::filesystem::path& file, Image image) {
+void FrameWriter::add(const std::filesystem::path& file, Image image, const std::string& of) {
   start();
-  if (!thread_.joinable()) return write_png(file, image);
+  if (!thread_.joinable()) return write_png(file, image, 1, of);
   std::unique_lock lock(mutex_);
   assert(!finished_);
   changed_.wait(lock, [this] { return queue_.size() < kQueueLength || error_; });
   if (error_) return;
-  queue_.emplace_back(file, std::move(image));
+  queue_.push_back({file, std::move(image), of});
   changed_.notify_all();
 }
 
@@ -47,13 +48,13 @@ void FrameWriter::run() {
   for (;;) {
     changed_.wait(lock, [this] { return finished_ || !queue_.empty(); });
     if (queue_.empty()) return;
-    const auto [file, image] = std::move(queue_.front());
+    const Queued next = std::move(queue_.front());
     queue_.pop_front();
     changed_.notify_all();
     lock.unlock();
     std::exception_ptr error;
     try {
-      write_png(file, image);
+      write_png(next.file, next.image, 1, next.of);
     } catch (...) {
       error = std::current_exception();
     }

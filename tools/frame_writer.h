@@ -6,8 +6,8 @@
 #include <exception>
 #include <filesystem>
 #include <mutex>
+#include <string>
 #include <thread>
-#include <utility>
 
 #include "tools/image.h"
 
@@ -22,8 +22,9 @@ class FrameWriter {
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
-  /// Queues one image; waits while kQueueLength are queued. After an error images are dropped.
-  void add(const std::filesystem::path& file, Image image);
+  /// Queues one image, to be listed as `of`; waits while kQueueLength are queued. After an error
+  /// images are dropped.
+  void add(const std::filesystem::path& file, Image image, const std::string& of = {});
   /// Waits for all images; rethrows the first error. No add() after it.
   void finish();
 
@@ -31,11 +32,16 @@ class FrameWriter {
 
  private:
   void start();
+  struct Queued {
+    std::filesystem::path file;
+    Image image;
+    std::string of;
+  };
   void run();
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::pair<std::filesystem::path, Image>> queue_;
+  std::deque<Queued> queue_;
   bool started_ = false, finished_ = false;
   std::exception_ptr error_;
   std::thread thread_;  ///< from the first image on

@@ -36,18 +36,22 @@ GoldenRecipe recipe_for_update(const CommandOptions& options, const fs::path& go
   return recipe;
 }
 
-// Bakes the scene and draws it into `folder`, from nothing: an earlier run's pictures may be
-// another program's.
+// Bakes the scene and draws it into `folder`, from nothing: what an earlier run has left there may
+// be another program's. What is not Thew's stays, and ends it where it is in the way.
 ExitCode bake_afresh(const CommandOptions& options, const GoldenRecipe& recipe,
                      const fs::path& folder) {
-  remove_durably(folder / "bake.h5");
-  remove_durably(folder / "frames");
   CommandOptions bake = options;
+  check_replaceable(folder / "frames", fs::file_type::directory);
+  for (const auto& [name, about] : own_files(folder / "frames")) {
+    remove_own(folder / "frames" / name);
+  }
+  claim({folder / "bake.h5"}, options.overwrite);
+  remove_own(folder / "bake.h5");
   bake.out = folder;
   bake.frames = recipe.frames;
   bake.overrides = recipe.set;
   bake.overrides.push_back("output.precision=double");
-  bake.pictures = bake.json = false;
+  bake.pictures = bake.json = bake.resume = false;
   const ExitCode bounds = bake_command(bake);
 
   choose_driver("softpipe");  // the same pixels on every processor
@@ -105,13 +109,14 @@ void tell(const Moves& moves, const fs::path& golden, bool as_json) {
 }  // namespace
 
 ExitCode golden_update_command(const CommandOptions& options, const fs::path& golden) {
+  check_goldens(golden, options.overwrite);
   const GoldenRecipe recipe = recipe_for_update(options, golden);
   std::optional<TemporaryFolder> temporary;
   if (options.out.empty()) temporary.emplace("golden");
   const fs::path folder = temporary ? temporary->path() : options.out;
   bake_afresh(options, recipe, folder);
   const Moves moves = what_moves(golden, folder);
-  if (moves.any) keep_goldens(folder, recipe, golden);
+  if (moves.any) keep_goldens(folder, recipe, golden, options.overwrite);
   tell(moves, golden, options.json);
   return ExitCode::kDone;
 }
@@ -123,6 +128,7 @@ ExitCode golden_check_command(const CommandOptions& options, const fs::path& gol
   std::optional<TemporaryFolder> temporary;
   if (options.out.empty()) temporary.emplace("golden");
   const fs::path folder = temporary ? temporary->path() : options.out;
+  claim({folder / "compare.html"}, options.overwrite);
   const ExitCode bounds = bake_afresh(options, recipe, folder);
   const Comparison comparison = compare(golden, folder, limits);
   if (!comparison.same()) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/golden_files.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "sim/cache.h"
 #include "sim/durable_file.h"
+#include "tools/commands.h"
 #include "tools/compare_geometry.h"
 #include "tools/image.h"
 
@@ -15,8 +17,10 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr const char* kRecipe = "golden.json";
-constexpr std::size_t kLargestRecipe = 1 << 20;  // bytes
-constexpr int kSmallest = 9;                     // zlib's level
+constexpr const char* kBake = "bake.h5";
+constexpr std::size_t kLargestGolden = std::size_t{1} << 34;  // bytes
+constexpr std::size_t kLargestRecipe = 1 << 20;               // bytes
+constexpr int kSmallest = 9;                                  // zlib's level
 
 // What a comparison does not look at, and digits beyond float32, would only be bytes to keep.
 void shorten(BakeMesh& mesh) {
@@ -25,29 +29,28 @@ void shorten(BakeMesh& mesh) {
   for (Vec3& p : mesh.rest.vertices) p = p.unaryExpr(&as_float);
 }
 
+// By way of a folder of its own: a bake's list of its files is nothing to keep in a repository.
 void keep_bake(const fs::path& file, const fs::path& golden) {
   const BakeReader reader(file);
   BakeInfo info = reader.info();
   info.double_precision = false;
   for (BakeMesh& mesh : info.meshes) shorten(mesh);
-  BakeWriter writer(golden, info, false);
+  const TemporaryFolder folder("golden");
+  BakeWriter writer(folder.path(), info, false);
   for (std::size_t i = 0; i < info.frames.size(); ++i) {
     writer.write(reader.read(static_cast<int>(i)));
   }
   writer.pack();
+  replace_durably(golden / kBake, read_whole_file(folder.path() / kBake, kLargestGolden));
 }
 
-void keep_pictures(const fs::path& from, const fs::path& to) {
-  create_folders(to);
-  for (const auto& entry : fs::directory_iterator(to)) {
-    if (entry.path().extension() == ".png" && !fs::exists(from / entry.path().filename())) {
-      remove_durably(entry.path());
-    }
+// Those that Thew drew.
+std::vector<std::string> pictures_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& [name, about] : own_files(folder)) {
+    if (name.ends_with(".png") && fs::exists(folder / name)) names.push_back(name);
   }
-  for (const auto& entry : fs::directory_iterator(from)) {
-    if (entry.path().extension() != ".png") continue;
-    write_png(to / entry.path().filename(), read_png(entry.path()), kSmallest);
-  }
+  return names;
 }
 
 }  // namespace
@@ -64,19 +67,47 @@ GoldenRecipe read_recipe(const fs::path& golden) {
   }
   try {
     const ordered_json recipe = ordered_json::parse(read_whole_file(file, kLargestRecipe));
-    return {recipe.at("frames"), recipe.at("set")};
+    return {recipe.at("frames"), recipe.at("set"),
+            recipe.value("pictures", std::vector<std::string>{})};
   } catch (const ordered_json::exception& error) {
     throw Error(ExitCode::kInput,
                 file.string() + ": " + error.what() + "; remove it and make the goldens anew");
   }
 }
 
-void keep_goldens(const fs::path& baked, const GoldenRecipe& recipe, const fs::path& golden) {
-  create_folders(golden);
-  keep_bake(baked / "bake.h5", golden);
-  keep_pictures(baked / "frames", golden / "frames");
-  const ordered_json out = {{"frames", recipe.frames}, {"set", recipe.set}};
-  write_durably(golden / kRecipe, out.dump(2) + "\n");
+void check_goldens(const fs::path& golden, bool overwrite) {
+  check_replaceable(golden / kRecipe, fs::file_type::regular);
+  check_replaceable(golden / kBake, fs::file_type::regular);
+  check_replaceable(golden / "frames", fs::file_type::directory);
+  if (!overwrite && !has_goldens(golden) && fs::exists(golden / kBake)) {
+    refuse_foreign(golden / kBake);
+  }
+}
+
+void keep_goldens(const fs::path& baked, const GoldenRecipe& recipe, const fs::path& golden,
+                  bool overwrite) {
+  const fs::path from = baked / "frames", to = golden / "frames";
+  check_goldens(golden, overwrite);
+  create_folders(to);
+  const std::vector<std::string> now = pictures_in(from);
+  const std::vector<std::string> before =
+      has_goldens(golden) ? read_recipe(golden).pictures : std::vector<std::string>{};
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  for (const std::string& name : now) {
+    check_replaceable(to / name, fs::file_type::regular);
+    if (!overwrite && !has(before, name) && fs::exists(to / name)) refuse_foreign(to / name);
+  }
+  keep_bake(baked / kBake, golden);
+  for (const std::string& name : now) {
+    replace_durably(to / name, png_bytes(read_png(from / name), kSmallest));
+  }
+  const ordered_json out = {{"frames", recipe.frames}, {"set", recipe.set}, {"pictures", now}};
+  replace_durably(golden / kRecipe, out.dump(2) + "\n");
+  for (const std::string& name : before) {  // last: listed until it is gone
+    if (fs::path(name).filename() == name && !has(now, name)) remove_file(to / name);
+  }
 }
 
 }  // namespace thew

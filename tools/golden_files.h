@@ -13,17 +13,20 @@ namespace thew {
 
 /// golden.json
 struct GoldenRecipe {
-  std::string frames;            ///< as --frames has them
-  std::vector<std::string> set;  ///< as --set has them
+  std::string frames;                      ///< as --frames has them
+  std::vector<std::string> set;            ///< as --set has them
+  std::vector<std::string> pictures = {};  ///< in frames/; what else lies there is not ours
 };
 
 /// Error(kInput) that says how goldens are made where there are none.
 GoldenRecipe read_recipe(const std::filesystem::path& golden);
 bool has_goldens(const std::filesystem::path& golden);
 
-/// Makes a bake (in double precision) with its pictures the goldens, in place of those that were
-/// there. What else lies in the folder stays.
+/// Error(kOutput) where a bake that is no golden is in the way, or a link; to be asked first.
+void check_goldens(const std::filesystem::path& golden, bool overwrite);
+/// Makes a bake (in double precision) with its pictures the goldens, in place of those that
+/// golden.json lists. What else lies in the folder stays, or ends it before anything is replaced.
 void keep_goldens(const std::filesystem::path& baked, const GoldenRecipe& recipe,
-                  const std::filesystem::path& golden);
+                  const std::filesystem::path& golden, bool overwrite);
 
 }  // namespace thew

@@ -4,14 +4,17 @@
 #include <png.h>
 
 #include <cassert>
-#include <cerrno>
 #include <csetjmp>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
+#include <new>
 #include <string>
 
 #include "rig/types.h"
+#include "sim/durable_file.h"
 
 namespace thew {
 namespace {
@@ -93,25 +96,26 @@ std::string read_renderer(const std::filesystem::path& file) {
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const Image& image, int level) {
+std::string png_bytes(const Image& image, int level) {
   assert(image.rgb.size() == 3ul * image.width * image.height);
-  const std::string beside = file.string() + ".tmp";
-  const auto fail = [&](const std::string& cause) {
-    std::remove(beside.c_str());
-    throw Error(ExitCode::kOutput, file.string() + ": cannot write the image: " + cause +
-                                       "; check the folder and the space on its disk");
-  };
-  errno = 0;
-  std::FILE* out = std::fopen(beside.c_str(), "wb");
-  if (!out) fail(std::strerror(errno));
+  char* bytes = nullptr;
+  std::size_t size = 0;
   char why[128] = "libpng could not start";
-  const bool encoded = encode(out, image, level, why);
-  const bool closed = std::fclose(out) == 0;
-  if (!encoded) fail(why);
-  if (!closed) fail(std::strerror(errno));
-  std::error_code error;
-  std::filesystem::rename(beside, file, error);
-  if (error) fail(error.message());
+  std::FILE* out = ::open_memstream(&bytes, &size);
+  const bool encoded = out && encode(out, image, level, why);
+  const bool closed = out && std::fclose(out) == 0;
+  const std::unique_ptr<char, decltype(&std::free)> owner(bytes, std::free);
+  if (!closed) throw std::bad_alloc();
+  if (!encoded) {
+    throw Error(ExitCode::kOutput, std::string("cannot encode a picture: ") + why +
+                                       "; choose a smaller size, or free some memory");
+  }
+  return {bytes, size};
+}
+
+void write_png(const std::filesystem::path& file, const Image& image, int level,
+               const std::string& of) {
+  write_durably(file, png_bytes(image, level), of);
 }
 
 std::string encode_png(const Image& image) {

@@ -2,12 +2,15 @@
 #include "tools/movie.h"
 
 #include "sim/durable_file.h"
+#include "sim/hash.h"
 #include "tools/commands.h"
 #include "tools/export_file.h"
 #include "tools/program.h"
 
 namespace thew {
 namespace {
+
+constexpr std::size_t kLongestMovie = std::size_t{1} << 34;  // bytes
 
 // ffmpeg's list of files: numbers may have gaps, which its patterns do not allow.
 std::string list_of(const std::vector<MoviePicture>& pictures, double fps) {
@@ -25,10 +28,11 @@ std::string list_of(const std::vector<MoviePicture>& pictures, double fps) {
 }  // namespace
 
 std::string write_movie(const std::filesystem::path& file,
-                        const std::vector<MoviePicture>& pictures, double fps) {
-  const std::filesystem::path list = std::filesystem::path(file) += ".list";
-  write_durably(list, list_of(pictures, fps));
-  const std::string out = beside(file).string();
+                        const std::vector<MoviePicture>& pictures, double fps,
+                        const std::string& of) {
+  check_own(file);
+  const Temporary list(file), out(file);
+  replace_durably(list.path, list_of(pictures, fps));
   // An even size is what the usual pixel format asks for; "file:" keeps a name with a colon a name.
   const int code = run_program({"ffmpeg",
                                 "-nostdin",
@@ -38,7 +42,7 @@ std::string write_movie(const std::filesystem::path& file,
                                 "-safe",
                                 "0",
                                 "-i",
-                                "file:" + list.string(),
+                                "file:" + list.path.string(),
                                 "-vf",
                                 "pad=ceil(iw/2)*2:ceil(ih/2)*2",
                                 "-r",
@@ -53,13 +57,12 @@ std::string write_movie(const std::filesystem::path& file,
                                 "+faststart",
                                 "-f",
                                 "mp4",
-                                "file:" + out});
-  remove_durably(list);
+                                "file:" + out.path.string()});
   if (code == 0) {
-    rename_durably(file);
+    const std::string bytes = read_whole_file(out.path, kLongestMovie);
+    place_durably(out.path, file, {bytes.size(), hash_of(bytes), of});
     return "";
   }
-  remove_durably(out);
   stop_if_interrupted();
   if (code == kNotFound) return "";
   return file.string() + ": ffmpeg ended with " + std::to_string(code) +

@@ -15,6 +15,7 @@
 #include "rig/text.h"
 #include "rig/urdf_import.h"
 #include "sim/durable_file.h"
+#include "sim/hash.h"
 #include "sim/model.h"
 #include "sim/scene.h"
 #include "tools/commands.h"
@@ -122,7 +123,8 @@ double thinnest_section(const TriMesh& tube, const TriMesh& of_template) {
   return least;
 }
 
-void write_arm(const Target& to, const fs::path& folder, Written& out) {
+// Beside the scene of that name, for which its files are listed.
+void write_arm(const Target& to, const fs::path& folder, const std::string& scene, Written& out) {
   const Template& from = to.from;
   const Transform world = Transform::Identity();
   for (int b = 0; b < from.skeleton.size(); ++b) {
@@ -134,7 +136,8 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
           folder / file,
           obj_text(name + " in the frame of " + to.name_of(body) + ", metres; made by thew new",
                    mapped_mesh(to, bone_mesh(from, b, visual), to.rest[body].inverse()),
-                   Vec3::Zero()));
+                   Vec3::Zero()),
+          scene);
       out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
                  "\nmesh = " + quoted(file.string()) + "\n\n";
     }
@@ -153,8 +156,10 @@ void write_arm(const Target& to, const fs::path& folder, Written& out) {
     if (size.fat < 0.0) out.outside.push_back(name);
     out.fat = std::min(out.fat, size.fat);
     out.volume += size.volume;
-    write_durably(folder / file, obj_text(name + " at rest, in the world, metres; made by thew new",
-                                          mesh, Vec3::Zero()));
+    write_durably(
+        folder / file,
+        obj_text(name + " at rest, in the world, metres; made by thew new", mesh, Vec3::Zero()),
+        scene);
     out.muscles += muscle_text(to, muscle, name, file, size);
   }
   for (const auto& [a, b] : kMayOverlap) {
@@ -235,12 +240,50 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          views + "[[bound]]\nvolume_error = 1e-9\n";
 }
 
+// What is there is replaced where it was made for this very scene and nobody has touched it since.
+void claim_file(const fs::path& file, const std::string& scene, bool force) {
+  claim({file}, force);
+  const auto listed = own_file(file);
+  if (force || !listed || !fs::exists(file)) return;
+  const bool touched = fs::file_size(file) != listed->bytes ||
+                       hash_of(read_whole_file(file, listed->bytes)) != listed->hash;
+  if (listed->of == scene && !touched) return;
+  throw Error(ExitCode::kOutput,
+              file.string() + ": is there, " +
+                  (touched ? "and edited since Thew wrote it" : "of another scene") +
+                  "; write the scene into another folder, or replace it with --force");
+}
+
 // A scene reads nothing outside its folder: a character from elsewhere is copied beside it.
-fs::path bring_character(const fs::path& file, const fs::path& folder) {
+fs::path bring_character(const fs::path& file, const fs::path& folder, const std::string& scene,
+                         bool force) {
+  create_folders(folder);
   const fs::path real = fs::canonical(file), below = fs::canonical(folder);
   if (is_below(real, below)) return fs::relative(real, below);
-  write_durably(folder / file.filename(), read_whole(real, size_t{256} << 20));
+  const fs::path copy = folder / file.filename();
+  const std::string bytes = read_whole(real, size_t{256} << 20);
+  if (!force && fs::is_regular_file(copy) && read_whole(copy, size_t{256} << 20) == bytes) {
+    return file.filename();  // another scene's on the same character
+  }
+  claim_file(copy, scene, force);
+  write_durably(copy, bytes, scene);
   return file.filename();
+}
+
+// Before any is written: bones and muscles by their names.
+void claim_meshes(const Template& from, const std::vector<ArmBodies>& arms, const fs::path& folder,
+                  const std::string& scene, bool force) {
+  for (const char* below : {"bones", "muscles"}) claim_folder(folder / below);
+  for (const ArmBodies& arm : arms) {
+    const std::string end = std::string("_") + (arm.left ? "left" : "right") + ".obj";
+    for (int b = 0; b < from.skeleton.size(); ++b) {
+      if (from.skeleton.visuals[b].empty()) continue;
+      claim_file(folder / "bones" / (from.skeleton.body_names[b] + end), scene, force);
+    }
+    for (const SceneMuscle& muscle : from.scene.muscles) {
+      claim_file(folder / "muscles" / (muscle.name + end), scene, force);
+    }
+  }
 }
 
 // What is said of the scene: notes to standard output, warnings to standard error.
@@ -315,19 +358,19 @@ void tell(const NewOptions& options, size_t muscles, const Said& said) {
 // A scene that a bake would refuse is not written. It is read from beside its place, as its paths
 // are relative.
 void check_scene(const fs::path& character, const fs::path& out, const std::string& text) {
-  const fs::path trial = fs::path(out).concat(".trial");
-  write_durably(trial, text);
-  std::string refusal;
+  const Temporary trial(out);
+  replace_durably(trial.path, text);
   try {
-    build_model(read_scene(trial));
+    build_model(read_scene(trial.path));
   } catch (const Error& error) {
-    refusal = error.what();
+    std::string refusal = error.what();
+    if (const size_t at = refusal.find(trial.path.string()); at != std::string::npos) {
+      refusal.replace(at, trial.path.string().size(), out.string());
+    }
+    throw Error(ExitCode::kInput,
+                character.string() + ": no scene that bakes comes of it (" + refusal +
+                    "); name its bodies with --map, or give its unit with --scale");
   }
-  fs::remove(trial);
-  if (refusal.empty()) return;
-  throw Error(ExitCode::kInput, character.string() + ": no scene that bakes comes of it (" +
-                                    refusal +
-                                    "); name its bodies with --map, or give its unit with --scale");
 }
 
 }  // namespace
@@ -346,6 +389,7 @@ ExitCode new_command(const NewOptions& options) {
     throw Error(ExitCode::kUsage,
                 "--scale is " + number_text(options.scale) + "; give a number from 1e-6 to 1e6");
   }
+  claim({options.out}, options.force);
   const Template from = read_template();
   if (!names_character(options.character)) {
     throw Error(ExitCode::kInput,
@@ -371,15 +415,16 @@ ExitCode new_command(const NewOptions& options) {
   }
 
   const fs::path folder = fs::absolute(options.out).parent_path();
-  for (const char* below : {"bones", "muscles"}) create_folders(folder / below);
-  const fs::path file = bring_character(options.character, folder);
+  const std::string scene = options.out.filename().string();
+  const fs::path file = bring_character(options.character, folder, scene, options.force);
+  claim_meshes(from, arms, folder, scene, options.force);
   Written written;
   std::optional<std::string> views;
   for (size_t i = 0; i < arms.size(); ++i) {
     const Target to{from, character, rest, skin, arms[i], fits[i], arms[i].left ? "left" : "right"};
     stop_if_interrupted();
     say_fit(to, options.scale, said);
-    write_arm(to, folder, written);
+    write_arm(to, folder, scene, written);
     if (!views) views = views_text(character, arms[i], fits[i], rest);
   }
   say_flesh(written, said);
@@ -387,7 +432,7 @@ ExitCode new_command(const NewOptions& options) {
                                       clip_text(written, character),
                                       contact_text(from.scene.contact.settings, written), *views);
   check_scene(options.character, options.out, text);
-  write_durably(options.out, text);
+  write_durably(options.out, text, scene);
   tell(options, arms.size() * from.scene.muscles.size(), said);
   return ExitCode::kDone;
 }

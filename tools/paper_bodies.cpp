@@ -8,6 +8,8 @@
 #include "muscles/volume.h"
 #include "rig/math.h"
 #include "rig/mesh_import.h"
+#include "rig/text.h"
+#include "sim/durable_file.h"
 #include "sim/muscle_step.h"
 #include "tools/paper_report.h"
 #include "tools/paper_run.h"
@@ -204,12 +206,11 @@ void cow(PaperReport& report, Table2& table) {
     }
     for (Vec3& p : given.vertices) p.z() += 0.215 - flank;
     copy = report.folder / "cow";
-    std::filesystem::create_directories(*copy);
+    claim_folder(*copy);
     for (const char* file : {"cow.toml", "cow.urdf", "probe.obj"}) {
-      std::filesystem::copy_file(scenes / file, *copy / file,
-                                 std::filesystem::copy_options::overwrite_existing);
+      write_durably(report.place("cow/" + std::string(file)), read_whole(scenes / file, 1 << 20));
     }
-    write_obj(*copy / "cow.obj", "given mesh", given);
+    write_durably(report.place("cow/cow.obj"), shape_text("given mesh", given));
     scenes = *copy;
   }
   std::vector<PaperPicture> pictures;

@@ -19,7 +19,7 @@ ExitCode paper_command(const CommandOptions& options, bool quick,
                     paper_steps(quick), stderr);
   create_folders(options.out);
   const FolderLock lock(options.out);
-  PaperReport report(options.out, quick, cow, progress);
+  PaperReport report(options.out, quick, cow, options.overwrite, progress);
   const PaperTimes times = time_balls(report);  // first, while nothing else runs
   // Each thread is timed by its own clock; the whole run gives each a quiet machine as well.
   std::future<BallElements> elements =

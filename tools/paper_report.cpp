@@ -64,9 +64,20 @@ std::string table_html(const PaperTable& table, const char* style) {
 std::string number(double value, int digits) { return readable(value, digits); }
 
 PaperReport::PaperReport(const std::filesystem::path& out, bool is_quick,
-                         const std::filesystem::path& cow_file, Progress& progress)
-    : quick(is_quick), folder(out), cow(cow_file), scenes(own_asset("paper")), progress_(progress) {
+                         const std::filesystem::path& cow_file, bool overwrite, Progress& progress)
+    : quick(is_quick),
+      folder(out),
+      cow(cow_file),
+      scenes(own_asset("paper")),
+      overwrite_(overwrite),
+      progress_(progress) {
   create_folders(out);
+  for (const char* name : {"report.html", "verdicts.csv"}) place(name);
+}
+
+std::filesystem::path PaperReport::place(const std::string& name) const {
+  claim({folder / name}, overwrite_);
+  return folder / name;
 }
 
 void PaperReport::section(const std::string& title, const std::string& text) {
@@ -75,13 +86,13 @@ void PaperReport::section(const std::string& title, const std::string& text) {
 }
 
 void PaperReport::add(const PaperTable& table) {
-  write_durably(folder / table.file, csv_text(table));
+  write_durably(place(table.file), csv_text(table));
   chapters_[chapter_].html += table_html(table, "");
 }
 
 void PaperReport::add(const LineChart& chart, const std::string& file, const std::string& caption) {
   const std::string svg = draw_chart(chart);
-  write_durably(folder / file, svg);
+  write_durably(place(file), svg);
   chapters_[chapter_].html +=
       "<figure>" + svg + "<figcaption>" + escape_html(caption) + "</figcaption></figure>\n";
 }
@@ -98,7 +109,7 @@ void PaperReport::add(const std::vector<PaperPicture>& pictures,
     images.push_back(renderer_->draw(picture.view, picture.positions));
   }
   const int columns = static_cast<int>(images.size());
-  write_png(folder / file, contact_sheet(images, columns, columns > 4 ? 320 : 420), 6);
+  write_png(place(file), contact_sheet(images, columns, columns > 4 ? 320 : 420), 6);
   chapters_[chapter_].html += "<figure><div class=\"labels\">";
   for (const std::string& label : labels)
     chapters_[chapter_].html += "<span>" + escape_html(label) + "</span>";

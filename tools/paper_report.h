@@ -33,8 +33,9 @@ struct PaperVerdict {
 /// thread's, but for done().
 class PaperReport {
  public:
+  /// `overwrite`: also what Thew did not write.
   PaperReport(const std::filesystem::path& folder, bool quick, const std::filesystem::path& cow,
-              Progress& progress);
+              bool overwrite, Progress& progress);
 
   /// What is added goes there from here on; the report has its chapters in order.
   void chapter(int number) { chapter_ = number; }
@@ -47,6 +48,8 @@ class PaperReport {
   void add(const PaperVerdict& verdict);
   void done(int steps = 1);  ///< for the progress bar
   void write(double seconds);
+  /// folder / name, ours to write.
+  std::filesystem::path place(const std::string& name) const;
 
   const bool quick;
   const std::filesystem::path folder, cow, scenes;
@@ -57,6 +60,7 @@ class PaperReport {
     std::vector<PaperVerdict> verdicts;
   };
 
+  bool overwrite_;
   std::map<int, Chapter> chapters_;
   int chapter_ = 0;
   std::unique_ptr<Renderer> renderer_;

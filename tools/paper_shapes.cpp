@@ -173,7 +173,7 @@ TriMesh paper_torus(double radius, double tube, int around, int along) {
   return mesh;
 }
 
-void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& shape) {
+std::string shape_text(const std::string& what, const TriMesh& shape) {
   const TriMesh mesh = in_order_of_use(shape);
   std::string text = "# " + what + ", metres; made by author_paper, Apache-2.0\n";
   for (const Vec3& p : mesh.vertices) {
@@ -184,7 +184,11 @@ void write_obj(const std::filesystem::path& file, const std::string& what, const
     for (int corner : t) text += " " + std::to_string(corner + 1);
     text += "\n";
   }
-  write_durably(file, text);
+  return text;
+}
+
+void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& shape) {
+  replace_durably(file, shape_text(what, shape));
 }
 
 }  // namespace thew

@@ -35,6 +35,7 @@ TriMesh polygonise(const std::function<double(const Vec3&)>& field, const Vec3& 
 /// the last one (an even number). Error(kInput) where no edge can be collapsed any more.
 TriMesh with_count(const TriMesh& mesh, int triangles);
 
+std::string shape_text(const std::string& what, const TriMesh& shape);
 void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& shape);
 
 }  // namespace thew

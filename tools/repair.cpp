@@ -221,12 +221,18 @@ std::vector<std::string> repair(TriMesh& mesh) {
 }
 
 std::vector<std::string> repair_file(const std::filesystem::path& file,
-                                     const std::filesystem::path& out) {
+                                     const std::filesystem::path& out, bool overwrite) {
   if (out.extension() != ".obj") {
     throw Error(ExitCode::kUsage, out.string() +
                                       ": repaired meshes are written as OBJ; give "
                                       "--repair OUT.obj");
   }
+  std::error_code none;
+  if (std::filesystem::equivalent(file, out, none)) {
+    throw Error(ExitCode::kUsage, out.string() + ": is " + file.string() +
+                                      " itself, which stays as it is; give --repair another name");
+  }
+  claim({out}, overwrite);
   ImportedMesh imported = import_mesh(file);
   std::vector<std::string> done;
   const int joined = imported.imported_vertices - static_cast<int>(imported.mesh.vertices.size());

@@ -15,8 +15,9 @@ namespace thew {
 /// line for each thing done.
 std::vector<std::string> repair(TriMesh& mesh);
 
-/// Reads, repairs and writes an OBJ; returns what was done. What is left is for find_defects.
+/// Reads, repairs and writes an OBJ, never onto what it read; returns what was done. What is left
+/// is for find_defects. `overwrite`: also a file that is not Thew's.
 std::vector<std::string> repair_file(const std::filesystem::path& file,
-                                     const std::filesystem::path& out);
+                                     const std::filesystem::path& out, bool overwrite = false);
 
 }  // namespace thew

@@ -44,6 +44,11 @@ void add_common(CLI::App& command, CommandOptions& options) {
   command.add_option("--progress", options.progress, kProgress);
 }
 
+void add_overwrite(CLI::App& command, CommandOptions& options,
+                   const char* what = "replace files that Thew did not write") {
+  command.add_flag("--overwrite", options.overwrite, what);
+}
+
 void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) {
   command.add_option("--distance", millimetres, "mm that a vertex may move")
       ->check(CLI::NonNegativeNumber)
@@ -79,6 +84,8 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
   command->add_option("--out", options.out, "folder of the bake")->required();
   add_common(*command, options);
   command->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
+  add_overwrite(*command, options,
+                "bake anew (with --resume: go on), and replace files that Thew did not write");
   command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
   command->add_flag("--json", options.json, kJson);
   command->add_flag("!--no-render", options.pictures, "no pictures");
@@ -92,6 +99,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
   command->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
       ->check(CLI::Range(1, 10000));
   command->add_option("--out", options.out, "folder of the pictures")->required();
+  add_overwrite(*command, options);
   add_common(*command, options);
   command->add_flag("--json", options.json, kJson);
   return command;
@@ -107,6 +115,7 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   command->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
       ->type_size(1)
       ->allow_extra_args(false);
+  add_overwrite(*command, options);
   command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
       ->check(CLI::Range(1, 10000));
   command->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
@@ -122,6 +131,7 @@ void add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
   command->add_flag("--json", options.json, kJson);
   command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
+  add_overwrite(*command, options);
 }
 
 CLI::App* add_new(CLI::App& app, NewOptions& options, bool& json) {
@@ -144,7 +154,8 @@ CLI::App* add_new(CLI::App& app, NewOptions& options, bool& json) {
         }
       },
       "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
-  command->add_flag("--force", options.force, "replace a scene that is there");
+  command->add_flag("--force,--overwrite", options.force,
+                    "replace a scene that is there, and files that Thew did not write");
   command->add_flag("--json", json, kJson);
   return command;
 }
@@ -157,6 +168,7 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
   command->add_option("ACTUAL", actual, "the same kind")->required();
   command->add_option("--frames", options.frames, "those to compare");
   command->add_option("--html", options.out, "write a page with both, difference and slider");
+  add_overwrite(*command, options);
   command->add_flag("--json", options.json, kJson);
   command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
   add_limits(*command, limits, millimetres);
@@ -169,6 +181,7 @@ void add_golden(CLI::App& command, CommandOptions& options, fs::path& golden) {
   command.add_flag("--json", options.json, kJson);
   command.add_option("--golden", golden, "their folder; else golden/ beside the scene");
   command.add_option("--out", options.out, "keep what is baked here");
+  add_overwrite(command, options);
   command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
   command.add_option("--progress", options.progress, kProgress);
   command.add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
@@ -196,6 +209,7 @@ CLI::App* add_paper(CLI::App& app, CommandOptions& options, bool& quick, fs::pat
       app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
   command->add_option("--out", options.out, "folder of the report")->required();
   command->add_flag("--json", options.json, kJson);
+  add_overwrite(*command, options);
   command->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
   command->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
       ->check(CLI::ExistingFile);
@@ -207,6 +221,7 @@ CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
   CLI::App* command = app.add_subcommand("chart", "speed against accuracy of a scene's muscles");
   command->add_option("SCENE", options.input, "scene file, TOML")->required();
   command->add_option("--out", options.out, "folder of the chart")->required();
+  add_overwrite(*command, options);
   command->add_option("--threads", options.threads, "0: all; what is timed runs on one")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options.json, kJson);

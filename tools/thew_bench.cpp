@@ -357,7 +357,7 @@ int scale(const std::string& scene, const std::string& picture) {
          {"off_the_first_um", 1e6 * std::abs(apart[2] - (count - 1.0))}});
     points.push_back({count, milliseconds, first * grown});
   }
-  write_durably(picture, draw_scale("Contact of " + one.scene.name + ", 1 to 64 of it", points));
+  replace_durably(picture, draw_scale("Contact of " + one.scene.name + ", 1 to 64 of it", points));
   std::printf("%s\n", out.dump(2).c_str());
   return 0;
 }

@@ -15,7 +15,7 @@ namespace thew {
 /// target and up in `count` even steps, listed in `files`, and VIEW_turn.mp4 where ffmpeg is
 /// installed. Says what went wrong with a movie, "" for nothing.
 std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender& render, int count,
-                           const std::filesystem::path& folder, ProgressStyle style,
+                           const std::filesystem::path& folder, bool overwrite, ProgressStyle style,
                            std::vector<std::filesystem::path>& files);
 
 }  // namespace thew

@@ -120,11 +120,17 @@ inline bool begins_with(const std::vector<int>& frames, const std::vector<int>& 
   return frames.size() >= first.size() && std::equal(first.begin(), first.end(), frames.begin());
 }
 
+/// Those of Thew.
 inline std::vector<fs::path> temporary_files(const fs::path& out) {
   std::vector<fs::path> found;
   if (!fs::exists(out)) return found;
   for (const auto& entry : fs::recursive_directory_iterator(out)) {
-    if (entry.path().extension() == ".tmp") found.push_back(entry.path());
+    const fs::path& path = entry.path();
+    if (path.extension() != ".tmp") continue;
+    if (path.filename().string().starts_with(".thew-") ||
+        path.parent_path().filename() == "bake.parts") {
+      found.push_back(path);
+    }
   }
   return found;
 }

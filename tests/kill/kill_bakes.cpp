@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bakes that are killed, interrupted, or meet in one folder: kill_bakes [KILLS [SEED]]
 #include <cstdio>
+#include <map>
 #include <random>
 
+#include "sim/own_files.h"
 #include "tests/kill/bake_process.h"
 
 namespace thew {
@@ -77,23 +79,70 @@ TEST_F(Kill, NoCompletedFrameIsLost) {
   EXPECT_GT(among_frames, kills_wanted / 4);
 }
 
-// As a kill leaves them that comes while the movie is made: the bake is complete, the report old.
-TEST_F(Kill, WhatAMovieLeftIsTakenAway) {
-  const fs::path out = root_ / "movie";
+// What processes left that are no more, and nothing else: neither what a living one is writing, nor
+// a user's files, whatever they are called.
+TEST_F(Kill, WhatTheDeadLeftIsTakenAway) {
+  const fs::path out = root_ / "left";
   resume(out);
+  fs::create_directories(out / "frames");
+  const Temporary alive(out / "frames/skin.0001.png");
+  const std::vector<fs::path> users = {out / "frames/skin.mp4.tmp", out / "frames/skin.mp4.list",
+                                       out / "bake.h5.tmp",         out / "frames/.thew-mine.tmp",
+                                       out / "frames/muscles.png",  alive.path};
+  for (const fs::path& file : users) std::ofstream(file) << "mine";
   for (const bool draws : {false, true}) {
-    fs::create_directories(out / "frames");
-    for (const char* name : {"skin.mp4.tmp", "skin.mp4.list", "skin.0001.png.tmp"}) {
-      std::ofstream(out / "frames" / name) << "half";
+    const pid_t dead = fork();
+    if (dead == 0) {
+      for (const char* name : {"report.html", "frames/skin.mp4", "frames/skin.0001.png"}) {
+        std::ofstream((new Temporary(out / name))->path) << "half";  // and is killed
+      }
+      _exit(0);
     }
-    if (draws) {
-      EXPECT_EQ(BakeProcess(out, {"--resume"}).wait().code, 0);
-      expect_whole(out);
-    } else {
-      resume(out);
-    }
-    EXPECT_FALSE(fs::exists(out / "frames/skin.mp4.list"));
+    waitpid(dead, nullptr, 0);
+    EXPECT_EQ(temporary_files(out).size(), 3u + 2u);
+    const auto ended = BakeProcess(out, draws ? std::vector<std::string>{"--resume"}
+                                              : std::vector<std::string>{"--resume", "--no-render"})
+                           .wait();
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    EXPECT_EQ(temporary_files(out).size(), 2u);
+    for (const fs::path& file : users) EXPECT_EQ(bytes_of(file), "mine") << file;
   }
+}
+
+// Whenever the kill came: each picture is whole and of its frame, those that were done are kept.
+TEST_F(Kill, PicturesAreThoseOfACalmBake) {
+  const fs::path calm = root_ / "calm", out = root_ / "drawn";
+  ASSERT_EQ(BakeProcess(calm, {}).wait().code, 0);
+  const auto pictures = [](const fs::path& folder) {
+    std::map<std::string, std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder / "frames")) {
+      const std::string name = entry.path().filename();
+      if (name.ends_with(".png")) found[name] = bytes_of(entry.path());
+    }
+    return found;
+  };
+  const auto expected = pictures(calm);
+  ASSERT_GT(expected.size(), 10u);
+  int whole = 0;
+  for (int kills = 0; kills < kills_wanted; ++kills) {
+    {
+      BakeProcess bake(out, {});
+      sleep_for(random(0.0, 3.0 * seconds_));
+      bake.send(SIGKILL);
+      bake.wait();
+    }
+    if (fs::exists(out / "frames")) {
+      for (const auto& [name, bytes] : pictures(out)) {
+        EXPECT_TRUE(bytes == expected.at(name)) << name;
+        ++whole;
+      }
+    }
+  }
+  const auto ended = BakeProcess(out, {}).wait();
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  expect_whole(out);
+  EXPECT_TRUE(pictures(out) == expected);
+  std::printf("%d pictures stood after the kills\n", whole);
 }
 
 TEST_F(Kill, SignalsFinishTheFrameAndSayTryAgain) {

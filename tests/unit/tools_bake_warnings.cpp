@@ -30,6 +30,7 @@ class BakeWarnings : public TempFolder {
                               muscle("one", one) + muscle("two", two));
     options.out = folder / "out";
     options.pictures = false;
+    options.overwrite = true;
     options.progress = "none";
     testing::internal::CaptureStderr();
     const ExitCode code = bake_command(options);

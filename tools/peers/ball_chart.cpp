@@ -144,12 +144,12 @@ void draw_ball_chart(const fs::path& scenes, const fs::path& out) {
   fs::create_directories(out);
   const auto draw = [&](const char* name, double ChartPoint::*error, const std::string& what) {
     const fs::path svg = out / (std::string(name) + ".svg");
-    write_durably(svg, draw_cost(chart, error, what));
+    replace_durably(svg, draw_cost(chart, error, what));
     write_picture(out / (std::string(name) + ".png"), svg);
   };
   draw("ball", &ChartPoint::percent, "% of the radius off a neo-Hookean ball");
   draw("ball_volume", &ChartPoint::volume_error, "largest volume error");
-  write_durably(out / "ball.csv", csv_of(chart));
+  replace_durably(out / "ball.csv", csv_of(chart));
 }
 
 }  // namespace thew

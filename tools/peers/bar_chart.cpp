@@ -180,8 +180,8 @@ std::string draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs
     point.percent = 100.0 * runs[k].mean / bar.shape.half.y();
   }
   const fs::path svg = out / (name + ".svg");
-  write_durably(svg,
-                draw_cost(chart, &ChartPoint::percent, "% of half the thickness off elements"));
+  replace_durably(svg,
+                  draw_cost(chart, &ChartPoint::percent, "% of half the thickness off elements"));
   write_picture(out / (name + ".png"), svg);
   return rows;
 }
@@ -202,7 +202,7 @@ void draw_bar_chart(const fs::path& out) {
     csv += true_row(bar.name, truth);
     for (bool hollow : {false, true}) csv += draw_bar(bar, hollow, truth, out);
   }
-  write_durably(out / "bar.csv", csv);
+  replace_durably(out / "bar.csv", csv);
 }
 
 }  // namespace thew

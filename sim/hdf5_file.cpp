@@ -229,6 +229,7 @@ bool Hdf5File::is_group(hid_t parent, const std::string& name) const {
 
 void Hdf5File::take_once(hid_t parent, const std::string& name) const {
   check_hard_link(parent, name);
+  if (mode_ == Mode::kCreate) return;
   H5O_info_t info;
   check(H5Oget_info_by_name2(parent, name.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT),
         "look at " + name);

@@ -121,7 +121,7 @@ class SceneNumbers : public TempFolder {};
 
 TEST_F(SceneNumbers, EachIsRefusedOrBaked) {
   const char* every = std::getenv("THEW_EVERY");
-  const size_t step = every ? std::strtoul(every, nullptr, 10) : 19;
+  const size_t step = every ? std::strtoul(every, nullptr, 10) : 11;
   const std::string text = kScene;
   const std::vector<Span> spans = numbers_of(text);
   ASSERT_GT(spans.size(), 100u);

@@ -102,7 +102,7 @@ TEST_F(SceneFile, WrongValues) {
        ":13: [render.view.v] has no cut; say where"},
       {"[[render.view]]\nname = \"v\"\ncut = [[0, 0, 0, 1]]\n",
        ":15: render.view.v.cut.0 is an array of 4; give a normal that is not zero"},
-      {"[skin]\nmesh = \"rig.urdf\"\niterations = 0\n", ":16: skin.iterations is 0; give a whole"},
+      {"[skin]\nmesh = \"rig.urdf\"\niterations = 0\n", ":15: skin.iterations is 0; give a whole"},
       {"[output]\nprecision = \"half\"\n", ":14: output.precision is \"half\"; give one of"},
       {"[[bound]]\npenetration = -1\n", ":14: bound.0.penetration is -1; give"},
       {"[[bound]]\npenetration = 1\n[[bound]]\npenetration = 2\n",

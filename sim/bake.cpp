@@ -2,20 +2,16 @@
 #include "sim/bake.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "rig/text.h"
 #include "sim/drive.h"
+#include "sim/laps.h"
 
 namespace thew {
 namespace {
 
 constexpr std::size_t kLongestScene = std::size_t{4} << 20;  // bytes, as it was read
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 std::vector<Vec3> to_points(const Rows& rows) {
   std::vector<Vec3> points;
@@ -26,8 +22,9 @@ std::vector<Vec3> to_points(const Rows& rows) {
 
 [[noreturn]] void stop_bake() { throw Error(ExitCode::kRetry, "interrupted; run again"); }
 
-BakeFrame to_frame(const Model& model, int number, const State& state,
-                   const FrameMeasures& measures) {
+// The measures of what is written are made here.
+BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const State& state,
+                   FrameMeasures& measures) {
   BakeFrame frame;
   frame.frame = number;
   for (size_t m = 0; m < state.muscles.size(); ++m) {
@@ -35,6 +32,7 @@ BakeFrame to_frame(const Model& model, int number, const State& state,
   }
   for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
+  measure_written(model, info, frame.positions, measures);
   frame.metrics = flatten(measures);
   frame.state = pack_state(state);
   return frame;
@@ -85,17 +83,18 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
 }
 
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+  Laps laps;
   if (model.scene.solver.tolerance && !model.fidelity) {
-    const auto begin = std::chrono::steady_clock::now();
     Model planned = model;
     const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
       if (options.stop && options.stop()) stop_bake();
     });
     planned.fidelity = plan.fidelity;
-    const double seconds = seconds_since(begin);
+    const double seconds = laps.next();
     BakeResult result = bake(planned, options, on_frame);
     result.plan = plan;
-    result.plan_seconds = seconds;
+    result.seconds.plan = seconds;
+    result.seconds.setup += seconds;
     return result;
   }
   const BakeInfo info = bake_info(model, options.frames);
@@ -104,6 +103,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   Parallel& parallel = *threads;
   BakeResult result;
   result.threads = parallel.threads();
+  BakeSeconds& seconds = result.seconds;
   State state = initial_state(model);
   const std::vector<double> rest_areas = rest_belly_areas(model, state);
 
@@ -111,6 +111,10 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     if (!wanted) stop_bake();
   };
   const auto listen = [&] { go_on_if(!options.stop || !options.stop()); };
+  const auto show = [&](const BakeFrame& frame) {
+    go_on_if(on_frame(frame));
+    laps.next();  // the caller's own
+  };
 
   int done = model.scene.first_frame - 1;  // the last frame that is simulated
   for (int number : writer.completed()) {
@@ -119,30 +123,33 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     if (number == writer.completed().back()) unpack_state(model, frame.state, state);
     done = number;
     ++result.resumed_frames;
-    go_on_if(on_frame(frame));
+    seconds.setup += laps.next();
+    show(frame);
   }
+  seconds.setup += laps.next();
   if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, listen);
+  seconds.settle = laps.next();
 
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
     const double time = (number - model.scene.first_frame) / model.scene.fps;
-    if (number > model.scene.first_frame) step_frame(model, time, parallel, state, result.seconds);
+    if (number > model.scene.first_frame) step_frame(model, time, parallel, state, seconds.step);
     if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
       listen();
       continue;
     }
-    const FrameMeasures measures = measure(model, rest_areas, parallel, state);
-    const BakeFrame frame = to_frame(model, number, state, measures);
-    const auto begin = std::chrono::steady_clock::now();
+    laps.next();  // of the step, by stage
+    FrameMeasures measures = measure(model, rest_areas, parallel, state);
+    const BakeFrame frame = to_frame(model, info, number, state, measures);
+    seconds.measure += laps.next();
     writer.write(frame);
-    result.write_seconds += seconds_since(begin);
     result.measures.push_back(measures);
-    go_on_if(on_frame(frame));
+    seconds.write += laps.next();
+    show(frame);
   }
   threads.reset();  // packing starts a process, of which the system may give no more
-  const auto begin = std::chrono::steady_clock::now();
   result.hash = writer.pack(listen);
-  result.write_seconds += seconds_since(begin);
+  seconds.write += laps.next();
   return result;
 }
 

@@ -21,12 +21,19 @@ struct BakeOptions {
   std::function<bool()> stop = {};  ///< asked between frames that are not written, and packed ones
 };
 
+/// Wall seconds of the thread that bakes, by stage. What `on_frame` takes is not among them.
+struct BakeSeconds {
+  double setup = 0.0;  ///< plan of a tolerance, first state, frames of an interrupted bake
+  double plan = 0.0;   ///< of `setup`
+  double settle = 0.0, measure = 0.0, write = 0.0;
+  StageSeconds step;  ///< of the frames
+};
+
 struct BakeResult {
   std::vector<FrameMeasures> measures;  ///< by written frame
   std::string hash;
   Settled settled;
-  StageSeconds seconds;
-  double write_seconds = 0.0, plan_seconds = 0.0;
+  BakeSeconds seconds;
   std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
   int resumed_frames = 0;            ///< taken from an earlier, interrupted bake
   int threads = 1;                   ///< that the system gave

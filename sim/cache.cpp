@@ -222,6 +222,12 @@ void verify(const fs::path& packed, const BakeInfo& info, const fs::path& folder
 
 }  // namespace
 
+// Volatile, since GCC 12 takes a vector's conversion to float and back for nothing at -O2.
+double as_float(double value) {
+  volatile float rounded = static_cast<float>(value);
+  return rounded;
+}
+
 struct BakeWriter::Data {
   Data(const fs::path& to, const BakeInfo& about)
       : info(about), folder(to), parts_folder(to / "bake.parts") {

@@ -68,6 +68,9 @@ class BakeWriter {
   std::unique_ptr<Data> data_;
 };
 
+/// Rounded to float32, as a cache keeps it unless it is of double precision.
+double as_float(double value);
+
 /// A packed bake; meshes and metrics in the order of their names. Refuses what is not of its format
 /// before it allocates: Error(kInput).
 class BakeReader {

@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "sim/drive.h"
 #include "sim/muscle_step.h"
+#include "skin/depth.h"
 
 namespace thew {
 namespace {
@@ -47,6 +48,14 @@ double section_area(const Muscle& muscle, const Rows& x, double along, double re
 bool has_free_node(const Muscle& muscle, int triangle) {
   const Triangle& t = muscle.rest.triangles[triangle];
   return !muscle.driven[t[0]] || !muscle.driven[t[1]] || !muscle.driven[t[2]];
+}
+
+Rows free_nodes(const Muscle& muscle, const Rows& x) {
+  Rows free;
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (!muscle.driven[i]) free.push_back(x[i]);
+  }
+  return free;
 }
 
 double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
@@ -101,7 +110,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
 }
 
 std::vector<std::string> rest_overlaps(const Model& model) {
-  constexpr double kTold = 1e-3, kLooked = 0.05;  // m
+  constexpr double kTold = 1e-3;  // m
   std::vector<std::string> lines;
   if (!model.scene.contact.enabled) return lines;
   State state = initial_state(model);
@@ -114,12 +123,8 @@ std::vector<std::string> rest_overlaps(const Model& model) {
     for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
       if (model.muscles[m].driven[i]) continue;
       const Row& x = state.muscles[m].x[i];
-      const ClosestPoint near =
-          closest_point(*them.surface, *them.bvh, *them.x, to_vec(x), kLooked);
-      if (near.triangle < 0 || -near.distance <= deepest) continue;
-      // One sliver of a bone turned over by a fit has much around it "inside".
-      if (winding_number(*them.surface, *them.x, to_vec(x)) < 0.5) continue;
-      deepest = -near.distance, at = x;
+      const double depth = deepest_inside(*them.surface, *them.bvh, *them.x, {x});
+      if (depth > deepest) deepest = depth, at = x;
     }
   };
   for (int m = 0; m < state.count(); ++m) {
@@ -163,7 +168,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   const std::vector<Collider> colliders = colliders_of(model, state);
   std::vector<double> deepest(count, 0.0), outside(count, 0.0);
   std::vector<int> pairs(count, 0);
-  if (model.skinned) refit_bvh(model.skinned->surface, state.skin.x, state.skin.bvh);
+  const Surface& skin = model.skinned ? model.skinned->surface : model.skin.surface;
+  if (model.has_skin) refit_bvh(skin, state.skin.x, state.skin.bvh);
   parallel.each(count, [&](int m) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
@@ -175,17 +181,14 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.length = now.pose.path_length;
     measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
-    if (model.skinned) outside[m] = farthest_outside(*model.skinned, state.skin, now.x);
+    if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
     if (!model.scene.contact.enabled) return;
+    const Rows free = free_nodes(muscle, now.x);
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
       const Collider& them = colliders[other];
-      const bool itself = static_cast<int>(other) == m;
-      for (size_t i = 0; i < now.x.size() && !itself; ++i) {
-        if (muscle.driven[i]) continue;
-        const ClosestPoint at =
-            closest_point(*them.surface, *them.bvh, *them.x, to_vec(now.x[i]), 0.01);
-        if (at.triangle >= 0) deepest[m] = std::max(deepest[m], -at.distance);
+      if (static_cast<int>(other) != m) {
+        deepest[m] = std::max(deepest[m], deepest_inside(*them.surface, *them.bvh, *them.x, free));
       }
       if (static_cast<int>(other) < m) continue;  // each pair once
       const auto crossing =
@@ -205,7 +208,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     out.zone_fallbacks += state.muscles[m].zone_fallbacks;
   }
   if (model.skinned) {
-    out.skin.max_penetration = deepest_of(state.skin.x, muscles_of(model, state));
+    out.skin.max_penetration = deepest_inside(muscles_of(model, state), state.skin.x);
     for (const double depth : outside) {  // of no muscle there is none
       out.skin.max_poke_through = std::max(out.skin.max_poke_through, depth);
     }
@@ -213,6 +216,27 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     out.skin = measure_skin(model.skin, colliders, state.skin);
   }
   return out;
+}
+
+double written_volume_error(const BakeMesh& mesh, const std::vector<Vec3>& positions,
+                            bool double_precision) {
+  TriMesh now{positions, mesh.rest.triangles};
+  if (!double_precision) {
+    for (Vec3& p : now.vertices) p = p.unaryExpr(&as_float);
+  }
+  return std::abs(enclosed_volume(now) / enclosed_volume(mesh.rest) - 1.0);
+}
+
+void measure_written(const Model& model, const BakeInfo& info,
+                     const std::vector<std::vector<Vec3>>& positions, FrameMeasures& measures) {
+  for (size_t m = 0; m < info.meshes.size(); ++m) {
+    const BakeMesh& mesh = info.meshes[m];
+    const bool muscle = mesh.kind == BakeMesh::Kind::kMuscle;
+    const bool layer = mesh.kind == BakeMesh::Kind::kSkin && !model.skinned;
+    if (!muscle && !layer) continue;
+    (muscle ? measures.muscles[m].volume_error_written : measures.skin_volume_error_written) =
+        written_volume_error(mesh, positions[m], info.double_precision);
+  }
 }
 
 namespace {
@@ -223,6 +247,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
   for (size_t m = 0; m < names.size(); ++m) {
     MuscleMeasures& muscle = measures.muscles[m];
     number("volume_error/" + names[m], muscle.volume_error);
+    number("volume_error_written/" + names[m], muscle.volume_error_written);
     number("substep_volume_error/" + names[m], muscle.substep_volume_error);
     number("zone_error/" + names[m], muscle.zone_error);
     number("length/" + names[m], muscle.length);
@@ -238,6 +263,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
   number("skin_poke_through", measures.skin.max_poke_through);
   whole("skin_intersecting_pairs", measures.skin.intersecting_pairs);
   number("skin_volume_error", measures.skin.volume_error);
+  number("skin_volume_error_written", measures.skin_volume_error_written);
   number("contact_penetration", measures.contact_penetration);
   whole("intersecting_pairs", measures.intersecting_pairs);
   whole("unreached", measures.unreached);
@@ -273,7 +299,14 @@ FrameMeasures unflatten(const Model& model, const std::vector<std::string>& name
   for (const Muscle& muscle : model.muscles) muscles.push_back(muscle.name);
   FrameMeasures measures;
   measures.muscles.resize(muscles.size());
-  visit(muscles, measures, [&](const std::string& name, double& value) { value = by_name[name]; });
+  visit(muscles, measures, [&](const std::string& name, double& value) {
+    const auto found = by_name.find(name);
+    if (found == by_name.end()) {
+      throw Error(ExitCode::kInput, "the bake does not have " + name +
+                                        ", which this version of Thew measures; bake it anew");
+    }
+    value = found->second;
+  });
   return measures;
 }
 

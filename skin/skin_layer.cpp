@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "muscles/volume.h"
+#include "skin/depth.h"
 #include "skin/skin_passes.h"
 
 namespace thew {
@@ -68,25 +69,11 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
 
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state) {
-  constexpr double kDeepest = 0.05;  // m
   SkinMetrics metrics;
-  const auto deepest = [&](const Surface& surface, const Bvh& bvh, const Rows& x,
-                           const Rows& points, double sign) {
-    double most = 0.0;
-    int hint = -1;
-    for (const Row& p : points) {
-      const ClosestPoint near = closest_point(surface, bvh, x, to_vec(p), kDeepest, hint);
-      if (near.triangle < 0) continue;
-      hint = near.triangle;
-      most = std::max(most, sign * near.distance);
-    }
-    return most;
-  };
+  metrics.max_penetration = deepest_inside(below, state.x);
   for (const Collider& flesh : below) {
-    metrics.max_penetration = std::max(
-        metrics.max_penetration, deepest(*flesh.surface, *flesh.bvh, *flesh.x, state.x, -1.0));
-    metrics.max_poke_through = std::max(metrics.max_poke_through,
-                                        deepest(model.surface, state.bvh, state.x, *flesh.x, 1.0));
+    metrics.max_poke_through = std::max(
+        metrics.max_poke_through, farthest_outside(model.surface, state.bvh, state.x, *flesh.x));
   }
   const auto pairs =
       crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);

@@ -278,38 +278,4 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 
-double deepest_of(const Rows& points, const std::vector<Collider>& below) {
-  constexpr double kDeepest = 0.05;  // m
-  double most = 0.0;
-  for (const Collider& flesh : below) {
-    const NodeBox box = box_of(*flesh.x);
-    int hint = -1;
-    for (const Row& p : points) {
-      if (!are_near({p, p}, box, 0.0)) continue;
-      const ClosestPoint near =
-          closest_point(*flesh.surface, *flesh.bvh, *flesh.x, to_vec(p), kDeepest, hint);
-      hint = near.triangle;
-      // The sign at a sliver turned over holds for all that is nearest to it.
-      const double depth = near.triangle < 0 ? kDeepest : std::abs(near.distance);
-      if (depth > most && winding_number(*flesh.surface, *flesh.x, to_vec(p)) > 0.5) most = depth;
-    }
-  }
-  return most;
-}
-
-double farthest_outside(const SkinnedSkin& skin, const SkinState& state, const Rows& points) {
-  constexpr double kFarthest = 0.1;  // m
-  double most = 0.0;
-  int hint = -1;
-  for (const Row& row : points) {
-    const Vec3 p = to_vec(row);
-    const ClosestPoint near = closest_point(skin.surface, state.bvh, state.x, p, kFarthest, hint);
-    hint = near.triangle;
-    const double distance = near.triangle < 0 ? kFarthest : near.distance;
-    // Outside of the nearest shell it may still be inside of another.
-    if (distance > most && winding_number(skin.surface, state.x, p) < 0.5) most = distance;
-  }
-  return most;
-}
-
 }  // namespace thew

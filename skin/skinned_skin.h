@@ -65,10 +65,4 @@ SkinState initial_skinned(const SkinnedSkin& skin);
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state);
 
-/// m, deepest of the points inside a muscle, up to 0.05.
-double deepest_of(const Rows& points, const std::vector<Collider>& below);
-/// m, farthest of the points outside the skin, up to 0.1; of a skin of several shells that overlap
-/// outside all of them. state.bvh has to fit.
-double farthest_outside(const SkinnedSkin& skin, const SkinState& state, const Rows& points);
-
 }  // namespace thew

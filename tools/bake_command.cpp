@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,11 +13,11 @@
 #include <thread>
 
 #include "rig/text.h"
-#include "sim/bake.h"
 #include "sim/durable_file.h"
 #include "sim/health.h"
+#include "sim/laps.h"
 #include "tools/bake_folder.h"
-#include "tools/bake_warnings.h"
+#include "tools/bake_report.h"
 #include "tools/commands.h"
 #include "tools/inspect.h"
 #include "tools/options.h"
@@ -26,7 +25,6 @@
 #include "tools/printing.h"
 #include "tools/progress.h"
 #include "tools/repair.h"
-#include "tools/report.h"
 #include "tools/report_viewer.h"
 #include "tools/turntable.h"
 
@@ -43,100 +41,6 @@ std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   std::vector<int> frames;
   for (int frame = scene.first_frame; frame <= scene.last_frame; ++frame) frames.push_back(frame);
   return frames;
-}
-
-double largest(const std::vector<double>& values) {
-  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
-}
-
-Report::Solver solver_of(const Scene& scene, const BakeResult& result) {
-  Report::Solver solver = {scene.solver.integrator,
-                           scene.solver.volume,
-                           scene.solver.substeps,
-                           "set by the scene",
-                           {},
-                           0.0,
-                           0.0};
-  if (result.plan) {
-    solver.substeps = result.plan->fidelity.substeps;
-    solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
-    solver.plan = result.plan;
-    solver.tolerance_m = scene.solver.tolerance->position;
-    solver.plan_seconds = result.plan_seconds;
-  }
-  return solver;
-}
-
-Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result) {
-  const Muscle& muscle = model.muscles[m];
-  Report::Muscle row;
-  row.name = muscle.name;
-  row.vertices = static_cast<int>(muscle.rest.vertices.size());
-  row.triangles = static_cast<int>(muscle.rest.triangles.size());
-  row.rest_volume_m3 = muscle.rest_volume;
-  row.zones = muscle.zones.count();
-  for (const FrameMeasures& frame : result.measures) {
-    const MuscleMeasures& at = frame.muscles[m];
-    row.volume_error.push_back(at.volume_error);
-    row.length_m.push_back(at.length);
-    row.belly_area_ratio.push_back(at.area_ratio);
-    row.max_substep_volume_error = std::max(row.max_substep_volume_error, at.substep_volume_error);
-    row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
-    row.max_zone_error = std::max(row.max_zone_error, at.zone_error);
-  }
-  row.max_volume_error = largest(row.volume_error);
-  return row;
-}
-
-// The largest of the whole bake.
-double measured(const std::string& quantity, const Report& report) {
-  if (quantity == "penetration") {
-    return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
-  }
-  if (quantity == "poke_through") return report.skin.max_poke_through_m;
-  const bool of_skin = quantity == "volume_error" && report.skin.keeps_volume;
-  double most = of_skin ? *report.skin.max_volume_error : 0.0;
-  for (const Report::Muscle& row : report.muscles) {
-    most = std::max(most, quantity == "volume_error"           ? row.max_volume_error
-                          : quantity == "substep_volume_error" ? row.max_substep_volume_error
-                                                               : row.max_attachment_gap_m);
-  }
-  return most;
-}
-
-Report make_report(const Model& model, const CommandOptions& options,
-                   const std::vector<int>& frames, const BakeResult& result) {
-  Report report;
-  const Scene& scene = model.scene;
-  report.scene = scene.name;
-  report.fps = scene.fps;
-  report.frames = frames;
-  report.threads = result.threads;
-  report.hash = result.hash;
-  report.solver = solver_of(scene, result);
-  for (size_t m = 0; m < model.muscles.size(); ++m) {
-    report.muscles.push_back(muscle_of(model, m, result));
-  }
-  std::vector<double> volume_error;  // of a skin layer
-  report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
-  for (const FrameMeasures& frame : result.measures) {
-    report.skin.penetration_m.push_back(frame.skin.max_penetration);
-    report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
-    if (model.has_skin && !model.skinned) volume_error.push_back(frame.skin.volume_error);
-    report.contact.max_penetration_m =
-        std::max(report.contact.max_penetration_m, frame.contact_penetration);
-    report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
-  }
-  if (!volume_error.empty()) report.skin.max_volume_error = largest(volume_error);
-  report.skin.keeps_volume =
-      report.skin.max_volume_error.has_value() && scene.skin.settings.keeps_volume;
-  report.skin.max_penetration_m = largest(report.skin.penetration_m);
-  report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
-  for (const Bound& bound : scene.bounds) {
-    report.bounds.push_back({bound.quantity, measured(bound.quantity, report), bound.limit});
-  }
-  report.warnings = bake_warnings(model, frames, result, BakeReader(options.out / "bake.h5"));
-  return report;
 }
 
 void print_plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
@@ -218,10 +122,9 @@ std::optional<nlohmann::ordered_json> kept_report(const std::filesystem::path& f
 
 // Of a bake that is complete only a report that is still to be written wants it.
 void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
-  const auto begin = std::chrono::steady_clock::now();
+  Laps laps;
   result.plan = plan_fidelity(model, thread_count(options.threads), [] { stop_if_interrupted(); });
-  result.plan_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds.plan = laps.next();
 }
 
 // Pictures of those frames of a cache that are not there yet.
@@ -256,31 +159,52 @@ ExitCode check_bounds(const Report& report) {
   return code;
 }
 
+/// Wall seconds since the command began, and those of its stages so far.
+struct Clock {
+  Laps whole, stage;
+  Report::Seconds seconds;
+};
+
+void add_bake(const BakeSeconds& bake, Report::Seconds& seconds) {
+  seconds.setup += bake.setup;
+  seconds.settle = bake.settle;
+  seconds.measure = bake.measure;
+  seconds.write = bake.write;
+  seconds.rig = bake.step.rig;
+  seconds.muscles = bake.step.muscles;
+  seconds.contact = bake.step.contact;
+  seconds.skin = bake.step.skin;
+}
+
 // Report, and whether the scene's bounds are met.
 ExitCode conclude(const Model& model, const CommandOptions& options, const std::vector<int>& frames,
-                  const BakeResult& result, Pictures& pictures,
-                  std::chrono::steady_clock::time_point begin) {
-  Report report = make_report(model, options, frames, result);
+                  const BakeResult& result, Pictures& pictures, Clock& clock) {
   if (result.threads < thread_count(options.threads)) {
     std::fprintf(stderr, "thew: warning: only %d of %d threads could be started; allow more\n",
                  result.threads, thread_count(options.threads));
   }
-  std::filesystem::path sheet;
   pictures.finish();
   const std::string no_movie = pictures.movies(frames, model.scene.fps);
+  std::filesystem::path sheet;
+  const Image image = pictures.sheet(frames);
+  if (image.width > 0) {
+    sheet = pictures.sheet_file();
+    write_png(sheet, image);
+  }
+  clock.seconds.render += clock.stage.next();
+  Report report = make_report(model, options, frames, result);
   if (!no_movie.empty()) report.warnings.push_back(no_movie);
   for (size_t i = model.warnings.size(); i < report.warnings.size(); ++i) {
     std::fprintf(stderr, "thew: warning: %s\n", report.warnings[i].c_str());
   }
-  if (const Image image = pictures.sheet(frames); image.width > 0) {
-    sheet = pictures.sheet_file();
-    write_png(sheet, image);
-  }
-  const StageSeconds& stages = result.seconds;
-  const std::chrono::duration<double> total = std::chrono::steady_clock::now() - begin;
-  report.seconds = {total.count(), stages.rig,           stages.muscles,    stages.contact,
-                    stages.skin,   result.write_seconds, pictures.seconds()};
-  write_report(options.out, report, sheet, report_viewer(BakeReader(options.out / "bake.h5")));
+  if (!image.renderer.empty()) report.origin.renderer = image.renderer;
+  report.files = files_beside_report(
+      options.out, options.pictures ? model.scene.render.views : std::vector<SceneView>{});
+  const std::string viewer = report_viewer(BakeReader(options.out / "bake.h5"));
+  report.seconds = clock.seconds;
+  report.seconds.report = clock.stage.next();  // all of it but writing what says so
+  report.seconds.total = clock.whole.next();
+  write_report(options.out, report, sheet, viewer);
   list_report(options.out, pictures.key());
   if (options.json) print(report_as_json(report));
   return check_bounds(report);
@@ -316,7 +240,7 @@ void listen_for_signals() {
 }
 
 ExitCode bake_command(const CommandOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
+  Clock clock;
   Model model = build_model(read_scene(options.input, options.overrides));
   const std::vector<int> frames = frames_of(options, model.scene);
   for (const std::string& line : rest_overlaps(model)) {
@@ -353,8 +277,9 @@ ExitCode bake_command(const CommandOptions& options) {
       return check_bounds(make_report(model, options, frames, result));
     }
     if (model.scene.solver.tolerance) plan_into(model, options, result);
+    clock.seconds.setup = clock.stage.next();
     draw_all(reader, frames, options, *pictures);
-    return conclude(model, options, frames, result, *pictures, begin);
+    return conclude(model, options, frames, result, *pictures, clock);
   }
   const auto pictures = pictures_of(info.meshes);
   pictures->claim(frames, options.overwrite);
@@ -362,6 +287,7 @@ ExitCode bake_command(const CommandOptions& options) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
                     static_cast<int>(frames.size()), stderr);
   BakeResult result;
+  clock.seconds.setup = clock.stage.next();
   try {
     int done = 0;
     result = bake(model,
@@ -376,7 +302,10 @@ ExitCode bake_command(const CommandOptions& options) {
     write_failure(options.out, failure);
     throw;
   }
-  return conclude(model, options, frames, result, *pictures, begin);
+  clock.stage.next();  // of the bake, by stage
+  add_bake(result.seconds, clock.seconds);
+  clock.seconds.render = pictures->seconds();
+  return conclude(model, options, frames, result, *pictures, clock);
 }
 
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "skin/depth.h"
+
 namespace thew {
 namespace {
 
@@ -24,16 +26,17 @@ std::string flesh_outside(const Model& model, const std::vector<int>& frames,
   const auto at = worst - measures.begin();
   const BakeFrame frame = reader.read(static_cast<int>(at));
   const std::vector<BakeMesh>& meshes = reader.info().meshes;
-  SkinState skin;
+  const Surface& surface = model.skinned->surface;
+  Rows skin;
   for (size_t m = 0; m < meshes.size(); ++m) {
-    if (meshes[m].kind == BakeMesh::Kind::kSkin) skin.x = to_rows(frame.positions[m]);
+    if (meshes[m].kind == BakeMesh::Kind::kSkin) skin = to_rows(frame.positions[m]);
   }
-  skin.bvh = build_bvh(model.skinned->surface, skin.x);
+  const Bvh bvh = build_bvh(surface, skin);
   double most = -1.0;
   std::string which;
   for (size_t m = 0; m < meshes.size(); ++m) {
     if (meshes[m].kind != BakeMesh::Kind::kMuscle) continue;
-    const double outside = farthest_outside(*model.skinned, skin, to_rows(frame.positions[m]));
+    const double outside = farthest_outside(surface, bvh, skin, to_rows(frame.positions[m]));
     if (outside > most) most = outside, which = meshes[m].name;
   }
   char line[120];

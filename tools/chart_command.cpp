@@ -48,11 +48,11 @@ ExitCode chart_command(const CommandOptions& options, bool stability) {
   const ProgressStyle style = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
   create_folders(options.out);
   const FolderLock lock(options.out);
-  std::vector<fs::path> files;
+  std::vector<fs::path> claimed;
   for (const char* ending : {".csv", ".json", ".svg", ".png", ".html"}) {
-    files.push_back(options.out / (std::string(stability ? "stability" : "chart") + ending));
+    claimed.push_back(options.out / (std::string(stability ? "stability" : "chart") + ending));
   }
-  claim(files, options.overwrite);
+  claim(claimed, options.overwrite);
   if (stability) return map_stability(options, style);
   ChartAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
   std::unique_ptr<Progress> progress;

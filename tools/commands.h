@@ -20,6 +20,8 @@ struct CommandOptions {
   bool resume = false, dry_run = false, json = false, pictures = true;
   bool overwrite = false;  ///< also what Thew did not write; bake: completed frames, unless resume
   std::string progress = "auto";
+  std::string command,
+      commit = "unknown";  ///< what was called, and of which commit; for the report
 };
 
 /// Scene -> cache, pictures, report.

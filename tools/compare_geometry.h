@@ -18,7 +18,9 @@ struct MeshDistance {
 };
 
 struct GeometryComparison {
-  bool exact = false;                ///< the hash over all positions in double precision is equal
+  bool same_hash = false;            ///< of all positions in double precision, as the caches say
+  bool exact = false;                ///< and nothing that was read differs by a bit
+  bool rounded = false;              ///< one cache is of float32: the other was rounded alike
   bool same_scene = false;           ///< the solver was given the same
   double tolerance = 0.0;            ///< m, beyond which a node has moved
   std::vector<int> frames;           ///< compared
@@ -38,9 +40,6 @@ inline constexpr double kDistanceTolerance = 1e-7;
 GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader& actual,
                                     const std::vector<int>& frames,
                                     double tolerance = kDistanceTolerance);
-
-/// Rounded to float32, as a cache keeps it.
-double as_float(double value);
 
 /// "17-19, 25"
 std::string frame_list(const std::vector<int>& frames);

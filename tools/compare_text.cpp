@@ -33,7 +33,8 @@ std::string geometry_as_text(const GeometryComparison& geometry) {
     const std::string frames = std::to_string(geometry.frames.size()) + " frames";
     if (geometry.exact) return "geometry: the same to the bit, " + frames + "\n";
     return "geometry: the same within " + readable(1e3 * geometry.tolerance) + " mm, " + frames +
-           " (largest distance " + readable(1e3 * most) + " mm)\n";
+           " (largest distance " + readable(1e3 * most) + " mm" +
+           (geometry.rounded ? ", both rounded to float32" : "") + ")\n";
   }
   std::string text = "geometry differs";
   text += geometry.same_scene ? ", though scene and inputs are the same\n"
@@ -105,6 +106,8 @@ ordered_json geometry_as_json(const GeometryComparison& geometry) {
   }
   return {{"same", geometry.same()},
           {"exact", geometry.exact},
+          {"same_hash", geometry.same_hash},
+          {"rounded_to_float32", geometry.rounded},
           {"same_scene", geometry.same_scene},
           {"tolerance_mm", 1e3 * geometry.tolerance},
           {"frames", geometry.frames},

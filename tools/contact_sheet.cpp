@@ -94,7 +94,8 @@ Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail
   const int width = std::min(thumbnail_width, images[0].width);
   const int height = std::max(1, images[0].height * width / images[0].width);
   const int rows = (count + columns - 1) / columns;
-  Image sheet{columns * (width + kGap) + kGap, rows * (height + kGap) + kGap, {}};
+  Image sheet{
+      columns * (width + kGap) + kGap, rows * (height + kGap) + kGap, {}, images[0].renderer};
   sheet.rgb.assign(3ul * sheet.width * sheet.height, 255);
   for (int k = 0; k < count; ++k) {
     const Image small = shrink(images[k], width, height);

@@ -67,7 +67,7 @@ ExitCode bake_afresh(const CommandOptions& options, const GoldenRecipe& recipe,
 }
 
 bool nothing_moved(const Comparison& comparison) {
-  if (!comparison.geometry->exact || !comparison.same()) return false;
+  if (!comparison.geometry->same_hash || !comparison.same()) return false;
   for (const ImageComparison& image : comparison.images) {
     if (image.measures.largest > 0 || image.expected_renderer != image.actual_renderer)
       return false;

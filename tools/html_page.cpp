@@ -40,7 +40,8 @@ svg g:hover .line { stroke-width: 3.5; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { padding: 7px 12px; text-align: right; white-space: nowrap; border-top: 1px solid var(--rule); }
 thead th { border-top: 0; font-weight: 600; font-size: 13px; color: var(--soft); vertical-align: bottom; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child, .named td { text-align: left; }
+.named td { white-space: normal; overflow-wrap: anywhere; } .named th { font-weight: 400; color: var(--soft); }
 td i { display: inline-block; width: 10px; height: 10px; border-radius: 2px; margin-right: 8px; }
 footer { margin-top: 36px; color: var(--soft); font-size: 13.5px; }
 @media print { body { background: #fff; } figure, .wide { break-inside: avoid; } }

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "skin/surface.h"
 #include "tools/exact_predicates.h"
 
 namespace thew {
@@ -163,6 +164,23 @@ void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>
   }
 }
 
+/// Triangles of leaves whose boxes meet the box, ascending.
+void triangles_in_box(const Bvh& bvh, const Vec3& low, const Vec3& high, std::vector<int>& found) {
+  found.clear();
+  std::vector<int> stack(bvh.order.empty() ? 0 : 1, 0);
+  while (!stack.empty()) {
+    const Bvh::Node& node = bvh.nodes[stack.back()];
+    stack.pop_back();
+    bool apart = false;
+    for (int k = 0; k < 3; ++k) apart = apart || node.lo[k] > high[k] || node.hi[k] < low[k];
+    if (apart) continue;
+    found.insert(found.end(), bvh.order.begin() + node.first,
+                 bvh.order.begin() + node.first + node.count);
+    if (node.count == 0) stack.insert(stack.end(), {node.first, node.first + 1});
+  }
+  std::sort(found.begin(), found.end());
+}
+
 double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;
   const double length = d.squaredNorm();
@@ -281,6 +299,36 @@ void measure_depth(int a, int b, const Slabs& slabs, int rays, const Layers& lay
 }
 
 }  // namespace
+
+SelfCrossings find_self_crossings(const TriMesh& mesh) {
+  // A sound mesh takes some 40 a triangle: two millions; one in a heap would take for ever.
+  constexpr int kMostWork = 80'000'000, kTest = 16;
+  const std::vector<Triangle>& triangles = mesh.triangles;
+  const Surface surface = make_surface(triangles, static_cast<int>(mesh.vertices.size()));
+  const Bvh bvh = build_bvh(surface, to_rows(mesh.vertices));
+  SelfCrossings found;
+  int work = 0;
+  std::vector<int> near;
+  for (int i = 0; i < static_cast<int>(triangles.size()); ++i) {
+    const Corners one = corners(mesh.vertices, triangles[i]);
+    triangles_in_box(bvh, one[0].cwiseMin(one[1]).cwiseMin(one[2]),
+                     one[0].cwiseMax(one[1]).cwiseMax(one[2]), near);
+    for (const int k : near) {
+      if (++work > kMostWork) {
+        found.all = false;
+        return found;
+      }
+      if (k <= i || share_vertex(triangles[i], triangles[k])) continue;
+      const Corners two = corners(mesh.vertices, triangles[k]);
+      work += kTest;
+      if (!triangles_meet(one, two) || found.pairs++ > 0) continue;
+      found.first = i, found.second = k;
+      const std::vector<Vec3> ends = ends_of_crossing(one, two);
+      for (const Vec3& end : ends) found.at += end / static_cast<double>(ends.size());
+    }
+  }
+  return found;
+}
 
 bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
                const std::vector<Triangle>& triangles) {

@@ -29,6 +29,16 @@ inline constexpr std::array<const char*, 5> kLayerPairs = {
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions);
 
+/// Pairs of triangles of a mesh that have a common point and no common vertex.
+struct SelfCrossings {
+  int pairs = 0;
+  bool all = true;              ///< false: there may be more, looking for them was given up
+  int first = -1, second = -1;  ///< triangles of the first pair
+  Vec3 at = Vec3::Zero();       ///< where they cross (m)
+};
+/// Of a mesh whose vertices are finite and welded.
+SelfCrossings find_self_crossings(const TriMesh& mesh);
+
 /// Whether p is inside a closed mesh, by a ray's exact crossings.
 bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
                const std::vector<Triangle>& triangles);

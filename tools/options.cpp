@@ -2,7 +2,9 @@
 #include "tools/options.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cstring>
 #include <set>
 #include <string_view>
 
@@ -95,6 +97,20 @@ ProgressStyle parse_progress(const std::string& word, bool on_terminal) {
   throw Error(ExitCode::kUsage, "--progress " + word + ": " +
                                     (near.empty() ? "" : "did you mean " + near + "? ") +
                                     "choose auto, bar, plain, json, openjd or none");
+}
+
+std::string command_text(int argc, const char* const* argv) {
+  std::string text;
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+      return std::isalnum(c) || c >= 0x80 || std::strchr("_-+./,:=@%", c);
+    });
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += (i > 0 ? " " : "") + (plain ? word : quoted + "'");
+  }
+  return text;
 }
 
 std::filesystem::path own_asset(const std::string& name) {

@@ -19,6 +19,9 @@ enum class ProgressStyle { kBar, kPlain, kJson, kOpenJd, kNone };
 /// elsewhere. Error(kUsage) for other words.
 ProgressStyle parse_progress(const std::string& word, bool on_terminal);
 
+/// The words of a command line as a shell reads them.
+std::string command_text(int argc, const char* const* argv);
+
 /// What we bring along, "arm/arm.toml" for instance: installed below the program's prefix, or in
 /// the source tree it was built from. Error(kInput) where it is in neither.
 std::filesystem::path own_asset(const std::string& name);

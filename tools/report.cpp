@@ -18,6 +18,7 @@ ordered_json muscle_as_json(const Report::Muscle& muscle) {
                       {"triangles", muscle.triangles},
                       {"rest_volume_m3", muscle.rest_volume_m3},
                       {"max_volume_error", muscle.max_volume_error},
+                      {"max_volume_error_written", muscle.max_volume_error_written},
                       {"max_substep_volume_error", muscle.max_substep_volume_error},
                       {"max_attachment_gap_m", muscle.max_attachment_gap_m},
                       {"length_m", muscle.length_m},
@@ -92,7 +93,11 @@ std::string report_as_json(const Report& report) {
   ordered_json skin = {{"triangles", report.skin.triangles},
                        {"max_penetration_m", report.skin.max_penetration_m},
                        {"max_poke_through_m", report.skin.max_poke_through_m}};
-  if (report.skin.max_volume_error) skin["max_volume_error"] = *report.skin.max_volume_error;
+  if (report.skin.max_volume_error) {
+    skin["max_volume_error"] = *report.skin.max_volume_error;
+    skin["max_volume_error_written"] = report.skin.max_volume_error_written;
+  }
+  const Report::Origin& from = report.origin;
   const ordered_json all = {
       {"thew", report.thew},
       {"scene", report.scene},
@@ -106,8 +111,20 @@ std::string report_as_json(const Report& report) {
       {"contact",
        {{"max_penetration_m", report.contact.max_penetration_m},
         {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},
+      {"origin",
+       {{"scene", from.scene},
+        {"scene_hash", from.scene_hash},
+        {"command", from.command},
+        {"commit", from.commit},
+        {"date", from.date},
+        {"host", from.host},
+        {"renderer", from.renderer}}},
       {"seconds",
        {{"total", s.total},
+        {"setup", s.setup},
+        {"settle", s.settle},
+        {"measure", s.measure},
+        {"report", s.report},
         {"rig", s.rig},
         {"muscles", s.muscles},
         {"contact", s.contact},

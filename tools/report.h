@@ -31,12 +31,13 @@ struct Report {
     std::string name;
     int vertices = 0, triangles = 0;
     double rest_volume_m3 = 0.0;
-    double max_volume_error = 0.0, max_substep_volume_error = 0.0;  ///< |V - V0| / V0
+    double max_volume_error = 0.0, max_substep_volume_error = 0.0;  ///< |V - V0| / V0, as solved
+    double max_volume_error_written = 0.0;                          ///< of the cache's positions
     int zones = 0;                ///< 0: one multiplier for the whole
     double max_zone_error = 0.0;  ///< of any zone, over its own volume at rest
     double max_attachment_gap_m = 0.0;
     std::vector<double> length_m, belly_area_ratio,
-        volume_error;  ///< by frame; the last for the chart
+        volume_error_written;  ///< by frame; the last for the chart
   };
   std::vector<Muscle> muscles;
 
@@ -45,8 +46,9 @@ struct Report {
     double max_penetration_m = 0.0,
            max_poke_through_m = 0.0;                    ///< into flesh; flesh out of the skin
     std::vector<double> penetration_m, poke_through_m;  ///< by frame, for the chart
-    std::optional<double> max_volume_error;             ///< |V - V0| / V0, of a layer
-    bool keeps_volume = false;                          ///< [skin] volume = "exact"
+    std::optional<double> max_volume_error;             ///< |V - V0| / V0, of a layer, as solved
+    double max_volume_error_written = 0.0;
+    bool keeps_volume = false;  ///< [skin] volume = "exact"
   } skin;
 
   struct Contact {
@@ -54,17 +56,26 @@ struct Report {
     std::vector<int> intersecting_triangle_pairs;  ///< by frame
   } contact;
 
+  /// Wall seconds of the thread that bakes; the stages make up the total.
   struct Seconds {
-    double total = 0.0, rig = 0.0, muscles = 0.0, contact = 0.0, skin = 0.0, write = 0.0,
-           render = 0.0;
+    double total = 0.0, setup = 0.0, settle = 0.0, measure = 0.0, report = 0.0, rig = 0.0,
+           muscles = 0.0, contact = 0.0, skin = 0.0, write = 0.0, render = 0.0;
   } seconds;
+
+  /// Where all this comes from. None of it is in the cache, whose bytes depend on the scene alone.
+  struct Origin {
+    std::string scene, scene_hash, command, commit, date, host, renderer;
+  } origin;
+  /// What lies beside the report, by paths relative to it.
+  std::vector<std::string> files;
 
   struct Bound {
     std::string quantity;
     double measured = 0.0, limit = 0.0;
     bool met() const { return measured <= limit; }
   };
-  std::vector<Bound> bounds;
+  bool double_precision = false;  ///< of the cache
+  std::vector<Bound> bounds;      ///< on what is written
   std::vector<std::string> warnings;
 };
 

@@ -34,6 +34,15 @@ std::string fact(const std::string& name, const std::string& value, const std::s
          (more.empty() ? "" : " <small>" + escape_html(more) + "</small>") + "</dd></div>\n";
 }
 
+std::string precision(const Report& report) {
+  return report.double_precision ? "float64" : "float32";
+}
+
+// What a bound's figure is of, where there are two.
+std::string bounded(const std::string& quantity) {
+  return in_words(quantity) + (quantity == "volume_error" ? " as written" : "");
+}
+
 std::string verdict(const Report& report) {
   if (report.bounds.empty()) {
     return "<p class=\"verdict none\">The scene sets no quality bounds.</p>\n";
@@ -42,7 +51,7 @@ std::string verdict(const Report& report) {
   std::size_t failures = 0;
   for (const Report::Bound& bound : report.bounds) {
     if (bound.met()) continue;
-    failed += (failures++ ? ", " : "") + in_words(bound.quantity) + " is " +
+    failed += (failures++ ? ", " : "") + bounded(bound.quantity) + " is " +
               with_unit(bound, bound.measured) + ", allowed " + with_unit(bound, bound.limit);
   }
   if (failures > 0) {
@@ -52,7 +61,7 @@ std::string verdict(const Report& report) {
   }
   std::string met;
   for (const Report::Bound& bound : report.bounds) {
-    met += (met.empty() ? "" : ", ") + in_words(bound.quantity) + " " +
+    met += (met.empty() ? "" : ", ") + bounded(bound.quantity) + " " +
            with_unit(bound, bound.measured) + " of " + with_unit(bound, bound.limit) + " allowed";
   }
   return "<p class=\"verdict good\"><b>All bounds met:</b> " + escape_html(met) + ".</p>\n";
@@ -84,8 +93,7 @@ std::string facts(const Report& report) {
     html += "<p class=\"soft\">Solver chosen because " + escape_html(report.solver.chosen_because) +
             ".</p>\n";
   }
-  return html + "<p class=\"soft\">Hash of all positions <code>" + escape_html(report.hash) +
-         "</code></p>\n";
+  return html;
 }
 
 std::string figure(const std::string& inside, const std::string& caption) {
@@ -121,14 +129,16 @@ LineChart muscle_chart(const Report& report, const std::string& title, const std
 }
 
 std::string charts(const Report& report) {
-  LineChart volume =
-      muscle_chart(report, "Volume error", "|V − V0| / V0", &Report::Muscle::volume_error, 1.0);
+  LineChart volume = muscle_chart(report, "Volume error as written", "|V − V0| / V0",
+                                  &Report::Muscle::volume_error_written, 1.0);
   volume.logarithmic = true;
   if (const auto* bound = find_bound(report, "volume_error")) volume.limit = bound->limit;
   std::string html = "<h2>Frame by frame</h2>\n<div class=\"charts\">\n";
   html += figure(draw_chart(volume),
-                 "Deviation of each muscle's volume from its rest volume, measured on the written "
-                 "mesh; logarithmic, 0 on the floor.");
+                 "Deviation of each muscle's volume from its rest volume at the positions that the "
+                 "cache holds, " +
+                     precision(report) +
+                     "; logarithmic, 0 on the floor. The table has the solver's own as well.");
   html += figure(draw_chart(muscle_chart(report, "Musculotendon length", "mm",
                                          &Report::Muscle::length_m, 1e3)),
                  "Length of the path from origin to insertion.");
@@ -161,12 +171,16 @@ std::string charts(const Report& report) {
   const Report::Seconds& s = report.seconds;
   html += figure(draw_chart(BarChart{"Time by stage",
                                      "s",
-                                     {{"rig", s.rig},
+                                     {{"setup", s.setup},
+                                      {"settle", s.settle},
+                                      {"rig", s.rig},
                                       {"muscles", s.muscles},
                                       {"contact", s.contact},
                                       {"skin", s.skin},
+                                      {"measure", s.measure},
                                       {"write", s.write},
-                                      {"render", s.render}}}),
+                                      {"render", s.render},
+                                      {"report", s.report}}}),
                  "Wall-clock time of the whole bake; " + readable(s.total) + " s in all.");
   return html + "</div>\n";
 }
@@ -187,7 +201,8 @@ std::string row(const Report::Muscle& muscle, std::size_t index, bool zoned) {
          cell(std::string("<i style=\"background:") + chart_colour(index) + "\"></i>" +
               escape_html(in_words(muscle.name))) +
          cell(std::to_string(muscle.vertices)) + cell(std::to_string(muscle.triangles)) +
-         cell(readable(1e6 * muscle.rest_volume_m3, 4)) + cell(readable(muscle.max_volume_error)) +
+         cell(readable(1e6 * muscle.rest_volume_m3, 4)) +
+         cell(readable(muscle.max_volume_error_written)) + cell(readable(muscle.max_volume_error)) +
          cell(readable(muscle.max_substep_volume_error)) +
          (zoned ? cell(muscle.zones > 0 ? readable(muscle.max_zone_error) : "–") : "") +
          cell(readable(1e3 * muscle.max_attachment_gap_m)) + cell(length) + cell(section) +
@@ -199,8 +214,8 @@ std::string table(const Report& report) {
                                  [](const Report::Muscle& muscle) { return muscle.zones > 0; });
   std::string html =
       "<h2>Muscles</h2>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Vertices</th>"
-      "<th>Triangles</th><th>Rest volume<br>cm³</th><th>Volume error<br>in frames</th>"
-      "<th>Volume error<br>in substeps</th>";
+      "<th>Triangles</th><th>Rest volume<br>cm³</th><th>Volume error<br>as written</th>"
+      "<th>Volume error<br>as solved</th><th>Volume error<br>in substeps</th>";
   if (zoned) html += "<th>Volume error<br>of a zone</th>";
   html +=
       "<th>Attachment gap<br>mm</th><th>Length<br>mm</th>"
@@ -264,11 +279,36 @@ std::string contacts(const Report& report) {
             " mm; muscle or bone stands out of it by " +
             readable(1e3 * report.skin.max_poke_through_m) + " mm at most" +
             (report.skin.keeps_volume
-                 ? "; volume error at most " + readable(*report.skin.max_volume_error)
+                 ? "; volume error at most " + readable(report.skin.max_volume_error_written) +
+                       " as written, " + readable(*report.skin.max_volume_error) + " as solved"
                  : "") +
             ".</p>\n";
   }
   return html;
+}
+
+std::string origin(const Report& report) {
+  const Report::Origin& from = report.origin;
+  std::string html = "<h2>Origin</h2>\n<div class=\"wide\"><table class=\"named\"><tbody>\n";
+  const auto line = [&](const char* name, const std::string& value) {
+    html += "<tr><th>" + std::string(name) + "</th><td>" + value + "</td></tr>\n";
+  };
+  line("Scene", "<code>" + escape_html(from.scene) + "</code>");
+  line("Hash of the scene", "<code>" + escape_html(from.scene_hash) + "</code>");
+  line("Hash of all positions", "<code>" + escape_html(report.hash) + "</code>");
+  line("Command", "<code>" + escape_html(from.command) + "</code>");
+  line("Program", "Thew " + escape_html(report.thew) + ", commit <code>" +
+                      escape_html(from.commit) + "</code>");
+  line("Date", escape_html(from.date));
+  line("Host", escape_html(from.host));
+  line("Renderer", escape_html(from.renderer));
+  std::string files;
+  for (const std::string& file : report.files) {
+    const std::string name = escape_html(file);
+    files += (files.empty() ? "" : " · ") + ("<a href=\"" + name + "\">" + name + "</a>");
+  }
+  if (!files.empty()) line("Files beside this page", files);
+  return html + "</tbody></table></div>\n";
 }
 
 std::string warnings(const Report& report) {
@@ -291,10 +331,14 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
          "</style></head>\n<body><main>\n<h1>" + name +
          "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-         fidelity(report) + contacts(report) + warnings(report) + "<footer>Thew " +
-         escape_html(report.thew) +
-         ". The same numbers for programs: report.json. Lengths per node, areas and errors are "
-         "measured on the written meshes, in SI units unless stated.</footer>\n"
+         fidelity(report) + contacts(report) + warnings(report) + origin(report) +
+         "<footer>The same numbers for programs: report.json. Volume errors as written are those "
+         "of "
+         "the cache's positions, " +
+         precision(report) +
+         ", and bounds hold for them; all else is measured in double precision" +
+         (report.double_precision ? "" : ", before rounding") +
+         ". SI units unless stated.</footer>\n"
          "</main></body></html>\n";
 }
 

@@ -86,8 +86,8 @@ std::string packed(const std::string& bytes) {
 
 std::vector<double> volume_errors(const BakeInfo& info, const std::vector<BakeFrame>& frames,
                                   const std::string& muscle) {
-  const auto found =
-      std::find(info.metric_names.begin(), info.metric_names.end(), "volume_error/" + muscle);
+  const auto found = std::find(info.metric_names.begin(), info.metric_names.end(),
+                               "volume_error_written/" + muscle);
   std::vector<double> errors;
   if (found == info.metric_names.end()) return errors;
   const auto metric = static_cast<std::size_t>(found - info.metric_names.begin());

@@ -12,7 +12,9 @@
 #include "rig/skeleton.h"
 #include "rig/text.h"
 #include "tools/commands.h"
+#include "tools/commit.h"
 #include "tools/large_stack.h"
+#include "tools/options.h"
 #include "tools/printing.h"
 
 namespace thew {
@@ -300,6 +302,8 @@ int run(int argc, char** argv, Call& call) {
   app.require_subcommand(1);
   CommandOptions options;
   app.add_flag("--json", options.json, kJson);
+  options.command = command_text(argc, argv);
+  options.commit = kCommit;
   NewOptions new_options;
   CompareOptions limits;
   fs::path scene, repaired, actual, golden, cow;

@@ -3,6 +3,7 @@
 // A skin that its user has skinned already, over muscles.
 #include <gtest/gtest.h>
 
+#include "skin/depth.h"
 #include "skin/skinned_skin.h"
 #include "tests/unit/skin_shapes.h"
 
@@ -117,7 +118,7 @@ TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
   for (Vec3& p : mesh.vertices) p.z() *= p.y() > 0.093 ? -1.0 : 1.0;
   const Shape muscle = make_shape(mesh);
   const std::vector<Collider> below = {{&muscle.surface, &muscle.bvh, &muscle.x, nullptr}};
-  const auto depth = [&](const Vec3& p) { return deepest_of({to_row(p)}, below); };
+  const auto depth = [&](const Vec3& p) { return deepest_inside(below, {to_row(p)}); };
   EXPECT_NEAR(depth(Vec3(0.007, 0.05, 0.0)), 0.003, 2e-4);
   EXPECT_EQ(depth(Vec3(0.011, 0.05, 0.0)), 0.0);
   EXPECT_EQ(depth(Vec3(0.004, 0.098, 0.008)), 0.0);

@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "muscles/volume.h"
-#include "sim/cache.h"
+#include "sim/durable_file.h"
+#include "sim/measure.h"
 #include "tests/unit/rig_temp.h"
 #include "tools/commands.h"
 #include "tools/image.h"
+#include "tools/inspect.h"
 
 namespace thew {
 namespace {
@@ -171,6 +173,99 @@ TEST_F(Command, WhatATolerancesFirstChoiceMissedIsWarnedOfBesideTheModels) {
   for (size_t i = 0; i < raised.size(); ++i) {
     EXPECT_EQ(warnings[1 + i], "solver.tolerance: " + raised[i].get<std::string>());
   }
+}
+
+// The cache's float32 is off by more than the solver is: the bound holds for what is written, the
+// report states both, and thew inspect finds the very figure in the file.
+TEST_F(Command, ABoundIsOnWhatIsWritten) {
+  options.overrides = {"output.precision=single", "bound.volume_error=1e-12"};
+  EXPECT_EQ(bake_command(options), ExitCode::kDifferent);
+  const nlohmann::json json = report(), muscle = json["muscles"][0];
+  EXPECT_LE(muscle["max_volume_error"].get<double>(), 1e-13);
+  const double written = muscle["max_volume_error_written"];
+  EXPECT_GT(written, 1e-9);
+  EXPECT_EQ(json["bounds"][0]["measured"], written);
+  EXPECT_EQ(json["bounds"][0]["met"], false);
+  const nlohmann::json found =
+      nlohmann::json::parse(inspect(options.out / "bake.h5", true).text)["meshes"][0];
+  EXPECT_EQ(found["max_volume_error_written"], written);
+  options.overrides = {"output.precision=double", "bound.volume_error=1e-12"};
+  options.out = folder / "double";
+  EXPECT_EQ(bake_command(options), ExitCode::kDone);
+  EXPECT_LE(report()["muscles"][0]["max_volume_error_written"].get<double>(), 1e-13);
+}
+
+// Of a bake without a metric that this version measures nothing is said, least of all 0.
+TEST_F(Command, ABakeOfAnotherVersionIsRefusedByName) {
+  bake_command(options);
+  const BakeReader reader(options.out / "bake.h5");
+  const Model model = build_model(read_scene(options.input));
+  std::vector<std::string> names = reader.info().metric_names;
+  std::vector<double> numbers = reader.read(3).metrics;
+  EXPECT_GT(unflatten(model, names, numbers).muscles[0].length, 0.1);
+  const auto lost = std::find(names.begin(), names.end(), "volume_error_written/flexor");
+  ASSERT_NE(lost, names.end());
+  numbers.erase(numbers.begin() + (lost - names.begin()));
+  names.erase(lost);
+  try {
+    unflatten(model, names, numbers);
+    ADD_FAILURE() << "read as 0";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kInput);
+    EXPECT_NE(std::string(error.what()).find("volume_error_written/flexor"), std::string::npos);
+  }
+}
+
+// With pictures, a skin, settling and a report: no stage without a name, none counted twice.
+TEST_F(Command, TheStagesMakeUpTheTotal) {
+  const auto expect_whole = [&] {
+    nlohmann::json seconds = report()["seconds"];
+    const double total = seconds["total"];
+    seconds.erase("total");
+    double sum = 0.0;
+    for (const auto& [stage, time] : seconds.items()) {
+      EXPECT_GE(time.get<double>(), 0.0) << stage;
+      sum += time.get<double>();
+    }
+    EXPECT_GE(sum, 0.98 * total) << seconds;
+    EXPECT_LE(sum, 1.001 * total) << seconds;
+  };
+  options.input = THEW_SOURCE_DIR "/assets/arm/arm.toml";
+  options.frames = "1-6";
+  options.pictures = true;
+  options.threads = 2;
+  options.overrides = {"render.size=[160, 90]"};
+  bake_command(options);
+  expect_whole();
+  EXPECT_GT(report()["seconds"]["settle"], 0.0);
+  EXPECT_GT(report()["seconds"]["measure"], 0.0);
+  EXPECT_NE(report()["origin"]["renderer"], "none");
+  fs::remove(options.out / "report.json");
+  options.resume = true;
+  bake_command(options);
+  expect_whole();
+}
+
+TEST_F(Command, TheReportSaysWhereItComesFromAndTheCacheDoesNot) {
+  setenv("SOURCE_DATE_EPOCH", "1700000000", 1);
+  options.command = "thew bake scene.toml --out 'a folder'";
+  options.commit = "0123abc";
+  bake_command(options);
+  const nlohmann::json from = report()["origin"];
+  EXPECT_EQ(from["scene"], options.input.lexically_normal().string());
+  EXPECT_EQ(from["scene_hash"], BakeReader(options.out / "bake.h5").info().scene_hash);
+  EXPECT_EQ(from["command"], options.command);
+  EXPECT_EQ(from["commit"], "0123abc");
+  EXPECT_EQ(from["date"], "2023-11-14T22:13:20Z");
+  EXPECT_NE(from["host"], "");
+  EXPECT_EQ(from["renderer"], "none");
+  const std::string bytes = read_whole_file(options.out / "bake.h5", std::size_t{1} << 26);
+  unsetenv("SOURCE_DATE_EPOCH");
+  options.command = options.commit = "other";
+  options.out = folder / "elsewhere";
+  bake_command(options);
+  EXPECT_NE(report()["origin"]["date"], from["date"]);
+  EXPECT_EQ(read_whole_file(options.out / "bake.h5", std::size_t{1} << 26), bytes);
 }
 
 TEST_F(Command, ADryRunWritesNothing) {

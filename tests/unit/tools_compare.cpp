@@ -50,7 +50,9 @@ TEST_F(Compare, ABakeIsItselfAndItsFloat32) {
   const fs::path a = bake("a", info);
   EXPECT_HAS(told(a, a), "same geometry: the same to the bit, 4 frames");
   const fs::path rounded = bake("f", small_info(false));
-  EXPECT_HAS(told(a, rounded), "same geometry: the same to the bit");
+  const std::string within =
+      "same geometry: the same within 0.0001 mm, 4 frames (largest distance ";
+  EXPECT_HAS(told(a, rounded), within + "0 mm, both rounded to float32)");
   // Against float32 the other side is rounded alike: even 9 km away, and with no tolerance.
   const auto far_away = [](BakeFrame& frame) {
     for (auto& mesh : frame.positions) {
@@ -60,7 +62,27 @@ TEST_F(Compare, ABakeIsItselfAndItsFloat32) {
   CompareOptions exact;
   exact.distance = 0.0;
   EXPECT_HAS(told(bake("b", info, far_away), bake("c", small_info(false), far_away), exact),
-             "same geometry: the same to the bit");
+             "same geometry: the same within 0 mm, 4 frames (largest distance 0 mm, both rounded");
+}
+
+// What is within the tolerance is not yet the same: not by one bit of a position, nor a rest shape
+// or a weight beside positions that are.
+TEST_F(Compare, TheSameToTheBitIsSaidOfNothingElse) {
+  const fs::path a = bake("a", info);
+  const fs::path nearly = bake("b", info, [](BakeFrame& frame) {
+    double& y = frame.positions[1][3].y();
+    if (frame.frame == 2) y = std::nextafter(y, 1.0);
+  });
+  EXPECT_HAS(told(a, nearly), "same geometry: the same within 0.0001 mm, 4 frames (largest dist");
+  EXPECT_EQ(told(a, nearly).find("bit"), std::string::npos);
+  BakeInfo other = info;
+  other.meshes[0].rest.vertices[0].x() += 1e-12;
+  EXPECT_FALSE(compare(a, bake("c", other), {}).geometry->exact);
+  other = info;
+  ASSERT_FALSE(other.meshes[1].weights.empty());
+  other.meshes[1].weights[0] += 1e-9;
+  EXPECT_FALSE(compare(a, bake("d", other), {}).geometry->exact);
+  EXPECT_TRUE(compare(a, bake("e", info), {}).geometry->exact);
 }
 
 TEST_F(Compare, ALimitThatIsNoNumberIsRefused) {

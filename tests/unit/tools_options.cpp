@@ -119,5 +119,11 @@ TEST(ProgressLines, DurationsAreReadable) {
   EXPECT_EQ(duration(3725), "1 h 02 min");
 }
 
+TEST(CommandText, IsWhatAShellReadsAsTheSameWords) {
+  const char* words[] = {"thew", "bake", "a b.toml", "--set", "x=[1, 2]", "it's", "", "--out=o/é"};
+  EXPECT_EQ(command_text(8, words),
+            "thew bake 'a b.toml' --set 'x=[1, 2]' 'it'\\''s' '' --out=o/é");
+}
+
 }  // namespace
 }  // namespace thew

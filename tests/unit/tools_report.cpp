@@ -32,20 +32,39 @@ Report sample() {
     muscle.triangles = 680;
     muscle.rest_volume_m3 = 1.2e-4 + 1e-6 / 3;
     muscle.max_volume_error = 3e-15;
+    muscle.max_volume_error_written = 4.5e-7;
     muscle.max_attachment_gap_m = 1e-9;
     for (int frame = 0; frame < 120; ++frame) {
       const double bend = 1.0 - std::abs(frame - 60) / 60.0;
       muscle.length_m.push_back(0.05 + 0.03 * i * (1.0 - 0.15 * bend));
       muscle.belly_area_ratio.push_back(1.0 + 0.04 * i * bend);
-      muscle.volume_error.push_back(frame % 7 == 0 ? 0.0 : 1e-16 * (1 + i + frame % 5));
+      muscle.volume_error_written.push_back(frame % 7 == 0 ? 0.0 : 1e-8 * (1 + i + frame % 5));
     }
     report.muscles.push_back(muscle);
   }
-  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
-                 2e-15};
+  report.skin = {
+      9984,  1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
+      2e-15, 3e-9};
   report.contact = {2e-4, std::vector<int>(120, 0)};
-  report.seconds = {10.0, 0.1, 5.0, 2.0, 1.5, 0.9, 0.5};
-  report.bounds = {{"volume_error", 3e-15, 1e-9}, {"penetration", 1.5e-4, 5e-4}};
+  report.seconds = {.total = 10.0,
+                    .setup = 0.1,
+                    .settle = 0.3,
+                    .measure = 0.5,
+                    .report = 0.2,
+                    .rig = 0.1,
+                    .muscles = 4.9,
+                    .contact = 1.5,
+                    .skin = 1.0,
+                    .write = 0.9,
+                    .render = 0.5};
+  report.origin = {"/scenes/arm <1>.toml",
+                   "5678",
+                   "thew bake 'arm <1>.toml' --out out",
+                   "9abc",
+                   "2026-01-02T03:04:05Z",
+                   "host",
+                   "llvmpipe"};
+  report.bounds = {{"volume_error", 4.5e-7, 1e-6}, {"penetration", 1.5e-4, 5e-4}};
   report.warnings = {"joint \"elbow\": clamped"};
   return report;
 }
@@ -68,20 +87,28 @@ TEST(ReportJson, HasWhatIsPromised) {
   const Report report = sample();
   const json read = json::parse(report_as_json(report));
   using Words = std::vector<std::string>;
-  EXPECT_EQ(keys(read), Words({"bounds", "contact", "fps", "frames", "hash", "muscles", "scene",
-                               "seconds", "skin", "solver", "thew", "threads", "warnings"}));
-  EXPECT_EQ(keys(read["muscles"][3]), Words({"belly_area_ratio", "length_m", "max_attachment_gap_m",
-                                             "max_substep_volume_error", "max_volume_error", "name",
-                                             "rest_volume_m3", "triangles", "vertices"}));
-  EXPECT_EQ(keys(read["seconds"]),
-            Words({"contact", "muscles", "render", "rig", "skin", "total", "write"}));
+  EXPECT_EQ(keys(read),
+            Words({"bounds", "contact", "fps", "frames", "hash", "muscles", "origin", "scene",
+                   "seconds", "skin", "solver", "thew", "threads", "warnings"}));
+  EXPECT_EQ(keys(read["muscles"][3]),
+            Words({"belly_area_ratio", "length_m", "max_attachment_gap_m",
+                   "max_substep_volume_error", "max_volume_error", "max_volume_error_written",
+                   "name", "rest_volume_m3", "triangles", "vertices"}));
+  EXPECT_EQ(keys(read["seconds"]), Words({"contact", "measure", "muscles", "render", "report",
+                                          "rig", "settle", "setup", "skin", "total", "write"}));
+  EXPECT_EQ(keys(read["origin"]),
+            Words({"command", "commit", "date", "host", "renderer", "scene", "scene_hash"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
   EXPECT_EQ(keys(read["skin"]),
-            Words({"max_penetration_m", "max_poke_through_m", "max_volume_error", "triangles"}));
+            Words({"max_penetration_m", "max_poke_through_m", "max_volume_error",
+                   "max_volume_error_written", "triangles"}));
   EXPECT_EQ(keys(read["contact"]), Words({"intersecting_triangle_pairs", "max_penetration_m"}));
   EXPECT_EQ(read["scene"], report.scene);
   EXPECT_EQ(read["frames"], report.frames);
   EXPECT_EQ(read["seconds"]["write"], 0.9);
+  EXPECT_EQ(read["muscles"][3]["max_volume_error"], 3e-15);
+  EXPECT_EQ(read["muscles"][3]["max_volume_error_written"], 4.5e-7);
+  EXPECT_EQ(read["origin"]["command"], report.origin.command);
   // Every digit comes back.
   EXPECT_EQ(read["muscles"][5]["rest_volume_m3"].get<double>(), report.muscles[5].rest_volume_m3);
   EXPECT_EQ(read["muscles"][5]["length_m"].get<std::vector<double>>(), report.muscles[5].length_m);
@@ -156,6 +183,35 @@ TEST(Report, SaysWhatATolerancesChoiceIs) {
   EXPECT_EQ(count(report_as_html(sample(), ""), "Fidelity"), 0u);
 }
 
+// Both errors are stated, and what the banner says is of the one that is in the file.
+TEST(ReportHtml, SaysWhichVolumeErrorItIs) {
+  const std::string html = report_as_html(sample(), "");
+  EXPECT_EQ(count(html, "All bounds met:</b> volume error as written 4.5e-7 of 1e-6 allowed"), 1u);
+  EXPECT_EQ(count(html, "<td>4.5e-7</td><td>3e-15</td>"), 12u);
+  EXPECT_EQ(count(html, "Volume error as written<tspan"), 1u);
+  EXPECT_GE(count(html, "float32"), 2u);
+  Report report = sample();
+  report.double_precision = true;
+  EXPECT_EQ(count(report_as_html(report, ""), "float32"), 0u);
+  report.bounds[0].measured = 2e-6;
+  EXPECT_EQ(count(report_as_html(report, ""), "1 of 2 bounds not met:</b> volume error as written"),
+            1u);
+}
+
+TEST(ReportHtml, SaysWhereItComesFromAndLeadsToWhatLiesBesideIt) {
+  Report report = sample();
+  report.files = {"report.json", "bake.h5", "frames/", "frames/front.mp4"};
+  const std::string html = report_as_html(report, "");
+  for (const std::string& file : report.files) {
+    EXPECT_EQ(count(html, "<a href=\"" + file + "\">" + file + "</a>"), 1u);
+  }
+  EXPECT_EQ(count(html, "href="), 4u);
+  for (const char* what : {"/scenes/arm &lt;1&gt;.toml", "thew bake 'arm &lt;1&gt;.toml'", "9abc",
+                           "5678", "2026-01-02T03:04:05Z", ">host<", ">llvmpipe<", "0011223344"}) {
+    EXPECT_GE(count(html, what), 1u) << what;
+  }
+}
+
 TEST(ReportHtml, VerdictFollowsTheBounds) {
   Report report = sample();
   EXPECT_EQ(count(report_as_html(report, ""), "All bounds met"), 1u);
@@ -172,7 +228,8 @@ TEST(ReportHtml, StandsAnEmptyBakeAndOneFrame) {
   Report report = sample();
   report.frames = {5};
   for (Report::Muscle& muscle : report.muscles) {
-    for (auto* values : {&muscle.length_m, &muscle.belly_area_ratio, &muscle.volume_error}) {
+    for (auto* values :
+         {&muscle.length_m, &muscle.belly_area_ratio, &muscle.volume_error_written}) {
       values->resize(1);
     }
   }

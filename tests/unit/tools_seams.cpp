@@ -149,7 +149,7 @@ TEST_F(Seams, PicturesAndInspectionSeeTheWholeMuscle) {
   }
   const json found = json::parse(inspect(cut, true).text);
   EXPECT_EQ(found.at("crossings"), json::parse(inspect(whole, true).text).at("crossings"));
-  EXPECT_LT(found.at("meshes")[0].at("max_volume_error").get<double>(), 1e-12);
+  EXPECT_LT(found.at("meshes")[0].at("max_volume_error_written").get<double>(), 1e-12);
 }
 
 }  // namespace

@@ -10,6 +10,21 @@
 
 namespace thew {
 
+std::string printable(std::string_view text) {
+  constexpr size_t kMost = 4000;
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string out;
+  for (const char c : text.substr(0, kMost)) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code >= 0x20 && code != 0x7f) {
+      out += c;
+    } else {
+      out += std::string("\\x") + kDigits[code >> 4] + kDigits[code & 15];
+    }
+  }
+  return text.size() > kMost ? out + " ..." : out;
+}
+
 std::string number_text(double value) {
   if (std::isnan(value)) return "no number";
   if (std::isinf(value)) return value > 0.0 ? "infinite" : "minus infinite";

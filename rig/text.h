@@ -13,6 +13,10 @@ namespace thew {
 
 // Numbers to and from text, the same under every locale.
 
+/// For one line on a terminal: what a foreign file calls its parts may hold anything. Control
+/// characters as \xNN, and no more than the first of it.
+std::string printable(std::string_view text);
+
 /// Six significant digits; "no number", "infinite".
 std::string number_text(double value);
 /// "(0.01, 0.2, 0)"

@@ -194,7 +194,12 @@ bool all_within(const Values& values, double least, double most) {
 }
 
 void check_mesh(const Child& child, const BakeMesh& mesh) {
+  constexpr std::size_t kMostTriangles = 20;  // a node; a closed surface has two
   const std::vector<Vec3>& rest = mesh.rest.vertices;
+  if (mesh.rest.triangles.size() > kMostTriangles * rest.size()) {
+    child.refuse(mesh.name + " has " + std::to_string(mesh.rest.triangles.size()) +
+                 " triangles on " + std::to_string(rest.size()) + " nodes, as no surface has");
+  }
   for (const Triangle& triangle : mesh.rest.triangles) {
     for (const int node : triangle) {
       if (node < 0 || static_cast<std::size_t>(node) >= rest.size()) {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "muscles/volume.h"
+#include "rig/text.h"
 #include "rig/vectorise.h"
 
 namespace thew {
@@ -39,15 +39,14 @@ std::string text_of(const Model& model, double time, const Trouble& trouble, int
   std::string when = "frame " + std::to_string(frame_at(model, time));
   if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
   if (trouble.node < 0) return when + ": " + trouble.part;
-  char numbers[200], steps[60] = "";
-  std::snprintf(numbers, sizeof numbers, "node %d: %s is %.6g %s, the limit is %.6g %s",
-                trouble.node, trouble.quantity, trouble.value, trouble.unit, trouble.limit,
-                trouble.unit);
   if (trouble.substep > 0) {
-    std::snprintf(steps, sizeof steps, " (substep %d of %d)", trouble.substep, substeps);
+    when +=
+        " (substep " + std::to_string(trouble.substep) + " of " + std::to_string(substeps) + ")";
   }
-  return when + steps + ": " + trouble.part + ", " + numbers +
-         "; use more substeps or softer material";
+  const auto figure = [&](double value) { return number_text(value) + " " + trouble.unit; };
+  return when + ": " + trouble.part + ", node " + std::to_string(trouble.node) + ": " +
+         trouble.quantity + " is " + figure(trouble.value) + ", the limit is " +
+         figure(trouble.limit) + "; use more substeps or softer material";
 }
 
 double stretch_energy(double stiffness, double length, double rest) {

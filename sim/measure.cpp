@@ -179,7 +179,9 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.substep_volume_error = now.substep_volume_error;
     measures.zone_error = zone_error(muscle, now);
     measures.length = now.pose.path_length;
-    measures.area_ratio = mean_belly_area(muscle, now.pose, now.x) / rest_areas[m];
+    const double area = mean_belly_area(muscle, now.pose, now.x);
+    measures.area_ratio =
+        rest_areas[m] > 0.0 ? area / rest_areas[m] : 1.0;  // its path runs past it
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
     if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
     if (!model.scene.contact.enabled) return;

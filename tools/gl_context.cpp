@@ -61,6 +61,7 @@ OSMesaContext create_context(int width, int height) {
 }  // namespace
 
 void check_room(std::size_t bytes) {
+  if (bytes == 0) return;
   void* room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED) {

@@ -402,7 +402,7 @@ Error explained(const Call& call) {
 int fail(const Error& error, const Call& call) {
   std::string message = error.what();
   if (call.command == "bake" && message.ends_with("run again")) message += " with --resume";
-  std::fprintf(stderr, "thew: %s\n", message.c_str());
+  std::fprintf(stderr, "thew: %s\n", printable(message).c_str());
   try {
     if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));
   } catch (const Error&) {  // the message has been given

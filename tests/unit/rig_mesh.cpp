@@ -82,7 +82,7 @@ TEST(FindDefects, NotFinite) {
   cube.vertices[6].y() = std::nan("");
   const Defect d = only(cube, Defect::kNotFinite);
   EXPECT_EQ(d.count, 1);
-  EXPECT_HAS(d.where, "vertex 6 at (0, nan, 1)");
+  EXPECT_HAS(d.where, "vertex 6 at (0, no number, 1)");
 }
 
 TEST(FindDefects, IndexOutOfRange) {

@@ -29,7 +29,7 @@ TEST_F(SceneFile, WrongTolerances) {
       {"tolerance = 1\n", ":14: solver.tolerance is 1; give a table"},
       {"tolerance = {}\n", ":14: [solver.tolerance] lacks the key \"position\"; add it"},
       {"tolerance = { position = 0 }\n", ":14: solver.tolerance.position is 0; give a number from"},
-      {"tolerance = { position = nan }\n", ":14: solver.tolerance.position is nan; give"},
+      {"tolerance = { position = nan }\n", ":14: solver.tolerance.position is no number; give"},
       {"tolerance = { position = \"0.5 inch\" }\n",
        ":14: solver.tolerance.position is \"0.5 inch\"; give a length from 1e-06 m to 1 m, as "
        "\"0.5 mm\""},

@@ -16,6 +16,7 @@ State run_window(const Planner& planner, const Window& window, double& frames) {
   StageSeconds unused;
   State state;
   unpack_state(planner.model, window.before, state);
+  forget_searches(state);  // or the work of a level would depend on the level before
   const int first = static_cast<int>(std::lround(state.time * planner.model.scene.fps));
   for (int frame = first + 1; frame <= window.frame; ++frame, ++frames) {
     planner.hear();

@@ -235,4 +235,9 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
   }
 }
 
+void forget_searches(State& state) {
+  for (MuscleState& muscle : state.muscles) static_cast<MuscleSearches&>(muscle) = {};
+  for (BoneState& bone : state.bones) bone.followed = {};
+}
+
 }  // namespace thew

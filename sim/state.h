@@ -106,5 +106,7 @@ State initial_state(const Model& model);
 /// every step to come to the same bytes. What else a step reads it finds anew.
 std::vector<double> pack_state(const State& state);
 void unpack_state(const Model& model, const std::vector<double>& packed, State& state);
+/// Searches begin anew, as those of the first step.
+void forget_searches(State& state);
 
 }  // namespace thew

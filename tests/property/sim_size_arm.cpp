@@ -24,7 +24,7 @@ std::string text_of(const fs::path& file) {
   return text.str();
 }
 
-std::string times(const std::string& numbers, double size) {
+std::string scaled(const std::string& numbers, double size) {
   std::istringstream in(numbers);
   std::string out;
   for (double value = 0.0; in >> value;) {
@@ -39,7 +39,7 @@ void scale_obj(const fs::path& file, double size) {
   std::istringstream in(text_of(file));
   std::string out;
   for (std::string line; std::getline(in, line);) {
-    out += (line.starts_with("v ") ? "v " + times(line.substr(2), size) : line) + "\n";
+    out += (line.starts_with("v ") ? "v " + scaled(line.substr(2), size) : line) + "\n";
   }
   std::ofstream(file) << out;
 }
@@ -49,7 +49,7 @@ void scale_urdf(const fs::path& file, double size) {
   const std::regex place("<origin[^>]*xyz=\"([^\"]+)\"");
   std::smatch found;
   for (; std::regex_search(text, found, place); text = found.suffix()) {
-    out += text.substr(0, found.position(1)) + times(found[1], size);
+    out += text.substr(0, found.position(1)) + scaled(found[1], size);
     out += text.substr(found.position(1) + found.length(1),
                        found.position(0) + found.length(0) - found.position(1) - found.length(1));
   }
@@ -88,18 +88,9 @@ class SizedArm : public TempFolder {
       muscle.fibre_length = unscaled.muscles[&muscle - scene.muscles.data()].fibre_length;
       scale_muscle(size, muscle);
     }
-    // What the arm's scene gives itself is not multiplied.
-    const auto scale_given = [&](double& length, double given, double built_in) {
-      if (given != built_in) length = size * given;
-    };
-    const SkinSettings& skin = unscaled.skin.settings;
-    scale_given(scene.skin.settings.thickness, skin.thickness, SkinSettings{}.thickness);
-    scale_given(scene.skin.settings.fold_gap, skin.fold_gap, SkinSettings{}.fold_gap);
-    const ContactSettings &contact = unscaled.contact.settings, built_in;
-    scale_given(scene.contact.settings.gap, contact.gap, built_in.gap);
-    scale_given(scene.contact.settings.margin, contact.margin, built_in.margin);
-    scale_given(scene.contact.settings.max_depth, contact.max_depth, built_in.max_depth);
-    scale_given(scene.contact.settings.spacing, contact.spacing, built_in.spacing);
+    // Also what the arm's scene gives itself.
+    scene.skin.settings = times(unscaled.skin.settings, size);
+    scene.contact.settings = times(unscaled.contact.settings, size);
     for (auto& [name, thickness] : scene.contact.thickness) thickness *= size;
     return build_model(scene);
   }

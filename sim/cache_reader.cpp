@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <functional>
 
 #include "rig/child.h"
@@ -251,9 +255,20 @@ std::string answer(const std::filesystem::path& path, std::shared_ptr<OpenBake>&
 }  // namespace
 
 // HDF5 1.10 crashes and hangs on some damaged files, and leaks on many: it reads in a child.
+namespace {
+
+// What the child, which is handed a file or none, could not say.
+const std::filesystem::path& readable(const std::filesystem::path& file) {
+  if (::access(file.c_str(), R_OK) == 0 || errno == ENOENT) return file;
+  throw Error(ExitCode::kInput, file.string() + ": it cannot be read: " + std::strerror(errno) +
+                                    "; check its permissions");
+}
+
+}  // namespace
+
 struct BakeReader::Data {
   explicit Data(const std::filesystem::path& path)
-      : child(path, "give a bake.h5 of this version, or bake again",
+      : child(readable(path), "give a bake.h5 of this version, or bake again",
               [path, bake = std::shared_ptr<OpenBake>()](std::string_view request) mutable {
                 return answer(path, bake, request);
               }) {

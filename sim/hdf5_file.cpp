@@ -98,7 +98,7 @@ void Hdf5File::close() {
 void Hdf5File::fail(const std::string& what) const {
   if (mode_ == Mode::kCreate) {
     throw Error(ExitCode::kOutput,
-                path_.string() + ": " + what + "; free some space and run again with --resume");
+                path_.string() + ": " + what + "; free some space and run again");
   }
   throw Error(ExitCode::kInput,
               path_.string() + ": " + what + "; give a bake.h5 of this version, or bake again");

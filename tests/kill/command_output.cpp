@@ -219,7 +219,7 @@ TEST_F(Output, WhatIsNotOursIsNoDefect) {
       {4, {"render", bake_, "--out", locked, "--frames", "1"}, denied},
       {4, {"render", bake_, "--out", "locked/x", "--frames", "1"}, denied},
       {3, {"golden", "check", scene, "--golden", locked}, denied},
-      {3, {"golden", "update", scene, "--golden", "locked/x"}, denied},
+      {4, {"golden", "update", scene, "--golden", "locked/x"}, denied},
       {4, {"chart", scene, "--out", locked}, denied},
       {4, {"chart", scene, "--out", "locked/x"}, denied},
       {4, {"paper", "--out", "locked/x"}, denied},
@@ -313,6 +313,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
   const std::map<std::string, std::set<std::string>> own = {
       {"sim/scene_toml.cpp", {"--set"}},
       {"sim/scene_toml.h", {"--set"}},
+      {"sim/own_files.cpp", {"--overwrite"}},  // that all who write have, see below
       {"tools/options.cpp", {"--frames", "--progress"}},
       {"tools/chart_plot.cpp", {"--width", "--output"}},  // of rsvg-convert
       {"tools/compare_html.cpp", {"--cut"}},              // of its style sheet
@@ -357,6 +358,18 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
     }
   }
   EXPECT_GT(seen, 20);
+  for (const Words& words : std::vector<Words>{{"bake"},
+                                               {"render"},
+                                               {"export"},
+                                               {"new"},
+                                               {"compare"},
+                                               {"inspect"},
+                                               {"chart"},
+                                               {"paper"},
+                                               {"golden", "update"},
+                                               {"golden", "check"}}) {
+    EXPECT_TRUE(help_of(words).contains("--overwrite")) << words.back();
+  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 holds: crafts() is a list of (name, function of an open file, what must come of it)."""
 import h5py
 import numpy as np
-from h5py import h5d, h5p, h5s, h5t
 
 REFUSED = "refused"  # by every command, with 3
 OTHER = "other"  # never said to be the same as the original
@@ -210,6 +209,3 @@ def crafts():
                   attributes, missing]:
         made += [(name, change, ANY) for name, change in group()]
     return made
-
-
-__all__ = ["ANY", "OTHER", "REFUSED", "crafts", "put", "h5d", "h5p", "h5s", "h5t"]

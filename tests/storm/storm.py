@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """All parts of the storm, one after the other; run.sh says how it is called.
 
-What failed is kept in BUILD/storm.failed/PART, each case a folder: `command` to run again, what it
-printed, and its inputs.
+What failed is kept in BUILD/storm.failed/PART (PART.N of a share), each case a folder: its inputs
+and `what`, which has the command and what it said.
 """
 import argparse
 import importlib
@@ -36,7 +36,7 @@ def main():
     failed, skipped = [], []
     wanted = given.parts or PARTS
     for name in wanted:
-        kept = build / "storm.failed" / name
+        kept = build / "storm.failed" / (f"{name}.{given.share}" if given.share > 1 else name)
         shutil.rmtree(kept, ignore_errors=True)
         with tempfile.TemporaryDirectory(prefix=f"thew_storm_{name}_") as work:
             storm = Storm(name, build, Path(work), kept, given)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One command as a process with its limits, and the count of what came of all of them."""
+import importlib.util
 import os
 import re
 import shlex
@@ -35,10 +36,8 @@ class Skipped(Exception):
 
 
 def need_h5py():
-    try:
-        import h5py  # noqa: F401
-    except ImportError as why:
-        raise Skipped("python3-h5py is not installed") from why
+    if not importlib.util.find_spec("h5py"):
+        raise Skipped("python3-h5py is not installed")
 
 
 @dataclass

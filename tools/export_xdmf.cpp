@@ -70,15 +70,16 @@ Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
   for (const auto& [name, value] : facts_of(shot)) {
     out.append("      <Information Name=\"" + name + "\" Value=\"" + escape_html(value) + "\"/>\n");
   }
-  for (std::size_t i = 0; i < shot.places.size(); ++i) {
-    out.append("      <Grid Name=\"frame " + std::to_string(shot.frame(i)) +
+  // Each frame is read, though it is only pointed at: what is no position is told here.
+  for_each_frame(shot, [&](const ShotFrame& frame) {
+    out.append("      <Grid Name=\"frame " + std::to_string(frame.frame) +
                "\" GridType=\"Collection\" CollectionType=\"Spatial\">\n        <Time Value=\"" +
-               digits(shot.frame(i) / shot.info().fps) + "\"/>\n");
+               digits(frame.frame / shot.info().fps) + "\"/>\n");
     for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
-      out.append(grid(shot, m, shot.places[i], relative));
+      out.append(grid(shot, m, frame.place, relative));
     }
     out.append("      </Grid>\n");
-  }
+  });
   out.append("    </Grid>\n  </Domain>\n</Xdmf>\n");
   out.finish();
   return {{file},

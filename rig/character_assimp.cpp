@@ -88,9 +88,10 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
 // By vertex: (link, weight).
 using Influences = std::vector<std::vector<std::pair<int, double>>>;
 
-void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes, int node,
-                    int first, Influences& influences, Character& character) {
-  const Affine to_mesh = nodes.world[node].inverse();
+// `place`: of the mesh, in the bind pose.
+void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes,
+                    const Affine& place, int first, Influences& influences, Character& character) {
+  const Affine to_mesh = place.inverse();
   for (unsigned b = 0; b < part.mNumBones; ++b) {
     const aiBone& bone = *part.mBones[b];
     const auto found = nodes.by_name.find(bone.mName.C_Str());
@@ -114,23 +115,43 @@ void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes
   }
 }
 
-// A mesh at a node: its vertices go to where the bind pose has them.
-void append_mesh(const fs::path& file, const aiMesh& part, const Nodes& nodes, int node,
+// Where the joints at rest put what is bound to the first of them, root before limbs: the bind pose
+// stands as the rest pose does.
+Affine place_by_joints(const aiMesh& part, const Nodes& nodes) {
+  int first = static_cast<int>(nodes.nodes.size());
+  Affine place = Affine::Identity();
+  for (unsigned b = 0; b < part.mNumBones; ++b) {
+    const auto joint = nodes.by_name.find(part.mBones[b]->mName.C_Str());
+    if (joint == nodes.by_name.end() || joint->second >= first) continue;
+    first = joint->second;
+    place = nodes.world[first] * to_affine(part.mBones[b]->mOffsetMatrix);
+  }
+  return place;
+}
+
+// A mesh at a node: its vertices go to where the bind pose has them. A skinned mesh of glTF is
+// placed by its joints alone: the transform of its own node is to be ignored (glTF 2.0, 3.7.3.3).
+// Blender hangs it under its armature, of any scale and turn.
+void append_mesh(const fs::path& file, const aiMesh& part, const Nodes& nodes, int node, bool gltf,
                  Influences& influences, Character& character) {
+  const Affine place =
+      gltf && part.mNumBones > 0 ? place_by_joints(part, nodes) : nodes.world[node];
+  if (!place.matrix().allFinite() || place.linear().determinant() == 0.0) {
+    refuse(file, "mesh \"" + std::string(part.mName.C_Str()) + "\" has no sound bind matrices");
+  }
   const int first = static_cast<int>(character.mesh.vertices.size());
   character.parts.push_back(part.mName.length > 0 ? part.mName.C_Str()
                                                   : nodes.nodes[node]->mName.C_Str());
   character.first_vertex.push_back(first);
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    character.mesh.vertices.push_back(nodes.world[node] * to_vec(part.mVertices[i]));
+    character.mesh.vertices.push_back(place * to_vec(part.mVertices[i]));
     if (character.mesh.vertices.back().allFinite()) continue;
     refuse(file, "mesh \"" + character.parts.back() + "\", vertex " + std::to_string(i) +
                      " is not finite");
   }
   influences.resize(character.mesh.vertices.size());
-  append_triangles(file, part, nodes.world[node].linear().determinant() < 0.0, first,
-                   character.mesh.triangles);
-  append_weights(file, part, nodes, node, first, influences, character);
+  append_triangles(file, part, place.linear().determinant() < 0.0, first, character.mesh.triangles);
+  append_weights(file, part, nodes, place, first, influences, character);
   // What nobody weighted goes with its node.
   int own = -1;
   for (size_t i = first; i < influences.size(); ++i) {
@@ -147,13 +168,13 @@ void append_mesh(const fs::path& file, const aiMesh& part, const Nodes& nodes, i
   }
 }
 
-void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes,
+void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes, bool gltf,
                   Character& character) {
   Influences influences;
   for (size_t n = 0; n < nodes.nodes.size(); ++n) {
     for (unsigned i = 0; i < nodes.nodes[n]->mNumMeshes; ++i) {
       append_mesh(file, *scene.mMeshes[nodes.nodes[n]->mMeshes[i]], nodes, static_cast<int>(n),
-                  influences, character);
+                  gltf, influences, character);
     }
   }
   int uneven = 0;
@@ -274,11 +295,12 @@ Character read_character(const fs::path& file, double scale) {
   const aiScene& scene = read_assimp_scene(file, !motion, importer);
   Character character;
   const Nodes nodes = collect_bodies(file, scene, scale, character);
-  collect_skin(file, scene, nodes, character);
+  const std::string ending = lower_ending(file);
+  const bool gltf = ending == "gltf" || ending == "glb";
+  collect_skin(file, scene, nodes, gltf, character);
   set_bind_pose(nodes, character);
   collect_animations(file, scene, nodes, scale, character);
-  const std::string ending = lower_ending(file);
-  if (ending == "gltf" || ending == "glb") {
+  if (gltf) {
     const auto body_of = [&](const std::string& name) {
       const auto found = nodes.by_name.find(name);
       return found == nodes.by_name.end() ? -1 : found->second;

@@ -354,5 +354,69 @@ TEST_F(BvhMotion, IsReadInSecondsAndCarriedOverByNames) {
   EXPECT_THROW(retarget(motion, motion.animations[0], other, {}, "x", warnings), Error);
 }
 
+// glTF 2.0, 3.7.3.3: joints, inverse bind matrices and weights alone place a skinned mesh.
+class SkinnedNode : public TempFolder {
+ protected:
+  Json figure() const {
+    std::ifstream in(fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf");
+    return Json::parse(in);
+  }
+  int skinned(const Json& json) const {
+    const Json& nodes = json["nodes"];
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      if (nodes[i].contains("skin")) return static_cast<int>(i);
+    }
+    return -1;
+  }
+  Character read(const Json& json, double scale = 1.0) const {
+    return import_character(write("moved.gltf", json.dump()), scale);
+  }
+  static void expect_same(const Character& a, const Character& b) {
+    ASSERT_EQ(a.mesh.vertices.size(), b.mesh.vertices.size());
+    for (size_t i = 0; i < a.mesh.vertices.size(); ++i) {
+      ASSERT_LT((a.mesh.vertices[i] - b.mesh.vertices[i]).norm(), 1e-9) << i;
+    }
+    EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+    for (int one = 0; one < a.skeleton.size(); ++one) {
+      const std::string& name = a.skeleton.body_names[one];
+      const int other = find_body(b.skeleton, name);
+      if (other < 0 || name == "Figure") continue;
+      EXPECT_LT((a.bind[one].matrix() - b.bind[other].matrix()).norm(), 1e-9) << name;
+    }
+  }
+};
+
+TEST_F(SkinnedNode, ItsTransformIsIgnored) {
+  const Json plain = figure();
+  const int mesh = skinned(plain);
+  ASSERT_GE(mesh, 0);
+  const std::vector<std::pair<const char*, Json>> transforms = {
+      {"scale", {0.01, 0.01, 0.01}},
+      {"rotation", {-0.7071067811865476, 0, 0, 0.7071067811865476}},
+      {"translation", {1, 2, 3}},
+      {"scale", {-1, 1, 1}}};  // mirrored: no triangle turns over
+  for (const auto& [kind, value] : transforms) {
+    SCOPED_TRACE(kind);
+    Json moved = plain;
+    moved["nodes"][mesh][kind] = value;
+    expect_same(read(plain), read(moved));
+    expect_same(read(plain, 0.4), read(moved, 0.4));
+  }
+}
+
+// As Blender writes what came to it as FBX: the mesh hangs under the armature, which bears the
+// centimetres and the turn, or on the scene's root, which is the same by the specification.
+TEST_F(SkinnedNode, ItMayHangAnywhere) {
+  const Json plain = figure();
+  const int mesh = skinned(plain);
+  Json hung = plain;
+  hung["nodes"].push_back({{"name", "Armature"},
+                           {"scale", {0.01, 0.01, 0.01}},
+                           {"rotation", {-0.7071067811865476, 0, 0, 0.7071067811865476}},
+                           {"children", {mesh}}});
+  hung["scenes"][0]["nodes"] = {0, hung["nodes"].size() - 1};
+  expect_same(read(plain), read(hung));
+}
+
 }  // namespace
 }  // namespace thew

@@ -60,11 +60,11 @@ Part part_of(const std::vector<std::string>& words) {
   }
   if (words.end() != std::find(words.begin(), words.end(), "ik")) return Part::kNone;
   if (has({"clavicle", "collar", "scapula", "shoulder"})) return Part::kClavicle;
-  if (has({"forearm", "lowerarm", "lowarm", "armlower", "elbow", "ulna", "radius"})) {
+  if (has({"forearm", "lowerarm", "lowarm", "loarm", "armlower", "elbow", "ulna", "radius"})) {
     return Part::kForearm;
   }
   if (has({"hand", "wrist", "palm"})) return Part::kHand;
-  return has({"arm", "humerus"}) ? Part::kHumerus : Part::kNone;
+  return has({"arm", "humerus", "shldr"}) ? Part::kHumerus : Part::kNone;  // Daz: rShldrBend
 }
 
 Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
@@ -171,8 +171,8 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
   std::string list;
   for (int i = 0; i < skeleton.size(); ++i) {
     if (first_child(skeleton, i) < 0 || skeleton.parent[i] < 0) continue;
-    list += "\n  " + skeleton.body_names[i] + " at " + point_text(place_of(character, i)) +
-            ", on " + skeleton.body_names[skeleton.parent[i]];
+    list += (list.empty() ? " " : " | ") + skeleton.body_names[i] + " at " +
+            point_text(place_of(character, i)) + ", on " + skeleton.body_names[skeleton.parent[i]];
   }
   throw Error(ExitCode::kUsage, place + ": which body is the " + (left ? "left " : "right ") +
                                     what + "? Neither names nor shape tell; say --map " +

@@ -76,9 +76,9 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose);
 /// Local stretch of the belly at a node, 1 in the tendons.
 double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);
 
-/// The carried shape itself (shape.md: g^2 = 1 + b w (1/s - 1)), one row per node; with `swell`
-/// false offsets keep their size. `scaled`, where asked for: the same of a muscle with a path, its
-/// offsets in the belly scaled by `scale` besides.
+/// The carried shape itself (g^2 = 1 + b w (1/s - 1), see this folder's README), one row per node;
+/// with `swell` false offsets keep their size. `scaled`, where asked for: the same of a muscle with
+/// a path, its offsets in the belly scaled by `scale` besides.
 void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
                        Rows& positions, double scale = 1.0, Rows* scaled = nullptr);
 

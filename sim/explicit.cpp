@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The paper's semi-implicit Euler, eqs 9-14, with the weights in the denominator (method.md, mend
-// 1): v+ = v + h f / m - lambda d, x+ = x + h v+, d = W dV/dx / m. All that changes a velocity is a
-// force at the old positions, so linear and angular momentum change by what contact gives alone.
+// The paper's semi-implicit Euler, eqs 9-14, with the weights in the denominator (without them
+// the error grows): v+ = v + h f / m - lambda d, x+ = x + h v+, d = W dV/dx / m. What changes a
+// velocity is a force at the old positions, so linear and angular momentum change by what contact
+// gives alone.
 #include <algorithm>
 #include <cmath>
 

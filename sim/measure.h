@@ -18,7 +18,7 @@ struct MuscleMeasures {
   double substep_volume_error = 0.0;  ///< the same, largest inside the frame
   double zone_error = 0.0;            ///< of the zone that is farthest off, over its own at rest
   double length = 0.0;                ///< m, musculotendon path
-  double area_ratio = 1.0;            ///< mean belly section over the rest's (anatomy.md)
+  double area_ratio = 1.0;            ///< mean belly section over the rest's
   double attachment_gap = 0.0;        ///< m, poles against origin and insertion on their bones
 };
 struct FrameMeasures {

@@ -53,7 +53,7 @@ std::vector<char> driven_nodes(const CarriedShape& shape) {
 // What of the authored weights the multiplier goes by.
 std::vector<double> multiplier_weights(const Muscle& muscle, const std::string& place) {
   const bool soft_body = !muscle.shape.held.empty();
-  const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly, shape.md
+  const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly: weights alone need more
   std::vector<double> weights(muscle.authored_weights.size(), 0.0);
   for (size_t i = 0; i < weights.size(); ++i) {
     if (muscle.driven[i]) continue;

@@ -15,7 +15,7 @@ namespace thew {
 namespace {
 
 // Rest shape of the springs is drawn a little tighter than the carried shape: springs under tension
-// do not wrinkle, and the multiplier supplies the rest of the volume (shape.md).
+// do not wrinkle, and the multiplier supplies the rest of the volume.
 constexpr double kTightness = 0.98;
 
 // Share of a muscle's force that its surface carries; the rest runs through the inside, which a

@@ -10,7 +10,7 @@ namespace thew {
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   MuscleState& state);
 
-/// The step's first guess: moved with the carried shape, driven nodes on it (shape.md: an inertial
+/// The step's first guess: moved with the carried shape, driven nodes on it (an inertial
 /// guess sags and folds).
 void predict(const Muscle& muscle, double h, MuscleState& state);
 

@@ -71,7 +71,7 @@ class PaperReport {
 
 // The experiments but the ball's (paper_ball.h).
 void paper_bodies(PaperReport& report);  ///< cubes, cow, torus, rings, finger, muscles, arm
-void paper_errors(PaperReport& report);  ///< method.md's: what is wrong in print, shown
+void paper_errors(PaperReport& report);  ///< what is wrong in print, shown
 /// Steps that these take, for the progress bar.
 int paper_steps(bool quick);
 

@@ -335,8 +335,27 @@ bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
   return is_inside_slabs(p, make_slabs(vertices, triangles), vertices, 1);
 }
 
+namespace {
+
+// Exact tests of triangles without any size take their longest way, each with all others.
+void refuse_heaps(const std::vector<BakeMesh>& meshes,
+                  const std::vector<std::vector<Vec3>>& positions) {
+  constexpr double kHeap = 1e-9;  // m
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const std::vector<Vec3>& x = positions[m];
+    const auto in_place = [&](const Vec3& p) { return (p - x[0]).cwiseAbs().maxCoeff() < kHeap; };
+    if (x.empty() || !std::all_of(x.begin(), x.end(), in_place)) continue;
+    throw Error(ExitCode::kInput, "all nodes of " + meshes[m].name +
+                                      " lie in one place, and what it crosses is not counted; bake "
+                                      "again");
+  }
+}
+
+}  // namespace
+
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
+  refuse_heaps(meshes, positions);
   std::array<Crossings, kLayerPairs.size()> found;
   Layers layers{meshes, positions, {}};
   for (const BakeMesh& mesh : meshes) layers.triangles.push_back(joined_triangles(mesh.rest));

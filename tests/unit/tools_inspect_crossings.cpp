@@ -127,6 +127,20 @@ TEST(Crossings, WhereATendonEntersItsBoneIsCountedApart) {
   EXPECT_GT(in_belly[0].pairs + in_belly[0].depth, 0);
 }
 
+TEST(Crossings, AHeapIsNamedAndNotCounted) {
+  TriMesh heap = cube(1.0);
+  for (const double at : {0.0, 5e-324, 1e-310, 0.7}) {
+    for (Vec3& p : heap.vertices) p = Vec3::Constant(at);
+    try {
+      crossings_of(cube(1.0), Kind::kMuscle, heap, Kind::kMuscle);
+      ADD_FAILURE() << "all in " << at;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::kInput);
+      EXPECT_EQ(std::string(error.what()).find("all nodes of b lie in one place"), 0u);
+    }
+  }
+}
+
 TEST(Crossings, AMeshWithItselfLeavesNeighboursOut) {
   const TriMesh whole = torus(1.0, 0.3, 24, 12), folded = torus(0.2, 0.3, 24, 12);
   const TriMesh far = moved(kTetrahedron, Vec3(9, 9, 9));

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "muscles/weights.h"
 #include "rig/text.h"
 #include "sim/drive.h"
 #include "sim/laps.h"
 
 namespace thew {
 namespace {
-
-constexpr std::size_t kLongestScene = std::size_t{4} << 20;  // bytes, as it was read
 
 std::vector<Vec3> to_points(const Rows& rows) {
   std::vector<Vec3> points;
@@ -59,14 +58,14 @@ BakeMesh bake_mesh(const Muscle& muscle) {
 
 }  // namespace
 
-BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
+BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const BakeOutput& output) {
   BakeInfo info;
-  info.scene_name = model.scene.name;
+  info.scene_name = model.name;
   info.scene_hash = model.hash;
   info.part_hashes = model.part_hashes;
-  info.scene_text = read_whole(model.scene.file, kLongestScene);
-  info.fps = model.scene.fps;
-  info.double_precision = model.scene.output.double_precision;
+  info.scene_text = output.scene_text;
+  info.fps = model.fps;
+  info.double_precision = output.double_precision;
   info.frames = frames;
   info.metric_names = measure_names(model);
   for (const Muscle& muscle : model.muscles) {
@@ -84,7 +83,7 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames) {
 
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
   Laps laps;
-  if (model.scene.solver.tolerance && !model.fidelity) {
+  if (model.solver.tolerance && !model.fidelity) {
     Model planned = model;
     const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
       if (options.stop && options.stop()) stop_bake();
@@ -97,7 +96,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     result.seconds.setup += seconds;
     return result;
   }
-  const BakeInfo info = bake_info(model, options.frames);
+  const BakeInfo info = bake_info(model, options.frames, options.output);
   BakeWriter writer(options.folder, info, options.resume);
   std::optional<Parallel> threads(options.threads);
   Parallel& parallel = *threads;
@@ -116,7 +115,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     laps.next();  // the caller's own
   };
 
-  int done = model.scene.first_frame - 1;  // the last frame that is simulated
+  int done = model.first_frame - 1;  // the last frame that is simulated
   for (int number : writer.completed()) {
     const BakeFrame frame = writer.read_completed(number);
     result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
@@ -132,8 +131,8 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
 
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
-    const double time = (number - model.scene.first_frame) / model.scene.fps;
-    if (number > model.scene.first_frame) step_frame(model, time, parallel, state, seconds.step);
+    const double time = (number - model.first_frame) / model.fps;
+    if (number > model.first_frame) step_frame(model, time, parallel, state, seconds.step);
     if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
       listen();
       continue;

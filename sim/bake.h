@@ -13,11 +13,18 @@
 
 namespace thew {
 
+/// What of a bake is not the model's.
+struct BakeOutput {
+  bool double_precision = false;
+  std::string scene_text = {};  ///< to say what differs when another scene is resumed
+};
+
 struct BakeOptions {
   std::filesystem::path folder;
   std::vector<int> frames;  ///< to be written, rising; all frames before them are simulated
   int threads = 1;
   bool resume = false;
+  BakeOutput output = {};
   std::function<bool()> stop = {};  ///< asked between frames that are not written, and packed ones
 };
 
@@ -44,7 +51,8 @@ struct BakeResult {
 using OnFrame = std::function<bool(const BakeFrame& frame)>;
 
 /// The meshes of a bake of the model: muscles, bones, skin.
-BakeInfo bake_info(const Model& model, const std::vector<int>& frames);
+BakeInfo bake_info(const Model& model, const std::vector<int>& frames,
+                   const BakeOutput& output = {});
 
 /// A scene with a tolerance is planned first (the same plan whenever, so that a bake may be
 /// resumed). Simulates, writes each frame as it is completed, packs them into DIR/bake.h5.

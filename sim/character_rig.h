@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim/hash.h"
 #include "sim/state.h"
 
 namespace thew {
 
-// A rig that is a character's file, in the model and in each frame.
-
-/// Skeleton with its hinges, and the clip where it is an animation or a BVH.
-void build_character(const Scene& scene, Model& model);
-/// Meshes that the scene gives to bodies of the character.
-void load_character_bones(const Scene& scene, Model& model);
-/// The character's own skin, with the muscles under it.
-void build_skinned(Model& model);
-void hash_character(const Model& model, Hash& hash);
+// A rig that is a character's file, in each frame.
 
 /// Ulna and radius from where humerus and forearm are, and how they lay at rest.
 void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose);

@@ -15,17 +15,17 @@
 namespace thew {
 
 double bind_to_first_ends(const Model& model) {
-  if (is_animated(model)) return -0.5 * model.scene.settle;
+  if (is_animated(model)) return -0.5 * model.settle;
   std::vector<double> first;
-  sample_clip(model.scene.clip, model.skeleton, 0.0, first);
+  sample_clip(model.clip, model.skeleton, 0.0, first);
   const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; });
-  return moves ? -0.5 * model.scene.settle : -model.scene.settle;
+  return moves ? -0.5 * model.settle : -model.settle;
 }
 
 void joints_at(const Model& model, double time, std::vector<double>& joints) {
-  sample_clip(model.scene.clip, model.skeleton, std::max(time, 0.0), joints);
+  sample_clip(model.clip, model.skeleton, std::max(time, 0.0), joints);
   if (time >= 0.0) return;
-  const double part = smoothstep(-model.scene.settle, -0.5 * model.scene.settle, time);
+  const double part = smoothstep(-model.settle, -0.5 * model.settle, time);
   for (double& value : joints) value *= part;
 }
 
@@ -97,27 +97,34 @@ double activation_at(const Model& model, int m, double time) {
   WeightProfile curve;
   curve.keys = model.muscles[m].settings.activation;
   if (curve.keys.empty()) return 0.0;
-  return profile_weight(curve, model.scene.first_frame + time * model.scene.fps);
+  return profile_weight(curve, model.first_frame + time * model.fps);
 }
+
+namespace {
+
+void add_collider(const Model& model, int c, const Bvh& bvh, const Rows& x,
+                  const std::vector<char>* free_nodes, std::vector<Collider>& colliders) {
+  const ContactSurface& it = model.surfaces[c];
+  colliders.push_back({&it.surface, &bvh, &x, free_nodes});
+  colliders.back().held_points = &it.held_points;
+  colliders.back().thickness = it.thickness;
+}
+
+}  // namespace
 
 std::vector<Collider> muscles_of(const Model& model, const State& state) {
   std::vector<Collider> colliders;
-  for (size_t m = 0; m < model.muscles.size(); ++m) {
-    const Muscle& muscle = model.muscles[m];
+  for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
-    colliders.push_back({&muscle.surface, &now.bvh, &now.x, &muscle.free_nodes});
-    colliders.back().held_points = &muscle.held_points;
-    colliders.back().thickness = muscle.thickness;
+    add_collider(model, m, now.bvh, now.x, &model.muscles[m].free_nodes, colliders);
   }
   return colliders;
 }
 
 std::vector<Collider> colliders_of(const Model& model, const State& state) {
   std::vector<Collider> colliders = muscles_of(model, state);
-  for (size_t b = 0; b < model.bones.size(); ++b) {
-    colliders.push_back({&model.bones[b].surface, &state.bones[b].bvh, &state.bones[b].x, nullptr});
-    colliders.back().held_points = &model.bones[b].held_points;
-    colliders.back().thickness = model.bones[b].thickness;
+  for (const BoneState& bone : state.bones) {
+    add_collider(model, static_cast<int>(colliders.size()), bone.bvh, bone.x, nullptr, colliders);
   }
   return colliders;
 }
@@ -127,7 +134,7 @@ namespace {
 // The tree of a collider.
 void refit(const Model& model, int c, State& state) {
   if (c < state.count()) {
-    refit_bvh(model.muscles[c].surface, state.muscles[c].x, state.muscles[c].bvh);
+    refit_bvh(model.surfaces[c].surface, state.muscles[c].x, state.muscles[c].bvh);
     return;
   }
   fit_bone(model, c - state.count(), state);
@@ -137,7 +144,8 @@ void refit(const Model& model, int c, State& state) {
 
 void fit_bone(const Model& model, int b, State& state) {
   BoneState& bone = state.bones[b];
-  if (!bone.fitted) refit_bvh(model.bones[b].surface, bone.x, bone.bvh);
+  const Surface& surface = model.surfaces[state.muscles.size() + b].surface;
+  if (!bone.fitted) refit_bvh(surface, bone.x, bone.bvh);
   bone.fitted = true;
 }
 
@@ -169,11 +177,11 @@ void keep_pushes(bool friction, MuscleState& now) {
 }  // namespace
 
 void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
-  ContactSettings settings = model.scene.contact.settings;
+  ContactSettings settings = model.contact.settings;
   const auto searches = [&](int m) { return has_forces(state.muscles[m].level); };
   bool any = false;
   for (int m = 0; m < state.count(); ++m) any = any || searches(m);
-  if (!model.scene.contact.enabled || !any) return;
+  if (!model.contact.enabled || !any) return;
   std::vector<Collider> colliders = colliders_of(model, state);
   double thickest = 0.0;
   for (const Collider& collider : colliders) thickest = std::max(thickest, collider.thickness);
@@ -215,7 +223,7 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     if (!model.ignore[m][m]) {
       find_self_contacts(colliders[m], m, settings, now.contacts_before, now.contacts);
     }
-    keep_pushes(model.scene.contact.friction > 0.0, now);
+    keep_pushes(model.contact.friction > 0.0, now);
   });
 }
 

@@ -282,7 +282,7 @@ int explicit_substeps(const Model& model, int m, double h) {
   const Muscle& muscle = model.muscles[m];
   double squared = (1.0 + muscle.settings.material.shape) * muscle.highest_frequency_squared +
                    muscle.settings.guide;
-  if (model.volume == VolumeMethod::kPenalty) squared += penalty_frequency_squared(muscle);
+  if (model.solver.volume == VolumeMethod::kPenalty) squared += penalty_frequency_squared(muscle);
   const double omega = std::sqrt(squared);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
@@ -290,7 +290,7 @@ int explicit_substeps(const Model& model, int m, double h) {
   if (substeps <= kMostSubsteps) return std::max(1, static_cast<int>(substeps));
   throw Error(
       ExitCode::kUsage,
-      muscle.settings.place + ": muscle \"" + muscle.name +
+      muscle.place + ": muscle \"" + muscle.name +
           "\" is too stiff and light for integrator = \"explicit\": a step of " + number_text(h) +
           " s takes " + number_text(substeps) +
           " substeps; make its material softer or its mesh coarser, or take \"local_global\"");
@@ -299,13 +299,13 @@ int explicit_substeps(const Model& model, int m, double h) {
 void step_explicit(const Model& model, int m, double frame, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const VolumeMethod method = model.volume;
+  const VolumeMethod method = model.solver.volume;
   const bool has_volume = method != VolumeMethod::kNone;
   const bool has_path = muscle.shape.held.empty();
   const bool removes = has_volume && drifts(muscle, now);
   const int substeps = explicit_substeps(model, m, frame);
   const double h = frame / substeps;
-  const Row gravity = to_row(model.scene.gravity);
+  const Row gravity = to_row(model.gravity);
   Touches touches = touches_of(model, m, state);
   begin_explicit(muscle, now);
   std::vector<double> rest_length;

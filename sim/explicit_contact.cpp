@@ -26,7 +26,7 @@ Touch touch_of(const Model& model, const State& state, const std::vector<Transfo
   }
   const Row normal = to_row(contact.normal);
   return {.normal = normal,
-          .from = dot(normal, before) + model.scene.contact.settings.gap + contact.offset,
+          .from = dot(normal, before) + model.contact.settings.gap + contact.offset,
           .way = dot(normal, after - before),
           .node = contact.node};
 }

@@ -27,7 +27,7 @@ double fastest(const Rows& v) {
 // point of a swing it stands still for one step, not for two.
 bool is_at_rest(const Model& model, int m, double h, const State& state) {
   const double rest = model.fidelity->rest;
-  const auto& contact = model.scene.contact;
+  const auto& contact = model.contact;
   if (state.muscles[m].rested < 2) return false;
   if (!contact.enabled) return true;
   const NodeBox own = box_of(state.muscles[m].x);
@@ -47,11 +47,11 @@ bool is_at_rest(const Model& model, int m, double h, const State& state) {
 }
 
 // What the others see of it while it is left alone.
-void lie_down(const Muscle& muscle, MuscleState& now) {
+void lie_down(const Surface& surface, MuscleState& now) {
   now.v.assign(now.x.size(), Row{});
   now.target_velocity = now.v;
   now.start = now.seen = now.x;
-  refit_bvh(muscle.surface, now.x, now.bvh);
+  refit_bvh(surface, now.x, now.bvh);
   now.memory.others.clear();  // what comes nearer meanwhile is not noted
   now.face_memory.others.clear();
 }
@@ -59,7 +59,7 @@ void lie_down(const Muscle& muscle, MuscleState& now) {
 }  // namespace
 
 int substeps_of(const Model& model) {
-  return model.fidelity ? model.fidelity->substeps : model.scene.solver.substeps;
+  return model.fidelity ? model.fidelity->substeps : model.solver.substeps;
 }
 
 bool iterates(const Model& model, int m, int done) {
@@ -68,7 +68,7 @@ bool iterates(const Model& model, int m, int done) {
 
 bool is_quasi_static(const Model& model, int m) {
   return model.fidelity ? model.fidelity->muscles[m].level == Level::kQuasiStatic
-                        : model.integrator == Integrator::kQuasiStatic;
+                        : model.solver.integrator == Integrator::kQuasiStatic;
 }
 
 void choose_levels(const Model& model, double h, State& state) {
@@ -92,7 +92,7 @@ void choose_levels(const Model& model, double h, State& state) {
   for (int m = 0; m < state.count(); ++m) {  // now that all have been looked at
     MuscleState& now = state.muscles[m];
     if (levels[m] == Level::kAsleep && now.level != Level::kAsleep) {
-      lie_down(model.muscles[m], now);
+      lie_down(model.surfaces[m].surface, now);
     }
     now.level = levels[m];
     if (now.level != Level::kAsleep) now.node_iterations += static_cast<std::int64_t>(now.x.size());

@@ -43,9 +43,8 @@ const Trial* find_trial(const Planner& planner, int m, int substeps) {
 }
 
 [[noreturn]] void refuse_tolerance(const Planner& planner, const std::string& why) {
-  throw Error(ExitCode::kUsage, planner.model.scene.solver.tolerance->place +
-                                    ": solver.tolerance: " + why +
-                                    "; give a larger tolerance, or integrator and substeps");
+  throw Error(ExitCode::kUsage, planner.model.solver.tolerance->place + ": solver.tolerance: " +
+                                    why + "; give a larger tolerance, or integrator and substeps");
 }
 
 void refuse_unknown(const Planner& planner) {
@@ -207,7 +206,7 @@ bool rehearse(Planner& planner) {
     said[m].iterations = has_forces(chosen.level) ? chosen.iterations : 0;
     said[m].work = work[m] / last;
   }
-  if (volume_error > planner.model.scene.solver.tolerance->volume) {
+  if (volume_error > planner.model.solver.tolerance->volume) {
     char found[60];
     std::snprintf(found, sizeof found, "the volume is off by %.3g of 1", volume_error);
     refuse_tolerance(planner, found);
@@ -246,9 +245,8 @@ const char* level_name(Level level) {
 FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<void()>& listen) {
   Parallel parallel(threads);
   Planner planner{model, parallel, listen};
-  const Scene& scene = model.scene;
-  planner.tolerance = scene.solver.tolerance->position;
-  planner.last = scene.last_frame - scene.first_frame;
+  planner.tolerance = model.solver.tolerance->position;
+  planner.last = model.last_frame - model.first_frame;
   planner.model.has_skin = false;
   planner.model.skinned.reset();
   if (planner.last < 1) refuse_tolerance(planner, "one frame has no motion to probe");
@@ -262,8 +260,8 @@ FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<
   std::set<int> all = planner.checks;
   all.insert(frames.probes.begin(), frames.probes.end());
   for (const int frame : all) planner.windows.push_back({frame, {}, {}, {}});
-  for (const int frame : frames.probes) planner.plan.probed.push_back(scene.first_frame + frame);
-  for (const int frame : planner.checks) planner.plan.checked.push_back(scene.first_frame + frame);
+  for (const int frame : frames.probes) planner.plan.probed.push_back(model.first_frame + frame);
+  for (const int frame : planner.checks) planner.plan.checked.push_back(model.first_frame + frame);
   planner.plan.muscles.resize(planner.muscles());
   find_references(planner);
   refuse_unknown(planner);

@@ -36,8 +36,8 @@ Motion motion_of(const Model& model) {
   State state = initial_state(model);
   motion.length.resize(model.muscles.size());
   std::vector<Vec3> places, before;
-  for (int frame = 0; frame <= model.scene.last_frame - model.scene.first_frame; ++frame) {
-    drive_bones(model, frame / model.scene.fps, state);
+  for (int frame = 0; frame <= model.last_frame - model.first_frame; ++frame) {
+    drive_bones(model, frame / model.fps, state);
     places.swap(before);
     places.clear();
     for (size_t m = 0; m < model.muscles.size(); ++m) {

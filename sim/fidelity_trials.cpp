@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sim/fidelity.h"
+
 namespace thew {
 namespace {
 
@@ -17,7 +19,7 @@ State run_window(const Planner& planner, const Window& window, double& frames) {
   State state;
   unpack_state(planner.model, window.before, state);
   forget_searches(state);  // or the work of a level would depend on the level before
-  const int first = static_cast<int>(std::lround(state.time * planner.model.scene.fps));
+  const int first = static_cast<int>(std::lround(state.time * planner.model.fps));
   for (int frame = first + 1; frame <= window.frame; ++frame, ++frames) {
     planner.hear();
     step_frame(planner.model, planner.time_of(frame), one, state, unused);

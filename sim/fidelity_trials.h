@@ -47,7 +47,7 @@ struct Planner {
   // m, what the refined step leaves of the tolerance.
   double left(int m) const { return tolerance - plan.muscles[m].refined_error; }
   int muscles() const { return static_cast<int>(model.muscles.size()); }
-  double time_of(int frame) const { return frame / model.scene.fps; }  // frames counted from 0
+  double time_of(int frame) const { return frame / model.fps; }  // frames counted from 0
   bool is_check(const Window& window) const { return checks.count(window.frame) > 0; }
 
   void hear() const {

@@ -7,6 +7,7 @@
 #include "muscles/volume.h"
 #include "rig/text.h"
 #include "rig/vectorise.h"
+#include "sim/fidelity.h"
 
 namespace thew {
 namespace {
@@ -31,8 +32,8 @@ Trouble trouble_at(const Model& model, int m, int node, const char* quantity, do
 }
 
 int frame_at(const Model& model, double time) {
-  const double frames = std::max(time, 0.0) * model.scene.fps;
-  return model.scene.first_frame + static_cast<int>(std::lround(frames));
+  const double frames = std::max(time, 0.0) * model.fps;
+  return model.first_frame + static_cast<int>(std::lround(frames));
 }
 
 std::string text_of(const Model& model, double time, const Trouble& trouble, int substeps) {
@@ -67,7 +68,7 @@ double edge_energy(const Springs& springs, const std::vector<double>& rest_lengt
 // gives by moving them as they were, what gravity gives and what a blow of a bone gives; and always
 // as much as springs of twice their length hold.
 double energy_limit(const Model& model, double h, const State& state) {
-  double fastest = model.scene.contact.settings.max_depth / h;  // m/s, out of an overlap
+  double fastest = model.contact.settings.max_depth / h;  // m/s, out of an overlap
   for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.moved / h);
   for (const MuscleState& muscle : state.muscles) {
     for (const Row& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
@@ -81,7 +82,7 @@ double energy_limit(const Model& model, double h, const State& state) {
     guess = now.start;
     for (size_t i = 0; i < guess.size(); ++i) {
       guess[i] = muscle.driven[i] ? now.target[i] : guess[i] + h * now.target_velocity[i];
-      const double fall = std::abs(dot(to_row(model.scene.gravity), now.x[i] - now.start[i]));
+      const double fall = std::abs(dot(to_row(model.gravity), now.x[i] - now.start[i]));
       most += kEnergy * muscle.mass[i] *
               (0.5 * squared(now.frame_before.v[i]) + fall + fastest * fastest);
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "sim/fidelity.h"
 #include "sim/muscle_step.h"
 
 namespace thew {
@@ -44,12 +45,12 @@ void guess_flight(const Model& model, int m, double h, State& state) {
     mass += muscle.mass[i];
     momentum += muscle.mass[i] * now.v[i];
   }
-  Row way = h * (1.0 / mass * momentum + h * to_row(model.scene.gravity));
+  Row way = h * (1.0 / mass * momentum + h * to_row(model.gravity));
   if (const double size = norm(force); size > 0.0) {
     const Row n = 1.0 / size * force;
     way -= 1.0 / pressed * carried;
     const double blocked = std::max(0.0, -dot(n, way)), slides = norm(across(n, way));
-    const double gripped = std::min(model.scene.contact.friction * blocked, slides);
+    const double gripped = std::min(model.contact.friction * blocked, slides);
     if (gripped > 0.0) way -= gripped / slides * across(n, way);
     way += blocked * n + 1.0 / pressed * carried;
   }
@@ -63,7 +64,7 @@ void begin_contacts(const Model& model, int m, double h, State& state) {
   MuscleState& now = state.muscles[m];
   const bool held = std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
   if (!held && !is_quasi_static(model, m)) guess_flight(model, m, h, state);
-  if (model.scene.contact.friction == 0.0) return;
+  if (model.contact.friction == 0.0) return;
   now.apart.resize(now.contacts.size());
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
@@ -74,7 +75,7 @@ void begin_contacts(const Model& model, int m, double h, State& state) {
 void add_contacts(const Model& model, int m, State& state, Rows& f) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const double gap = model.scene.contact.settings.gap, friction = model.scene.contact.friction;
+  const double gap = model.contact.settings.gap, friction = model.contact.friction;
   for (size_t c = 0; c < now.contacts.size();) {
     const size_t end = end_of_one(now.contacts, c);
     const Row x = now.x[now.contacts[c].node];

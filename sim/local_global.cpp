@@ -3,6 +3,7 @@
 
 #include "muscles/volume.h"
 #include "rig/vectorise.h"
+#include "sim/fidelity.h"
 #include "sim/implicit_contact.h"
 #include "sim/muscle_step.h"
 
@@ -82,7 +83,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   const bool still = is_quasi_static(model, m);
   const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
   const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
-  set_base(muscle, h, inertia, damping, to_row(model.scene.gravity), now);
+  set_base(muscle, h, inertia, damping, to_row(model.gravity), now);
   const double shape = muscle.settings.material.shape;
   add_ring_edges(muscle.rings, shape, now.target, now.base);
   lengths_by_slot(muscle.rings, now.rest_length, now.rest_by_slot);
@@ -135,7 +136,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
   // G A^-1 W G need not be positive: fall back on even weights, under which it is.
   const double along = dot(now.gradient, now.direction);
   double even_along = 0.0;
-  if (!(along > 0.0) || model.volume == VolumeMethod::kPrinted) {
+  if (!(along > 0.0) || model.solver.volume == VolumeMethod::kPrinted) {
     Rows even, unused;
     solve_pair(muscle, now, now.gradient, now.gradient, unused, even);
     even_along = dot(now.gradient, even);
@@ -148,7 +149,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
     solve_zones(muscle, now);
     restore_zones(muscle, now);
   }
-  restore_volume(muscle, model.volume, now.direction, even_along, now.x);
+  restore_volume(muscle, model.solver.volume, now.direction, even_along, now.x);
 }
 
 }  // namespace thew

@@ -112,7 +112,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
 std::vector<std::string> rest_overlaps(const Model& model) {
   constexpr double kTold = 1e-3;  // m
   std::vector<std::string> lines;
-  if (!model.scene.contact.enabled) return lines;
+  if (!model.contact.enabled) return lines;
   State state = initial_state(model);
   Parallel one(1);
   refit_all(model, one, state);
@@ -137,10 +137,8 @@ std::vector<std::string> rest_overlaps(const Model& model) {
       char text[160];
       std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest, at[0],
                     at[1], at[2]);
-      const std::string name = other < state.count() ? model.muscles[other].name
-                                                     : model.bones[other - state.count()].name;
-      lines.push_back("muscle \"" + model.muscles[m].name + "\" and \"" + name +
-                      "\" overlap at rest, " + text +
+      lines.push_back("muscle \"" + model.muscles[m].name + "\" and \"" +
+                      model.surfaces[other].name + "\" overlap at rest, " + text +
                       "; settling parts them: move one of them, or name both in contact.ignore");
     }
   }
@@ -184,7 +182,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
         rest_areas[m] > 0.0 ? area / rest_areas[m] : 1.0;  // its path runs past it
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
     if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
-    if (!model.scene.contact.enabled) return;
+    if (!model.contact.enabled) return;
     const Rows free = free_nodes(muscle, now.x);
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
@@ -193,8 +191,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
         deepest[m] = std::max(deepest[m], deepest_inside(*them.surface, *them.bvh, *them.x, free));
       }
       if (static_cast<int>(other) < m) continue;  // each pair once
-      const auto crossing =
-          crossing_triangles(muscle.surface, now.bvh, now.x, *them.surface, *them.bvh, *them.x);
+      const auto crossing = crossing_triangles(*colliders[m].surface, now.bvh, now.x, *them.surface,
+                                               *them.bvh, *them.x);
       for (const auto& [mine, theirs] : crossing) {
         const bool other_free =
             static_cast<int>(other) < count && has_free_node(model.muscles[other], theirs);

@@ -1,14 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/model_hash.h"
 
+#include <algorithm>
 #include <optional>
 #include <string_view>
 
-#include "sim/character_rig.h"
 #include "sim/hash.h"
 
 namespace thew {
 namespace {
+
+void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
+  if (!model.character) return;
+  const CharacterRig& rig = *model.character;
+  const auto numbers = [&](const auto& list) {
+    const double count = static_cast<double>(list.size());
+    hash.add(&count, sizeof count);
+    hash.add(list.data(), list.size() * sizeof list[0]);
+  };
+  const auto affines = [&](const std::vector<Affine>& list) {
+    for (const Affine& one : list) hash.add(one.data(), 16 * sizeof(double));
+  };
+  affines(rig.rest);
+  affines(rig.character.rest);
+  for (const Forearm& forearm : rig.forearms) {
+    for (const Vec3& p : {forearm.head, forearm.wrist}) hash.add(p.data(), 3 * sizeof(double));
+  }
+  const auto turns = [&](const std::vector<Eigen::Quaterniond>& list) {
+    for (const auto& q : list) hash.add(q.coeffs().data(), 4 * sizeof(double));
+  };
+  const auto bent = [&](const auto& curve, const auto& add) {
+    if (curve.way == CurveWay::kLinear) return;
+    hash.add(&curve.way, sizeof curve.way);
+    add(curve.slopes_in);
+    add(curve.slopes_out);
+  };
+  for (const BodyTrack& track : rig.clip.tracks) {
+    hash.add(&track.body, sizeof track.body);
+    numbers(track.translation.times);
+    numbers(track.translation.values);
+    numbers(track.rotation.times);
+    turns(track.rotation.values);
+    numbers(track.scale.times);
+    numbers(track.scale.values);
+    bent(track.translation, numbers);
+    bent(track.rotation, turns);
+    bent(track.scale, numbers);
+  }
+  if (!model.skinned) return;
+  numbers(model.skinned->weights.link);
+  numbers(model.skinned->weights.weight);
+  const SkinSettings& settings = def.skin.settings;
+  for (double value : {settings.reach, settings.bridging}) hash.add(&value, sizeof value);
+}
 
 // One hash of all, and one of each part.
 class PartedHash {
@@ -32,9 +76,9 @@ class PartedHash {
     number(static_cast<double>(triangles.size()));
     add(triangles.data(), triangles.size() * sizeof(Triangle));
   }
-  void add_character(const Model& model) {
-    hash_character(model, whole_);
-    hash_character(model, *part_);
+  void add_character(const ModelDef& def, const Model& model) {
+    hash_character(def, model, whole_);
+    hash_character(def, model, *part_);
   }
   void end_part(const std::string& name, Model& model) {
     model.part_hashes.emplace_back(name, part_->hex());
@@ -47,34 +91,36 @@ class PartedHash {
   std::optional<Hash> part_{std::in_place};
 };
 
-void add_settings(const Scene& scene, PartedHash& hash) {
+void add_settings(const ModelDef& def, PartedHash& hash) {
   hash.add("thew 0.1.0");
-  for (double value : {scene.fps,
-                       scene.settle,
-                       scene.size,
-                       scene.gravity.x(),
-                       scene.gravity.y(),
-                       scene.gravity.z(),
-                       1.0 * scene.first_frame,
-                       1.0 * scene.solver.substeps,
-                       1.0 * scene.solver.iterations,
-                       1.0 * scene.contact.enabled,
-                       scene.contact.settings.margin,
-                       scene.contact.settings.max_depth,
-                       scene.contact.settings.gap,
-                       scene.contact.settings.spacing,
-                       scene.contact.friction,
-                       scene.skin.settings.thickness,
-                       scene.skin.settings.smoothing,
-                       1.0 * scene.skin.settings.iterations,
-                       scene.skin.settings.fold_gap,
-                       scene.skin.settings.reach,
-                       1.0 * scene.skin.settings.keeps_volume}) {
+  for (double value : {def.fps,
+                       def.settle,
+                       def.size,
+                       def.gravity.x(),
+                       def.gravity.y(),
+                       def.gravity.z(),
+                       1.0 * def.first_frame,
+                       1.0 * def.solver.substeps,
+                       1.0 * def.solver.iterations,
+                       1.0 * def.contact.enabled,
+                       def.contact.settings.margin,
+                       def.contact.settings.max_depth,
+                       def.contact.settings.gap,
+                       def.contact.settings.spacing,
+                       def.contact.friction,
+                       def.skin.settings.thickness,
+                       def.skin.settings.smoothing,
+                       1.0 * def.skin.settings.iterations,
+                       def.skin.settings.fold_gap,
+                       def.skin.settings.reach,
+                       1.0 * def.skin.settings.keeps_volume}) {
     hash.number(value);
   }
-  hash.add(scene.solver.integrator);
-  hash.add(scene.solver.volume);
-  if (const auto& tolerance = scene.solver.tolerance) {
+  const bool zonal = std::any_of(def.muscles.begin(), def.muscles.end(),
+                                 [](const MuscleDef& muscle) { return muscle.zones > 1; });
+  hash.add(kIntegrators[static_cast<int>(def.solver.integrator)]);
+  hash.add(zonal ? "zonal" : kVolumeMethods[static_cast<int>(def.solver.volume)]);
+  if (const auto& tolerance = def.solver.tolerance) {
     hash.add("tolerance");
     hash.list({tolerance->position, tolerance->volume});
   }
@@ -138,11 +184,11 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
 
 }  // namespace
 
-void hash_model(Model& model) {
+void hash_model(const ModelDef& def, Model& model) {
   PartedHash hash;
-  add_settings(model.scene, hash);
+  add_settings(def, hash);
   hash.end_part("a setting of scene, solver, contact or skin", model);
-  add_clip(model.scene.clip, hash);
+  add_clip(model.clip, hash);
   hash.end_part("the clip", model);
   add_rig(model.skeleton, hash);
   hash.end_part("the rig", model);
@@ -158,7 +204,7 @@ void hash_model(Model& model) {
   hash.end_part("the bones' meshes", model);
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
   hash.end_part("contact.ignore", model);
-  for (const auto& [name, metres] : model.scene.contact.thickness) {
+  for (const auto& [name, metres] : model.contact.thickness) {
     hash.add(name);
     hash.number(metres);
   }
@@ -166,7 +212,7 @@ void hash_model(Model& model) {
   for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   hash.faces(model.skin.surface.triangles);
   hash.end_part("the skin's mesh", model);
-  hash.add_character(model);
+  hash.add_character(def, model);
   hash.end_part("the character", model);
   model.hash = hash.hex();
 }

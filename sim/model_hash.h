@@ -7,6 +7,6 @@ namespace thew {
 
 /// Sets the model's hashes: of all that the solver reads. Pictures, bounds and outputs do not
 /// count.
-void hash_model(Model& model);
+void hash_model(const ModelDef& def, Model& model);
 
 }  // namespace thew

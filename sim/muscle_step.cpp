@@ -121,9 +121,7 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
 }
 
 const Surface& other_surface(const Model& model, const Contact& contact) {
-  const int muscles = static_cast<int>(model.muscles.size());
-  return contact.other < muscles ? model.muscles[contact.other].surface
-                                 : model.bones[contact.other - muscles].surface;
+  return model.surfaces[contact.other].surface;
 }
 
 const Rows& other_seen(const State& state, const Contact& contact) {
@@ -175,8 +173,8 @@ bool is_solved(const Model& model, int iterations, const State& state) {
     return std::all_of(all.begin(), all.end(),
                        [&](const auto& muscle) { return iterations >= muscle.iterations; });
   }
-  if (iterations < model.scene.solver.iterations) return false;
-  if (model.integrator != Integrator::kQuasiStatic) return true;
+  if (iterations < model.solver.iterations) return false;
+  if (model.solver.integrator != Integrator::kQuasiStatic) return true;
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
     if (moved <= model.lengths.converged) continue;
@@ -255,8 +253,8 @@ bool push_out(const Model& model, State& state, int m, bool with_muscles, double
 void finish_muscle(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const double gap = model.scene.contact.settings.gap;
-  const bool exact = model.volume == VolumeMethod::kExact;
+  const double gap = model.contact.settings.gap;
+  const bool exact = model.solver.volume == VolumeMethod::kExact;
   // The directions without what contact holds, that of the whole last.
   const bool zoned = !now.zone_directions.empty();
   const std::span<Rows> freed =
@@ -266,15 +264,15 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   bool moves = push_out(model, state, m, true, gap, freed);
   for (int round = 0; exact && (moves || round == 0) && round < kFinishRounds; ++round) {
     if (zoned) restore_zones(muscle, now);
-    if (!restore_volume(muscle, model.volume, freed.back(), 0.0, now.x)) {
-      now.unreached += !restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
+    if (!restore_volume(muscle, model.solver.volume, freed.back(), 0.0, now.x)) {
+      now.unreached += !restore_volume(muscle, model.solver.volume, now.direction, 0.0, now.x);
       moves = false;
       break;
     }
     moves = push_out(model, state, m, false, gap, freed);
   }
   // Pinched between two there is no end to the rounds: the volume has the last word.
-  if (exact && moves) restore_volume(muscle, model.volume, now.direction, 0.0, now.x);
+  if (exact && moves) restore_volume(muscle, model.solver.volume, now.direction, 0.0, now.x);
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   const double volume = enclosed_volume(now.x, muscle.rest.triangles);
   const double error = std::abs(volume / muscle.rest_volume - 1.0);

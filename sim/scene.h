@@ -8,12 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "muscles/springs.h"
 #include "muscles/weights.h"
-#include "muscles/zone.h"
-#include "rig/clip.h"
-#include "skin/contact.h"
-#include "skin/skin_layer.h"
+#include "sim/model_def.h"
 
 namespace thew {
 
@@ -57,7 +53,7 @@ struct SceneWeights {
   std::filesystem::path mesh;  ///< whose colours; empty: the muscle's own
 };
 
-struct SceneMuscle {
+struct SceneMuscle : MuscleSettings {
   enum class Shape { kTarget, kWeights };
   std::string name;
   Place place;
@@ -74,14 +70,7 @@ struct SceneMuscle {
   WeightProfile weights;
   std::vector<double> node_weights;  ///< authored per node (from text), overrides the profile
   SceneWeights painted;              ///< as well, by place or colour
-  std::optional<ZoneSettings> zone;  ///< weights = { zone = {...} }
   Shape shape = Shape::kTarget;
-  double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass; a soft body has none
-  double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape; a soft body: 0
-  double f_max = 0.0;         ///< N; 0: passive
-  double fibre_length = 0.1;  ///< m, optimal
-  std::vector<std::array<double, 2>> activation;  ///< (frame, 0..1); empty: 0
-  SpringMaterial material;
   Vec3 colour = Vec3(0.62, 0.16, 0.13);
   int zones = 4;  ///< solver.volume = "zonal": each keeps its volume
 };
@@ -144,22 +133,10 @@ struct Bound {
   Place place;
 };
 
-struct SceneTolerance {
-  double position = 0.0;  ///< m, of any node in any frame, from the refined step
-  double volume = 1e-9;   ///< relative; the exact multiplier is far below it
-  Place place;
-};
-
-struct Scene {
+/// A scene as its file has it: meshes, rigs and clips still on disk.
+struct Scene : World {
   std::filesystem::path file;    ///< as given
   std::filesystem::path folder;  ///< canonical; nothing is read outside it
-  std::string name = "scene";
-  double fps = 24.0;
-  int first_frame = 1, last_frame = 1;
-  double settle = 2.0;  ///< s at most, before the first frame
-  Vec3 gravity = Vec3(0, -9.81, 0);
-  /// Of a grown man's arm: what every length that the scene does not give is multiplied by.
-  double size = 1.0;
 
   std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
   Place rig_place;
@@ -176,7 +153,7 @@ struct Scene {
   } skin;
   struct {
     /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
-    std::optional<SceneTolerance> tolerance;
+    std::optional<Tolerance> tolerance;
     std::string integrator = "local_global";  ///< explicit | xpbd | local_global | quasi_static
     /// none | penalty | printed | linear | exact | exact_always | zonal
     std::string volume = "exact";
@@ -184,14 +161,8 @@ struct Scene {
     int iterations = 3;
     Place place;
   } solver;
-  struct {
-    bool enabled = true;
-    ContactSettings settings;
-    double friction = 0.0;                                    ///< coefficient, of all surfaces
-    std::vector<std::pair<std::string, std::string>> ignore;  ///< names of muscles or bones
-    Place place;                                              ///< of `ignore`
-    std::vector<std::string> self;                            ///< muscles that meet themselves
-    std::vector<std::pair<std::string, double>> thickness;    ///< m, of muscles or bones
+  struct : ContactDef {
+    Place place;  ///< of `ignore`
   } contact;
   SceneRender render;
   struct {
@@ -200,20 +171,5 @@ struct Scene {
   std::vector<Bound> bounds;
   std::vector<std::string> warnings;
 };
-
-/// Friction and muscles that meet themselves want multipliers within iterations.
-bool can_solve_contact(const Scene& scene, const std::string& integrator);
-
-/// Reads and checks a scene file; `overrides` are "solver.integrator=explicit" (any key of the
-/// scene, as TOML values; a bare word is a string; [[muscle]] and [[render.view]] by name:
-/// "muscle.biceps_long.weights=left"). Unknown keys are refused with "did you mean". Relative paths
-/// are relative to the scene's folder and stay below `allowed_root`, which is that folder unless
-/// given. Throws Error(kUsage) with file and line; Error(kInput) for what is wrong in a clip or
-/// weight file.
-Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
-                 const std::filesystem::path& allowed_root = {});
-/// Its [render] alone: all else may be missing.
-SceneRender read_render(const std::filesystem::path& file,
-                        const std::vector<std::string>& overrides = {});
 
 }  // namespace thew

@@ -139,12 +139,13 @@ void walk(Archive& archive, State& state) {
 
 State initial_state(const Model& model) {
   State state;
-  state.time = -model.scene.settle;
+  state.time = -model.settle;
   state.muscles.resize(model.muscles.size());
   state.bones.resize(model.bones.size());
   for (size_t b = 0; b < model.bones.size(); ++b) {
     state.bones[b].x = to_rows(model.bones[b].in_body.vertices);
-    state.bones[b].bvh = build_bvh(model.bones[b].surface, state.bones[b].x);
+    state.bones[b].bvh =
+        build_bvh(model.surfaces[model.muscles.size() + b].surface, state.bones[b].x);
   }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
@@ -156,7 +157,7 @@ State initial_state(const Model& model) {
     now.start = now.seen = now.x;
     now.weights = model.muscles[m].weights;
     now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
-    now.bvh = build_bvh(model.muscles[m].surface, now.x);
+    now.bvh = build_bvh(model.surfaces[m].surface, now.x);
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
     now.path_length = now.pose.path_length;
   }
@@ -231,7 +232,7 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
     MuscleState& now = state.muscles[m];
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
     now.start = now.seen = now.x;  // of one that is asleep
-    refit_bvh(model.muscles[m].surface, now.x, now.bvh);
+    refit_bvh(model.surfaces[m].surface, now.x, now.bvh);
   }
 }
 

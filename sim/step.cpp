@@ -10,6 +10,7 @@
 
 #include "rig/math.h"
 #include "sim/drive.h"
+#include "sim/fidelity.h"
 #include "sim/health.h"
 #include "sim/muscle_step.h"
 #include "sim/sweep.h"
@@ -50,11 +51,11 @@ void solve_muscles(const Model& model, double h, Parallel& parallel, State& stat
   each([&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { see(state.muscles[m]); };
   each(look);
-  if (model.integrator == Integrator::kExplicit) {
+  if (model.solver.integrator == Integrator::kExplicit) {
     each([&](int m) { step_explicit(model, m, h, state); });
     return;
   }
-  const bool xpbd = model.integrator == Integrator::kXpbd;
+  const bool xpbd = model.solver.integrator == Integrator::kXpbd;
   const auto begin = xpbd ? begin_xpbd : begin_local_global;
   const auto iterate = xpbd ? iterate_xpbd : iterate_local_global;
   each([&](int m) { begin(model, m, h, state); });
@@ -104,8 +105,8 @@ int skin_steps(const Model& model, double time, const State& state) {
 // s. Frames of one length to the last bit, so that a factor of the step's matrix goes on to count.
 double frame_length(const Model& model, double time, const State& state) {
   constexpr double kRounding = 1e-9;
-  const double frames = (time - state.time) * model.scene.fps, whole = std::round(frames);
-  return (std::abs(frames - whole) < kRounding ? whole : frames) / model.scene.fps;
+  const double frames = (time - state.time) * model.fps, whole = std::round(frames);
+  return (std::abs(frames - whole) < kRounding ? whole : frames) / model.fps;
 }
 
 std::optional<Trouble> try_frame(const Model& model, double time, int substeps, int skin_steps,
@@ -156,7 +157,7 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame) {
   Settled settled;
   StageSeconds unused;
-  const double frame = 1.0 / model.scene.fps, begin = state.time;
+  const double frame = 1.0 / model.fps, begin = state.time;
   while (state.time < -0.5 * frame && !settled.converged) {
     const double time = std::min(0.0, state.time + frame);
     step_frame(model, time, parallel, state, unused);

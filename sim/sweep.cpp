@@ -41,8 +41,8 @@ double way_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const V
 }  // namespace
 
 std::optional<Trouble> find_leap(const Model& model, State& state) {
-  if (!model.scene.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
-  const double depth = model.scene.contact.settings.max_depth;
+  if (!model.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
+  const double depth = model.contact.settings.max_depth;
   std::optional<Trouble> worst;
   std::vector<NodeBox> boxes;
   for (const BoneState& bone : state.bones) boxes.push_back(box_of(bone.x));
@@ -55,6 +55,7 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
     const double own = largest_distance(now.x, now.start);
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const Bone& bone = model.bones[b];
+      const Surface& surface = model.surfaces[state.muscles.size() + b].surface;
       if (model.ignore[m][state.muscles.size() + b]) continue;
       // Where the bone was, and its way between, lie this near to where it is.
       if (!are_near(both, boxes[b], 2.0 * state.bones[b].moved)) continue;
@@ -69,8 +70,8 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
         if (!model.muscles[m].free_nodes[i]) continue;
         const Vec3 from = since * to_vec(now.start[i]), to = to_vec(now.x[i]);
         if ((to - from).norm() <= depth) continue;
-        const double inside = way_inside(bone.surface, state.bones[b].bvh, state.bones[b].x, from,
-                                         to, model.lengths.march);
+        const double inside = way_inside(surface, state.bones[b].bvh, state.bones[b].x, from, to,
+                                         model.lengths.march);
         if (inside <= (worst ? worst->value : depth)) continue;
         worst = Trouble{"muscle \"" + model.muscles[m].name + "\"",
                         static_cast<int>(i),

@@ -64,7 +64,7 @@ void project_springs(const Muscle& muscle, MuscleState& now) {
 
 // C = V - V0, along W dV/dx / m.
 void project_volume(const Model& model, const Muscle& muscle, MuscleState& now) {
-  if (model.volume == VolumeMethod::kNone) return;
+  if (model.solver.volume == VolumeMethod::kNone) return;
   volume_gradient(now.x, muscle.rest.triangles, now.gradient);
   double weighted = 0.0, even = 0.0;
   for (size_t i = 0; i < now.x.size(); ++i) {
@@ -74,8 +74,8 @@ void project_volume(const Model& model, const Muscle& muscle, MuscleState& now) 
     weighted += w * now.weights[i] * squared;
     even += w * squared;
   }
-  const double denominator = model.volume == VolumeMethod::kPrinted ? even : weighted;
-  const double compliance = model.volume == VolumeMethod::kPenalty
+  const double denominator = model.solver.volume == VolumeMethod::kPrinted ? even : weighted;
+  const double compliance = model.solver.volume == VolumeMethod::kPenalty
                                 ? volume_compliance(muscle) / (now.step * now.step)
                                 : 0.0;
   if (!(denominator > 0.0)) {
@@ -90,7 +90,7 @@ void project_volume(const Model& model, const Muscle& muscle, MuscleState& now) 
 
 // C = gap >= 0, no compliance; a push never pulls. Two soft surfaces share the way.
 void project_contacts(const Model& model, const Muscle& muscle, State& state, MuscleState& now) {
-  const double gap = model.scene.contact.settings.gap;
+  const double gap = model.contact.settings.gap;
   for (size_t c = 0; c < now.contacts.size(); ++c) {
     const Contact& contact = now.contacts[c];
     const bool soft = is_shared(model, contact);
@@ -109,7 +109,7 @@ void begin_xpbd(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   now.step = h;
-  predict_freely(muscle, to_row(model.scene.gravity), h, now);
+  predict_freely(muscle, to_row(model.gravity), h, now);
   now.length_multiplier.assign(muscle.springs.nodes.size(), 0.0);
   now.shape_multiplier.assign(muscle.springs.nodes.size(), Row{});
   now.volume_multiplier = 0.0;

@@ -16,6 +16,8 @@
 #include "sim/durable_file.h"
 #include "sim/health.h"
 #include "sim/laps.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/bake_folder.h"
 #include "tools/bake_report.h"
 #include "tools/commands.h"
@@ -43,20 +45,23 @@ std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
   return frames;
 }
 
-void print_plan(const Model& model, const std::vector<int>& frames, const CommandOptions& options) {
+constexpr std::size_t kLongestScene = std::size_t{4} << 20;  // bytes, as it was read
+
+void print_plan(const Scene& scene, const Model& model, const std::vector<int>& frames,
+                const CommandOptions& options) {
   size_t triangles = 0;
   for (const Muscle& muscle : model.muscles) triangles += muscle.rest.triangles.size();
-  const auto& tolerance = model.scene.solver.tolerance;
+  const auto& tolerance = model.solver.tolerance;
   if (options.json) {
     return print_json(
         {{"dry_run", true},
-         {"scene", model.scene.name},
-         {"fps", model.scene.fps},
+         {"scene", model.name},
+         {"fps", model.fps},
          {"frames", frames},
          {"threads", thread_count(options.threads)},
          {"solver",
-          {{"integrator", model.scene.solver.integrator},
-           {"volume", model.scene.solver.volume},
+          {{"integrator", scene.solver.integrator},
+           {"volume", scene.solver.volume},
            {"tolerance_m", tolerance ? nlohmann::ordered_json(tolerance->position) : nullptr}}},
          {"muscles", model.muscles.size()},
          {"triangles", triangles},
@@ -66,13 +71,13 @@ void print_plan(const Model& model, const std::vector<int>& frames, const Comman
          {"warnings", model.warnings}});
   }
   const std::string solver = tolerance ? "within " + number_text(1e3 * tolerance->position) + " mm"
-                                       : model.scene.solver.integrator;
+                                       : scene.solver.integrator;
   const auto text = [](auto count) { return std::to_string(count); };
-  print(model.scene.name + ": " + text(frames.size()) + " frames (" + text(frames.front()) + "-" +
-        text(frames.back()) + ") at " + number_text(model.scene.fps) + " fps, " +
+  print(model.name + ": " + text(frames.size()) + " frames (" + text(frames.front()) + "-" +
+        text(frames.back()) + ") at " + number_text(model.fps) + " fps, " +
         text(model.muscles.size()) + " muscles (" + text(triangles) + " triangles), " +
         text(model.bones.size()) + " bones, skin " + text(model.skin.surface.triangles.size()) +
-        " triangles\n" + solver + ", volume " + model.scene.solver.volume + ", " +
+        " triangles\n" + solver + ", volume " + scene.solver.volume + ", " +
         text(thread_count(options.threads)) + " threads, to " + options.out.string() + "\n");
 }
 
@@ -97,8 +102,8 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
 }
 
 // What a killed bake may lack when its cache is complete: pictures and report.
-BakeResult read_result(const Model& model, const BakeReader& reader,
-                       const CommandOptions& options, Pictures& pictures) {
+BakeResult read_result(const Model& model, const BakeReader& reader, const CommandOptions& options,
+                       Pictures& pictures) {
   BakeResult result;
   result.hash = reader.info().hash;
   result.resumed_frames = static_cast<int>(reader.info().frames.size());
@@ -177,14 +182,15 @@ void add_bake(const BakeSeconds& bake, Report::Seconds& seconds) {
 }
 
 // Report, and whether the scene's bounds are met.
-ExitCode conclude(const Model& model, const CommandOptions& options, const std::vector<int>& frames,
-                  const BakeResult& result, Pictures& pictures, Clock& clock) {
+ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& options,
+                  const std::vector<int>& frames, const BakeResult& result, Pictures& pictures,
+                  Clock& clock) {
   if (result.threads < thread_count(options.threads)) {
     std::fprintf(stderr, "thew: warning: only %d of %d threads could be started; allow more\n",
                  result.threads, thread_count(options.threads));
   }
   pictures.finish();
-  const std::string no_movie = pictures.movies(frames, model.scene.fps);
+  const std::string no_movie = pictures.movies(frames, model.fps);
   std::filesystem::path sheet;
   const Image image = pictures.sheet(frames);
   if (image.width > 0) {
@@ -192,14 +198,14 @@ ExitCode conclude(const Model& model, const CommandOptions& options, const std::
     write_png(sheet, image);
   }
   clock.seconds.render += clock.stage.next();
-  Report report = make_report(model, options, frames, result);
+  Report report = make_report(scene, model, options, frames, result);
   if (!no_movie.empty()) report.warnings.push_back(no_movie);
   for (size_t i = model.warnings.size(); i < report.warnings.size(); ++i) {
     std::fprintf(stderr, "thew: warning: %s\n", report.warnings[i].c_str());
   }
   if (!image.renderer.empty()) report.origin.renderer = image.renderer;
   report.files = files_beside_report(
-      options.out, options.pictures ? model.scene.render.views : std::vector<SceneView>{});
+      options.out, options.pictures ? scene.render.views : std::vector<SceneView>{});
   const std::string viewer = report_viewer(BakeReader(options.out / "bake.h5"));
   report.seconds = clock.seconds;
   report.seconds.report = clock.stage.next();  // all of it but writing what says so
@@ -241,8 +247,9 @@ void listen_for_signals() {
 
 ExitCode bake_command(const CommandOptions& options) {
   Clock clock;
-  Model model = build_model(read_scene(options.input, options.overrides));
-  const std::vector<int> frames = frames_of(options, model.scene);
+  const Scene scene = read_scene(options.input, options.overrides);
+  Model model = build_model(scene);
+  const std::vector<int> frames = frames_of(options, scene);
   for (const std::string& line : rest_overlaps(model)) {
     model.warnings.push_back(options.input.string() + ": " + line);
   }
@@ -250,16 +257,16 @@ ExitCode bake_command(const CommandOptions& options) {
     std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
   }
   if (options.dry_run) {
-    print_plan(model, frames, options);
+    print_plan(scene, model, frames, options);
     return ExitCode::kDone;
   }
-  const BakeInfo info = bake_info(model, frames);
+  const BakeOutput output{scene.output.double_precision, read_whole(scene.file, kLongestScene)};
+  const BakeInfo info = bake_info(model, frames, output);
   const std::vector<SceneView> views =
-      options.pictures ? model.scene.render.views : std::vector<SceneView>{};
+      options.pictures ? scene.render.views : std::vector<SceneView>{};
   const auto pictures_of = [&](const std::vector<BakeMesh>& meshes) {
-    return std::make_unique<Pictures>(options.out / "frames", info.scene_hash,
-                                      model.scene.render.width, model.scene.render.height, views,
-                                      meshes);
+    return std::make_unique<Pictures>(options.out / "frames", info.scene_hash, scene.render.width,
+                                      scene.render.height, views, meshes);
   };
   const BakeStart start = look_into_folder(options, info);
   if (start == BakeStart::kComplete) {
@@ -274,12 +281,12 @@ ExitCode bake_command(const CommandOptions& options) {
       std::fprintf(stderr, "thew: %s is complete; nothing to do%s\n", options.out.c_str(),
                    options.resume ? "" : ", --overwrite bakes anew");
       if (options.json) print_json(*kept);
-      return check_bounds(make_report(model, options, frames, result));
+      return check_bounds(make_report(scene, model, options, frames, result));
     }
-    if (model.scene.solver.tolerance) plan_into(model, options, result);
+    if (model.solver.tolerance) plan_into(model, options, result);
     clock.seconds.setup = clock.stage.next();
     draw_all(reader, frames, options, *pictures);
-    return conclude(model, options, frames, result, *pictures, clock);
+    return conclude(scene, model, options, frames, result, *pictures, clock);
   }
   const auto pictures = pictures_of(info.meshes);
   pictures->claim(frames, options.overwrite);
@@ -292,7 +299,7 @@ ExitCode bake_command(const CommandOptions& options) {
     int done = 0;
     result = bake(model,
                   {options.out, frames, thread_count(options.threads), start == BakeStart::kGoOn,
-                   interrupted},
+                   output, interrupted},
                   [&](const BakeFrame& frame) {
                     pictures->draw(frame);
                     progress.step(++done, frame.frame);
@@ -305,7 +312,7 @@ ExitCode bake_command(const CommandOptions& options) {
   clock.stage.next();  // of the bake, by stage
   add_bake(result.seconds, clock.seconds);
   clock.seconds.render = pictures->seconds();
-  return conclude(model, options, frames, result, *pictures, clock);
+  return conclude(scene, model, options, frames, result, *pictures, clock);
 }
 
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,

@@ -89,8 +89,8 @@ std::string host() {
   return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
 }
 
-Report::Origin origin_of(const Model& model, const CommandOptions& options) {
-  return {std::filesystem::absolute(model.scene.file).lexically_normal().string(),
+Report::Origin origin_of(const Scene& scene, const Model& model, const CommandOptions& options) {
+  return {std::filesystem::absolute(scene.file).lexically_normal().string(),
           model.hash,
           options.command,
           options.commit,
@@ -101,17 +101,16 @@ Report::Origin origin_of(const Model& model, const CommandOptions& options) {
 
 }  // namespace
 
-Report make_report(const Model& model, const CommandOptions& options,
+Report make_report(const Scene& scene, const Model& model, const CommandOptions& options,
                    const std::vector<int>& frames, const BakeResult& result) {
   Report report;
-  const Scene& scene = model.scene;
   report.scene = scene.name;
   report.fps = scene.fps;
   report.frames = frames;
   report.threads = result.threads;
   report.hash = result.hash;
   report.double_precision = scene.output.double_precision;
-  report.origin = origin_of(model, options);
+  report.origin = origin_of(scene, model, options);
   report.solver = solver_of(scene, result);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     report.muscles.push_back(muscle_of(model, m, result));
@@ -132,7 +131,7 @@ Report make_report(const Model& model, const CommandOptions& options,
   if (!volume_error.empty()) report.skin.max_volume_error = largest(volume_error);
   report.skin.max_volume_error_written = largest(written);
   report.skin.keeps_volume =
-      report.skin.max_volume_error.has_value() && scene.skin.settings.keeps_volume;
+      report.skin.max_volume_error.has_value() && model.skin.settings.keeps_volume;
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
   report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
   for (const Bound& bound : scene.bounds) {

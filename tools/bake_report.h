@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "sim/bake.h"
+#include "sim/scene.h"
 #include "tools/commands.h"
 #include "tools/report.h"
 
 namespace thew {
 
 /// What there is to say of a bake whose cache is packed, but for its seconds and its pictures.
-Report make_report(const Model& model, const CommandOptions& options,
+Report make_report(const Scene& scene, const Model& model, const CommandOptions& options,
                    const std::vector<int>& frames, const BakeResult& result);
 
 /// What is there of a bake beside its report: JSON, cache, the folder of frames, a movie a view.

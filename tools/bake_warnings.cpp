@@ -55,7 +55,7 @@ std::string skin_too_full(const Model& model, const std::vector<int>& frames,
   const auto worst = std::max_element(
       measures.begin(), measures.end(),
       [](const auto& a, const auto& b) { return a.skin.volume_error < b.skin.volume_error; });
-  if (!model.has_skin || !model.scene.skin.settings.keeps_volume || worst == measures.end() ||
+  if (!model.has_skin || !model.skin.settings.keeps_volume || worst == measures.end() ||
       worst->skin.volume_error <= kHeld || measures.size() != frames.size()) {
     return "";
   }
@@ -76,7 +76,7 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
     }
   }
   char line[200];
-  if (model.scene.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
+  if (model.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
     std::snprintf(line, sizeof line,
                   "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
                   result.settled.seconds, result.settled.speed);

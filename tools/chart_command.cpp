@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/durable_file.h"
+#include "sim/scene_reader.h"
 #include "tools/chart_maps.h"
 #include "tools/chart_plot.h"
 #include "tools/commands.h"

@@ -6,8 +6,10 @@
 #include <mutex>
 
 #include "muscles/volume.h"
-#include "sim/durable_file.h"
+#include "rig/math.h"
 #include "sim/muscle_step.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tools/commands.h"
 #include "tools/paper_shapes.h"
@@ -48,15 +50,13 @@ struct Body {
 };
 
 Body body_of(const fs::path& file) {
-  Scene scene = read_scene(file);
-  scene.solver.tolerance.reset();
-  scene.skin.mesh.clear();
-  scene.skin.skinned = false;
-  const Model model = build_model(scene);
-  Body body{model.muscles[0].rest, {}, model.muscles[0].settings.material};
+  const ModelDef def = define_model(read_scene(file));
+  if (def.muscles.empty()) throw Error(ExitCode::kUsage, file.string() + ": has no muscle to map");
+  const MuscleDef& first = def.muscles[0];
+  Body body{first.mesh, {}, first.material};
   if (body.mesh.vertices.size() > kMostNodes) {
-    throw Error(ExitCode::kUsage, file.string() + ": muscle \"" + model.muscles[0].name +
-                                      "\" has " + std::to_string(body.mesh.vertices.size()) +
+    throw Error(ExitCode::kUsage, file.string() + ": muscle \"" + first.name + "\" has " +
+                                      std::to_string(body.mesh.vertices.size()) +
                                       " nodes; the maps take hundreds of runs of the first muscle, "
                                       "give a scene whose first has 2,000 at most");
   }
@@ -75,103 +75,116 @@ Body body_of(const fs::path& file) {
 }
 
 // Two planes that close along y, two hands that hold the ends and turn about x.
-std::string rig_of(const Body& body) {
-  char text[2000];
-  const double side = 4.0 * body.size.x(), thick = body.size.y(), half = 0.5 * body.size.y();
-  std::snprintf(
-      text, sizeof text,
-      "<?xml version=\"1.0\"?>\n<robot name=\"maps\">\n<link name=\"frame\"/>\n"
-      "<link name=\"top\"><visual><origin xyz=\"0 %.9g 0\"/><geometry><mesh filename=\"box.obj\" "
-      "scale=\"%.9g %.9g %.9g\"/></geometry></visual></link>\n"
-      "<link name=\"bottom\"><visual><origin xyz=\"0 %.9g 0\"/><geometry><mesh "
-      "filename=\"box.obj\" scale=\"%.9g %.9g %.9g\"/></geometry></visual></link>\n"
-      "<link name=\"left\"/><link name=\"right\"/>\n"
-      "<joint name=\"top\" type=\"prismatic\"><parent link=\"frame\"/><child link=\"top\"/>"
-      "<origin xyz=\"0 %.9g 0\"/><axis xyz=\"0 -1 0\"/>"
-      "<limit lower=\"-100\" upper=\"100\" effort=\"1\" velocity=\"1\"/></joint>\n"
-      "<joint name=\"bottom\" type=\"prismatic\"><parent link=\"frame\"/><child link=\"bottom\"/>"
-      "<origin xyz=\"0 %.9g 0\"/><axis xyz=\"0 1 0\"/>"
-      "<limit lower=\"-100\" upper=\"100\" effort=\"1\" velocity=\"1\"/></joint>\n"
-      "<joint name=\"left\" type=\"fixed\"><parent link=\"frame\"/><child link=\"left\"/></joint>\n"
-      "<joint name=\"right\" type=\"revolute\"><parent link=\"frame\"/><child link=\"right\"/>"
-      "<axis xyz=\"1 0 0\"/><limit lower=\"-20\" upper=\"20\" effort=\"1\" "
-      "velocity=\"1\"/></joint>\n"
-      "</robot>\n",
-      0.5 * thick, side, thick, side, -0.5 * thick, side, thick, side, half, -half);
-  return text;
-}
+enum Part { kFrame, kTop, kBottom, kLeft, kRight };
 
-std::string digits_of(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
-// The rig's motion in milliseconds, keys of both planes or of the right hand.
-std::string keys_of(const std::string& quantity, double value, const Body& body) {
-  const double height = body.size.y(), ms = 1e3 * kPhase;
-  const auto path = [&](double before, double load, double begin) {
-    std::string keys = "[[1," + digits_of(before) + "]";
-    if (begin > 0.0) keys += ",[" + digits_of(1.0 + begin) + "," + digits_of(before) + "]";
-    for (const auto& [at, x] : {std::pair(ms, load), std::pair(2 * ms, load),
-                                std::pair(3 * ms, std::min(before, 0.0) - 0.02 * height)}) {
-      keys += ",[" + digits_of(1.0 + at) + "," + digits_of(x) + "]";
-    }
-    return keys + "]";
+Skeleton rig_of(const Body& body) {
+  using Joint = Skeleton::JointType;
+  Skeleton rig;
+  const auto add = [&](const char* name, int parent, double y, Joint type, const Vec3& axis) {
+    rig.body_names.push_back(name);
+    rig.parent.push_back(parent);
+    rig.joint_in_parent.push_back(Transform(Eigen::Translation3d(0.0, y, 0.0)));
+    rig.joint_names.push_back(parent < 0 ? "" : name);
+    rig.joint_types.push_back(type);
+    rig.joint_axes.push_back(axis);
+    rig.lower.push_back(-100.0);
+    rig.upper.push_back(100.0);
+    rig.visuals.emplace_back();
   };
-  if (quantity == "twisted by") {
-    return "{right=[[1,0],[" + digits_of(1 + ms) + "," + digits_of(value * M_PI / 180.0) + "],[" +
-           digits_of(1 + 2 * ms) + "," + digits_of(value * M_PI / 180.0) + "],[" +
-           digits_of(1 + 3 * ms) + ",0]]}";
+  const double half = 0.5 * body.size.y();
+  add("frame", -1, 0.0, Joint::kFixed, Vec3::UnitX());
+  add("top", kFrame, half, Joint::kPrismatic, -Vec3::UnitY());
+  add("bottom", kFrame, -half, Joint::kPrismatic, Vec3::UnitY());
+  add("left", kFrame, 0.0, Joint::kFixed, Vec3::UnitX());
+  add("right", kFrame, 0.0, Joint::kRevolute, Vec3::UnitX());
+  return rig;
+}
+
+// A slab as thick as the body and four times as wide, outside of the plane that it ends at.
+Bone plane_of(const Body& body, const char* name, Part part) {
+  const double side = 4.0 * body.size.x(), thick = body.size.y();
+  Bone bone{name, part, paper_cube(4, false)};
+  for (Vec3& p : bone.in_body.vertices) {
+    p = p.cwiseProduct(Vec3(side, thick, side));
+    p.y() += (part == kTop ? 0.5 : -0.5) * thick;
   }
+  return bone;
+}
+
+// The rig's motion: of both planes (m), or of the right hand (rad).
+Clip clip_of(const std::string& quantity, double value, const Body& body) {
+  const double height = body.size.y();
+  const bool twists = quantity == "twisted by";
   double before = 0.0, load = 0.2 * height, begin = 0.0;  // each plane's way to 60 %
   if (quantity == "squeezed to") load = 0.5 * height * (1.0 - 0.01 * value);
-  if (quantity == "struck at") begin = std::max(ms - 1e3 * load / value, 1.0);
+  if (quantity == "struck at") begin = std::max(kPhase - load / value, 1e-3);
   if (quantity == "planes overlap it at rest") before = load = 0.5 * height * 0.01 * value;
-  const std::string keys = path(before, load, begin);
-  return "{top=" + keys + ",bottom=" + keys + "}";
+  if (twists) load = value * kDegree;
+  Clip clip;
+  clip.interpolation = Clip::Interpolation::kLinear;
+  clip.joints =
+      twists ? std::vector<std::string>{"right"} : std::vector<std::string>{"top", "bottom"};
+  const auto key = [&](double time, double x) {
+    clip.times.push_back(time);
+    clip.values.emplace_back(clip.joints.size(), x);
+  };
+  key(0.0, before);
+  if (begin > 0.0) key(begin, before);
+  key(kPhase, load);
+  key(2.0 * kPhase, load);
+  key(3.0 * kPhase, twists ? 0.0 : std::min(before, 0.0) - 0.02 * height);
+  return clip;
 }
 
-Model model_of(const fs::path& folder, const Body& body, const std::string& quantity,
-               double value) {
-  const std::string name =
-      "maps_" + std::to_string(std::hash<std::string>()(quantity)) + "_" + digits_of(value);
-  std::string scene =
-      "[scene]\nfps = 1000\nframes = \"1-3000\"\nsettle = 0\ngravity = [0, 0, 0]\n[rig]\nfile = "
-      "\"maps.urdf\"\n[rig.clip]\ninterpolation = \"linear\"\nkeys = " +
-      keys_of(quantity, value, body) + "\n[[muscle]]\nname = \"body\"\nmesh = \"body.obj\"\n";
-  const SpringMaterial& m = body.material;
-  const double young = m.young * (quantity == "stiffness" ? value : 1.0);
-  scene += "damping = 20\nmaterial = { young = " + digits_of(young) +
-           ", anisotropy = 1, shear = " + digits_of(m.shear) +
-           ", bending = " + digits_of(m.bending) + ", density = " + digits_of(m.density) + " }\n";
-  if (quantity == "twisted by") {
-    const std::string end = digits_of(0.45 * body.size.x());
-    scene += "fixed = [{ body = \"left\", high = [-" + end +
-             ", 1e3, 1e3] }, { body = \"right\", low = [" + end + ", -1e3, -1e3] }]\n";
+// 1 for those nearest to the top of the body, 0 for all others.
+std::vector<double> weights_at_top(const Body& body, double count) {
+  std::vector<size_t> order(body.mesh.vertices.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const Vec3 top(0.0, 0.5 * body.size.y(), 0.0);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return (body.mesh.vertices[a] - top).norm() < (body.mesh.vertices[b] - top).norm();
+  });
+  std::vector<double> weights(order.size(), 0.0);
+  const size_t weighted = static_cast<size_t>(std::min(count, 1.0 * order.size()));
+  for (size_t i = 0; i < weighted; ++i) weights[order[i]] = 1.0;
+  return weights;
+}
+
+std::vector<int> held_ends(const Body& body) {
+  const double end = 0.45 * body.size.x();
+  std::vector<int> held;
+  for (const Vec3& p : body.mesh.vertices) {
+    held.push_back(p.x() <= -end ? kLeft : p.x() >= end ? kRight : -1);
   }
-  if (quantity == "nodes with weight") {
-    // Those nearest to the top of the body.
-    std::vector<size_t> order(body.mesh.vertices.size());
-    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
-    const Vec3 top(0.0, 0.5 * body.size.y(), 0.0);
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-      return (body.mesh.vertices[a] - top).norm() < (body.mesh.vertices[b] - top).norm();
-    });
-    std::vector<std::string> lines(order.size(), "0\n");
-    const size_t count = static_cast<size_t>(std::min(value, 1.0 * order.size()));
-    for (size_t i = 0; i < count; ++i) lines[order[i]] = "1\n";
-    std::string text;
-    for (const std::string& line : lines) text += line;
-    write_durably(folder / (name + ".txt"), text);
-    scene += "weights = { file = \"" + name + ".txt\" }\n";
-  }
-  const double reach = 0.25 * body.size.y();
-  scene += "[contact]\nmargin = " + digits_of(reach) + "\nmax_depth = " + digits_of(reach) +
-           "\ngap = 0\nenabled = " + (quantity == "twisted by" ? "false" : "true") + "\n";
-  const fs::path file = folder / (name + ".toml");
-  write_durably(file, scene);
-  return build_model(read_scene(file));
+  return held;
+}
+
+Model model_of(const Body& body, const std::string& quantity, double value) {
+  const bool twists = quantity == "twisted by";
+  ModelDef def;
+  def.name = "maps";
+  def.fps = 1000.0;
+  def.last_frame = 3000;
+  def.settle = 0.0;
+  def.gravity = Vec3::Zero();
+  def.skeleton = rig_of(body);
+  def.clip = clip_of(quantity, value, body);
+  MuscleDef& muscle = def.muscles.emplace_back();
+  muscle.name = "body";
+  muscle.mesh = body.mesh;
+  muscle.guide = 0.0;
+  muscle.damping = 20.0;
+  muscle.material = body.material;
+  muscle.material.anisotropy = 1.0;
+  muscle.material.shape = 0.0;
+  if (quantity == "stiffness") muscle.material.young *= value;
+  if (quantity == "nodes with weight") muscle.weights = weights_at_top(body, value);
+  if (twists) muscle.held = held_ends(body);
+  def.bones = {plane_of(body, "top", kTop), plane_of(body, "bottom", kBottom)};
+  def.contact.enabled = !twists;
+  def.contact.settings.margin = def.contact.settings.max_depth = 0.25 * body.size.y();
+  def.contact.settings.gap = 0.0;
+  return build_model(def);
 }
 
 int inverted_triangles(const Surface& surface, const Rows& x) {
@@ -202,9 +215,9 @@ double energy_of(const Muscle& muscle, const MuscleState& now) {
 // Runs all phases; `last`: positions at the end.
 MapCell run_cell(Model model, const Method& method, double h, double size, Rows& last) {
   MapCell cell;
-  model.scene.fps = 1.0 / h;
-  model.integrator = integrator_of(method.integrator);
-  model.scene.solver.iterations = method.iterations;
+  model.fps = 1.0 / h;
+  model.solver.integrator = integrator_of(method.integrator);
+  model.solver.iterations = method.iterations;
   const Muscle& muscle = model.muscles[0];
   const int phase = static_cast<int>(std::lround(kPhase / h));
   if (method.integrator == "explicit") {
@@ -230,7 +243,7 @@ MapCell run_cell(Model model, const Method& method, double h, double size, Rows&
       if (rests) cell.growth = std::max(cell.growth, energy / at_rest);
       cell.last_volume =
           std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
-      cell.last_inverted = inverted_triangles(muscle.surface, now.x);
+      cell.last_inverted = inverted_triangles(model.surfaces[0].surface, now.x);
       cell.volume_error = std::max(cell.volume_error, cell.last_volume);
       cell.inverted = std::max(cell.inverted, cell.last_inverted);
     }
@@ -274,11 +287,6 @@ const char* verdict_name(Verdict verdict) {
 std::vector<StabilityMap> run_maps(const MapAsk& ask) {
   const Body body = body_of(ask.scene);
   const double size = body.size.norm();
-  const TemporaryFolder temporary("maps");
-  const fs::path& folder = temporary.path();
-  write_obj(folder / "body.obj", "body", body.mesh);
-  write_obj(folder / "box.obj", "box", paper_cube(4, false));
-  write_durably(folder / "maps.urdf", rig_of(body));
   std::vector<StabilityMap> maps;
   int total = 0, done = 0;
   std::vector<Method> methods = kMethods;
@@ -304,7 +312,7 @@ std::vector<StabilityMap> run_maps(const MapAsk& ask) {
   const size_t quantities = asked.size();
   for (size_t q = 0; q < quantities; ++q) {
     for (size_t column = 0; column < asked[q].columns.size(); ++column) {
-      const Model model = model_of(folder, body, asked[q].name, asked[q].columns[column]);
+      const Model model = model_of(body, asked[q].name, asked[q].columns[column]);
       parallel.each(static_cast<int>(methods.size()), [&](int k) {
         StabilityMap& map = maps[k * quantities + q];
         Rows finest;

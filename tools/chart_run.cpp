@@ -11,6 +11,8 @@
 
 #include "sim/measure.h"
 #include "sim/muscle_step.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tools/commands.h"
 #include "tools/paper_run.h"
@@ -83,8 +85,8 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   State state = initial_state(model);
   double share = 1.0;
   if (setting.integrator == "explicit") {
-    share = 1.0 / std::max(model.scene.solver.substeps, 100);
-    model.scene.solver.substeps = 1;
+    share = 1.0 / std::max(model.solver.substeps, 100);
+    model.solver.substeps = 1;
   }
   const double begin = cpu_seconds();
   try {

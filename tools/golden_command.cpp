@@ -5,6 +5,7 @@
 
 #include "sim/durable_file.h"
 #include "sim/scene.h"
+#include "sim/scene_reader.h"
 #include "tools/commands.h"
 #include "tools/gl_context.h"
 #include "tools/golden_files.h"

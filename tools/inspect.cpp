@@ -11,6 +11,7 @@
 #include "rig/urdf_import.h"
 #include "sim/measure.h"
 #include "sim/scene.h"
+#include "sim/scene_reader.h"
 #include "tools/commands.h"
 #include "tools/inspect_crossings.h"
 #include "tools/options.h"

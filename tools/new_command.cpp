@@ -18,6 +18,8 @@
 #include "sim/hash.h"
 #include "sim/model.h"
 #include "sim/scene.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/commands.h"
 #include "tools/new_target.h"
 #include "tools/obj_text.h"

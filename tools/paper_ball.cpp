@@ -184,10 +184,10 @@ void add_rows(const PrintedBall& printed, const TimedBall& timed, const std::vec
   }
   tables.times.rows.push_back(
       {triangles, std::to_string(fem.elements) + " (" + std::to_string(printed.tetrahedra) + ")",
-       std::to_string(explicit_substeps(model, 0, 1.0 / model.scene.fps)),
-       number(seconds[Ball::kNone]), number(printed.conventional), number(seconds[Ball::kLinear]),
-       number(seconds[Ball::kExact]), number(printed.volume_preserving),
-       number(seconds[Ball::kAlways]), number(fem.seconds), number(printed.fem)});
+       std::to_string(explicit_substeps(model, 0, 1.0 / model.fps)), number(seconds[Ball::kNone]),
+       number(printed.conventional), number(seconds[Ball::kLinear]), number(seconds[Ball::kExact]),
+       number(printed.volume_preserving), number(seconds[Ball::kAlways]), number(fem.seconds),
+       number(printed.fem)});
   tables.ratios.rows.push_back({triangles, number(overhead), number(free),
                                 number(printed.volume_preserving / printed.conventional),
                                 number(always), number(ratio),
@@ -249,7 +249,7 @@ void add_figures(const std::vector<PaperRun>& runs, const FemRun& fem, PaperRepo
     TriMesh mesh = model.muscles[0].rest;
     if (!kept.contains(kHalfHeight)) return;
     std::copy_n(kept.at(kHalfHeight).begin(), mesh.vertices.size(), mesh.vertices.begin());
-    pictures.push_back(picture_of(model.scene, mesh));
+    pictures.push_back(picture_of(*none.scene, mesh));
   };
   picture(nodes_of(none));
   picture(nodes_of(exact));

@@ -35,7 +35,7 @@ struct Table2 {
       triangles += static_cast<int>(muscle.rest.triangles.size());
     }
     worst = std::max(worst, run.volume_error);
-    const Scene& settings = run.model->scene;
+    const Scene& settings = *run.scene;
     const std::string substeps =
         settings.solver.integrator == "explicit"
             ? std::to_string(explicit_substeps(*run.model, 0, 1.0 / settings.fps))
@@ -124,9 +124,8 @@ void cubes(PaperReport& report, Table2& table) {
     inverted += signed_volume(tetrahedra, tetrahedra.tetrahedra.back()) <= 0.0;
   }
   report.add(
-      {picture_of(*none.model, none.kept.at(half), kBare),
-       picture_of(*exact.model, exact.kept.at(half), kBare),
-       picture_of(exact.model->scene, {fem.x, boundary(tetrahedra)})},
+      {picture_of(none, none.kept.at(half), kBare), picture_of(exact, exact.kept.at(half), kBare),
+       picture_of(*exact.scene, {fem.x, boundary(tetrahedra)})},
       {"conventional, V/V0 = " + number(none.volume.at(half - 1)), "volume-preserving",
        "linear FEM, V/V0 = " + number(1.0 + swelling) + ", " + std::to_string(inverted) +
            " inverted"},
@@ -136,8 +135,7 @@ void cubes(PaperReport& report, Table2& table) {
           number(fem_volume(held) / 0.008) + (converged ? "." : ", not converged."));
   if (!report.quick) {
     report.add(
-        {picture_of(*none.model, none.kept.at(91), kBare),
-         picture_of(*exact.model, exact.kept.at(91), kBare)},
+        {picture_of(none, none.kept.at(91), kBare), picture_of(exact, exact.kept.at(91), kBare)},
         {"conventional, V/V0 = " + number(none.volume.at(90)), "volume-preserving"},
         "figure7_cube_270.png",
         "Turned on to 270°. A membrane does not meet itself: beyond 180° its walls go through "
@@ -148,7 +146,7 @@ void cubes(PaperReport& report, Table2& table) {
   const PaperRun load = run_measured(report, "cube_load", {}, report.quick ? 9 : 0);
   table.add("cube, local load", load, load.seconds, "1e-4", "21.3");
   const State& pressed = load.state;
-  report.add({picture_of(*load.model, pressed, {}), picture_of(*load.model, pressed, kZone)},
+  report.add({picture_of(load, pressed, {}), picture_of(load, pressed, kZone)},
              {"volume-preserving, local zone", "the zone's weights"}, "cube_load.png",
              "Cube of 19,200 triangles under a ball.");
   report.done();
@@ -236,8 +234,8 @@ void cow(PaperReport& report, Table2& table) {
     PaperView bulge = kBare;
     bulge.values = outward(run.model->muscles[0], pressed.muscles[0]);
     const double most = *std::max_element(bulge.values.begin(), bulge.values.end());
-    pictures.push_back(picture_of(*run.model, pressed, {}));
-    pictures.push_back(picture_of(*run.model, pressed, bulge));
+    pictures.push_back(picture_of(run, pressed, {}));
+    pictures.push_back(picture_of(run, pressed, bulge));
     labels.push_back(local ? "local zone" : "global zone");
     labels.push_back("what came out, " + number(1e3 * most, 2) + " mm at most");
     report.done();
@@ -257,7 +255,7 @@ void holes(PaperReport& report, Table2& table) {
   for (const char* scene : {"torus", "two_rings"}) {
     const PaperRun run = run_measured(report, scene, {}, report.quick ? 16 : 0);
     table.add(scene, run, run.seconds, "", "");
-    pictures.push_back(picture_of(*run.model, run.state, kBare));
+    pictures.push_back(picture_of(run, run.state, kBare));
     report.done();
   }
   report.add(pictures, {"torus", "genus 2"}, "holes.png",
@@ -283,7 +281,7 @@ void finger(PaperReport& report, Table2& table) {
   table.add("finger, global", global, global.seconds, "", "");
   table.add("finger, local", local, local.seconds, "", "");
   const auto draw = [](const PaperRun& run, const PaperView& view) {
-    return picture_of(*run.model, run.state, view);
+    return picture_of(run, run.state, view);
   };
   report.add({draw(none, {}), draw(global, {}), draw(local, {})},
              {"compressible, V/V0 = " + number(none.volume.back()), "global", "local"},
@@ -294,7 +292,7 @@ void finger(PaperReport& report, Table2& table) {
   std::vector<PaperPicture> pictures;
   std::vector<std::string> labels;
   for (const auto& [frame, state] : local.kept) {
-    pictures.push_back(picture_of(*local.model, state, kZone));
+    pictures.push_back(picture_of(local, state, kZone));
     labels.push_back("frame " + std::to_string(frame) + ", radius " +
                      number(1e3 * state.muscles[0].zone_radius) + " mm");
   }
@@ -332,10 +330,9 @@ void muscles(PaperReport& report, Table2& table) {
       "One shortening with weights left, even and right; twelve muscles at an elbow of 130°.");
   const PaperRun three = run_measured(report, "three_muscles", {});
   table.add("three muscles", three, three.seconds, "", "");
-  report.add(
-      {picture_of(*three.model, three.state, kBare), picture_of(*three.model, three.state, kZone)},
-      {"from above: weights left, even, right", "the weights"}, "figure3_muscles.png",
-      "Figure 3: the weights alone move the volume.");
+  report.add({picture_of(three, three.state, kBare), picture_of(three, three.state, kZone)},
+             {"from above: weights left, even, right", "the weights"}, "figure3_muscles.png",
+             "Figure 3: the weights alone move the volume.");
   report.done();
   PaperAsk ask;
   ask.scene = report.scenes / "../arm/arm.toml";
@@ -357,8 +354,8 @@ void muscles(PaperReport& report, Table2& table) {
   std::vector<PaperPicture> muscles, skin;
   std::vector<std::string> labels;
   for (const auto& [frame, state] : skinned.kept) {
-    muscles.push_back(picture_of(*skinned.model, state, {"muscles"}));
-    skin.push_back(picture_of(*skinned.model, state, {"skin"}));
+    muscles.push_back(picture_of(skinned, state, {"muscles"}));
+    skin.push_back(picture_of(skinned, state, {"skin"}));
     const int elbow = find_joint(skinned.model->skeleton, "elbow");
     labels.push_back("elbow at " + number(state.joints.at(elbow) / kDegree) + "°");
   }

@@ -17,7 +17,7 @@ constexpr double kDensity = 1060.0, kDamping = 2.0;  // as the scene's
 // Where the upper plane is, m.
 double plane_at(const Model& model, int frame) {
   std::vector<double> joints;
-  joints_at(model, (frame - model.scene.first_frame) / model.scene.fps, joints);
+  joints_at(model, (frame - model.first_frame) / model.fps, joints);
   return kBallRadius - joints[find_body(model.skeleton, "top")];
 }
 
@@ -73,9 +73,9 @@ FemRun run_linear_ball(const Model& model, int tetrahedra, double penalty, int l
   run.elements = body.count();
   const double rest = fem_volume(body);
   run.volume.push_back(1.0);
-  for (int frame = model.scene.first_frame + 1; frame <= last && !run.failed; ++frame) {
+  for (int frame = model.first_frame + 1; frame <= last && !run.failed; ++frame) {
     FemStep step;
-    step.h = 1.0 / model.scene.fps;
+    step.h = 1.0 / model.fps;
     step.damping = kDamping;
     step.high = plane_at(model, frame);
     step.low = -step.high;
@@ -84,7 +84,7 @@ FemRun run_linear_ball(const Model& model, int tetrahedra, double penalty, int l
     step.tolerance = 1e-4;
     const double begin = cpu_seconds();
     const FemResult result = solve_step(body, step);
-    run.seconds += (cpu_seconds() - begin) / (last - model.scene.first_frame);
+    run.seconds += (cpu_seconds() - begin) / (last - model.first_frame);
     run.iterations = std::max(run.iterations, result.iterations);
     run.inverted = std::max(run.inverted, result.inverted);
     const double ratio = fem_volume(body) / rest;

@@ -8,6 +8,8 @@
 #include "muscles/volume.h"
 #include "sim/bake.h"
 #include "sim/drive.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tools/commands.h"
 
@@ -21,8 +23,8 @@ double deepest_in_bones(const Model& model, const State& state) {
       for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
         if (model.muscles[m].driven[i]) continue;
         const ClosestPoint at =
-            closest_point(model.bones[b].surface, state.bones[b].bvh, state.bones[b].x,
-                          to_vec(state.muscles[m].x[i]), 0.01);
+            closest_point(model.surfaces[model.muscles.size() + b].surface, state.bones[b].bvh,
+                          state.bones[b].x, to_vec(state.muscles[m].x[i]), 0.01);
         if (at.triangle >= 0) deepest = std::max(deepest, -at.distance);
       }
     }
@@ -71,9 +73,10 @@ double median(std::vector<double> values) {
 }
 
 PaperScene ready_scene(const PaperAsk& ask) {
-  const auto model = std::make_shared<Model>(build_model(read_scene(ask.scene, ask.overrides)));
+  const auto of = std::make_shared<Scene>(read_scene(ask.scene, ask.overrides));
+  const auto model = std::make_shared<Model>(build_model(*of));
   Parallel one(1);
-  PaperScene scene{ask, model, initial_state(*model)};
+  PaperScene scene{ask, of, model, initial_state(*model)};
   settle(*model, one, scene.start, [] { stop_if_interrupted(); });
   return scene;
 }
@@ -82,10 +85,11 @@ PaperRun run_scene(const PaperAsk& ask) { return run_scene(ready_scene(ask)); }
 
 PaperRun run_scene(const PaperScene& ready) {
   PaperRun run;
+  run.scene = ready.scene;
   run.model = ready.model;
   run.state = ready.start;
   const PaperAsk& ask = ready.ask;
-  const Scene& scene = run.model->scene;
+  const Scene& scene = *run.scene;
   Parallel one(1);
   StageSeconds stages;
   run.volume_errors.assign(run.state.count(), 0.0);
@@ -117,7 +121,7 @@ std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repet
     for (size_t f = 0; left > 0; ++f) {
       stop_if_interrupted();
       for (size_t k = 0; k < scenes.size(); ++k) {
-        const Scene& scene = scenes[k].model->scene;
+        const Scene& scene = *scenes[k].scene;
         const int last = scenes[k].ask.last > 0 ? scenes[k].ask.last : scene.last_frame;
         const size_t count = last - scene.first_frame;
         if (f >= count) continue;
@@ -151,8 +155,9 @@ SceneView view_of(const Scene& scene, const std::string& name) {
 
 }  // namespace
 
-PaperPicture picture_of(const Model& model, const State& state, const PaperView& view) {
-  const Scene& scene = model.scene;
+PaperPicture picture_of(const PaperRun& run, const State& state, const PaperView& view) {
+  const Scene& scene = *run.scene;
+  const Model& model = *run.model;
   const BakeInfo info = bake_info(model, {});
   PaperPicture picture{scene.render.width, scene.render.height, view_of(scene, view.name), {}, {}};
   if (view.weights || !view.values.empty()) picture.view.show = "weights";

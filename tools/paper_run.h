@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sim/cache.h"
-#include "sim/model.h"
+#include "sim/scene_model.h"
 #include "sim/state.h"
 
 namespace thew {
@@ -19,6 +19,7 @@ double median(std::vector<double> values);
 
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {
+  std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Model> model;
   State state;                        ///< at the last frame
   double seconds = 0.0;               ///< CPU, a frame, the mean of all
@@ -41,6 +42,7 @@ struct PaperAsk {
 /// Read and settled, to be run more than once.
 struct PaperScene {
   PaperAsk ask;
+  std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Model> model;
   State start;
 };
@@ -70,7 +72,7 @@ struct PaperPicture {
   std::vector<BakeMesh> meshes;
   std::vector<std::vector<Vec3>> positions;
 };
-PaperPicture picture_of(const Model& model, const State& state, const PaperView& view);
+PaperPicture picture_of(const PaperRun& run, const State& state, const PaperView& view);
 /// The same view, another surface.
 PaperPicture picture_of(const Scene& scene, const TriMesh& mesh);
 

@@ -19,6 +19,8 @@
 #include "sim/drive.h"
 #include "sim/durable_file.h"
 #include "sim/fidelity_planner.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tools/bench_copies.h"
 #include "tools/scale_plot.h"
@@ -43,15 +45,15 @@ struct Run {
 };
 
 Run simulate(const Model& model) {
-  const int last = model.scene.last_frame;
+  const int last = model.last_frame;
   Run run;
   Parallel one(1);
   State state = initial_state(model);
   settle(model, one, state);
-  const int first = model.scene.first_frame;
+  const int first = model.first_frame;
   const double begin = cpu_seconds();
   for (int f = first + 1; f <= last; ++f) {
-    step_frame(model, (f - first) / model.scene.fps, one, state, run.seconds);
+    step_frame(model, (f - first) / model.fps, one, state, run.seconds);
   }
   run.milliseconds = 1e3 * (cpu_seconds() - begin) / (last - first);
   run.state = std::move(state);
@@ -93,10 +95,10 @@ Distance distance(const Model& a, const Model& b) {
   State x = initial_state(a), y = initial_state(b);
   settle(a, all, x);
   settle(b, all, y);
-  const int first = a.scene.first_frame;
-  for (int f = first + 1; f <= a.scene.last_frame; ++f) {
-    step_frame(a, (f - first) / a.scene.fps, all, x, unused);
-    step_frame(b, (f - first) / b.scene.fps, all, y, unused);
+  const int first = a.first_frame;
+  for (int f = first + 1; f <= a.last_frame; ++f) {
+    step_frame(a, (f - first) / a.fps, all, x, unused);
+    step_frame(b, (f - first) / b.fps, all, y, unused);
     add_distance(x, y, f, out);
   }
   return out;
@@ -113,7 +115,7 @@ double sag(const std::string& scene) {
   b.muscles.resize(1);
   a.ignore.resize(1);
   b.ignore.resize(1);
-  a.scene.last_frame = b.scene.last_frame = a.scene.first_frame + 1;
+  a.last_frame = b.last_frame = a.first_frame + 1;
   return distance(a, b).largest;
 }
 
@@ -123,7 +125,7 @@ struct Motion {
   double milliseconds = 0.0, volume_error = 0.0;
 };
 Motion record(const Model& model) {
-  const int first = model.scene.first_frame, last = model.scene.last_frame;
+  const int first = model.first_frame, last = model.last_frame;
   Motion motion;
   Parallel one(1);
   StageSeconds unused;
@@ -131,7 +133,7 @@ Motion record(const Model& model) {
   settle(model, one, state);
   for (int f = first; f <= last; ++f) {
     const double begin = cpu_seconds();
-    if (f > first) step_frame(model, (f - first) / model.scene.fps, one, state, unused);
+    if (f > first) step_frame(model, (f - first) / model.fps, one, state, unused);
     motion.milliseconds += 1e3 * (cpu_seconds() - begin) / std::max(last - first, 1);
     std::vector<Rows>& rows = motion.x.emplace_back();
     for (const MuscleState& muscle : state.muscles) {
@@ -267,7 +269,7 @@ int compare(const std::string& file, double millimetres, std::vector<std::string
 int run(const std::string& scene) {
   Json out;
   const Model model = model_with(scene, {});
-  const int first = model.scene.first_frame, last = model.scene.last_frame;
+  const int first = model.first_frame, last = model.last_frame;
   const Model none = model_with(scene, {"solver.volume=none"});
   const Model free = model_with(scene, {"contact.enabled=false"});
   const Model rough = model_with(scene, {"contact.friction=0.3"});
@@ -288,7 +290,7 @@ int run(const std::string& scene) {
     contact.push_back(per_frame * a.seconds.contact);
     muscles.push_back(per_frame * a.seconds.muscles);
   }
-  out["scene"] = model.scene.name;
+  out["scene"] = model.name;
   out["muscles"] = model.muscles.size();
   out["frames"] = last - first + 1;
   out["cpu_ms_per_frame"] = median(whole);
@@ -310,7 +312,7 @@ int run(const std::string& scene) {
 
 // CPU seconds of one search without memory, as near a bone as a node that touches it.
 double price_of_query(const Model& model, const State& state) {
-  const Bone& bone = model.bones.front();
+  const Surface& bone = model.surfaces[model.muscles.size()].surface;
   const BoneState& now = state.bones.front();
   const Rows& from = now.x;
   constexpr int kRounds = 20;
@@ -319,7 +321,7 @@ double price_of_query(const Model& model, const State& state) {
   for (int r = 0; r < kRounds; ++r) {
     for (const Row& p : from) {
       const Vec3 near = to_vec(p) + 2e-3 * Vec3(1.0, 0.1 * r, -0.5);
-      sum += closest_point(bone.surface, now.bvh, now.x, near, 0.01).distance;
+      sum += closest_point(bone, now.bvh, now.x, near, 0.01).distance;
     }
   }
   const double each = (cpu_seconds() - begin) / (kRounds * static_cast<double>(from.size()));
@@ -327,14 +329,14 @@ double price_of_query(const Model& model, const State& state) {
 }
 
 int scale(const std::string& scene, const std::string& picture) {
-  const Model one = model_with(scene, {});
-  const double frames = one.scene.last_frame - one.scene.first_frame;
-  Json out = {{"scene", one.scene.name}};
+  const ModelDef one = define_model(read_scene(scene));
+  const double frames = one.last_frame - one.first_frame;
+  Json out = {{"scene", one.name}};
   std::vector<ScalePoint> points;
   double nodes_of_one = 0.0, first = 0.0;
-  for (const Muscle& muscle : one.muscles) nodes_of_one += muscle.rest.vertices.size();
+  for (const MuscleDef& muscle : one.muscles) nodes_of_one += muscle.mesh.vertices.size();
   for (const int count : {1, 2, 4, 8, 16, 32, 64}) {
-    const Model model = copies_of(one, count, 1.0);
+    const Model model = build_model(copies_of(one, count, 1.0));
     const Run run = simulate(model);
     std::int64_t searches = 0;
     for (const MuscleState& muscle : run.state.muscles) {
@@ -357,7 +359,7 @@ int scale(const std::string& scene, const std::string& picture) {
          {"off_the_first_um", 1e6 * std::abs(apart[2] - (count - 1.0))}});
     points.push_back({count, milliseconds, first * grown});
   }
-  replace_durably(picture, draw_scale("Contact of " + one.scene.name + ", 1 to 64 of it", points));
+  replace_durably(picture, draw_scale("Contact of " + one.name + ", 1 to 64 of it", points));
   std::printf("%s\n", out.dump(2).c_str());
   return 0;
 }
@@ -381,9 +383,12 @@ int skin(const std::string& scene) {
     error = std::abs(volume - model.skin.volume) / model.skin.volume;
   }
   const double layer = median(free) - median(none), full = median(kept) - median(none);
-  const Json out = {{"scene", model.scene.name},       {"nodes", model.skin.rest.size()},
-                    {"cpu_ms_per_frame", layer},       {"cpu_ms_per_frame_with_its_volume", full},
-                    {"ratio_of_volume", full / layer}, {"volume_error", error}};
+  const Json out = {{"scene", model.name},
+                    {"nodes", model.skin.rest.size()},
+                    {"cpu_ms_per_frame", layer},
+                    {"cpu_ms_per_frame_with_its_volume", full},
+                    {"ratio_of_volume", full / layer},
+                    {"volume_error", error}};
   std::printf("%s\n", out.dump(2).c_str());
   return 0;
 }

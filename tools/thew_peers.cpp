@@ -10,6 +10,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/commands.h"
 #include "tools/options.h"
 #include "tools/paper_run.h"
@@ -47,7 +49,7 @@ Outcome run_bullet_arm(const Model& model, const Targets& targets, const BulletS
           const Row before = targets[f - 1][m][i];
           bodies[m]->hold(static_cast<int>(i), before + t * (targets[f][m][i] - before));
         }
-        bodies[m]->step(1.0 / (model.scene.fps * setting.steps));
+        bodies[m]->step(1.0 / (model.fps * setting.steps));
       }
     }
     seconds += cpu_seconds() - begin;

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "sim/bake.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 
 int main(int argc, char** argv) {
   std::string scene = argc > 2 ? argv[2] : "", frames, out;

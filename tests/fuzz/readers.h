@@ -15,6 +15,7 @@
 #include "sim/cache_parts.h"
 #include "sim/hash.h"
 #include "sim/scene.h"
+#include "sim/scene_reader.h"
 
 namespace thew {
 

@@ -14,6 +14,8 @@
 #include "sim/bake.h"
 #include "sim/drive.h"
 #include "sim/fidelity_planner.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 
 namespace thew {
 namespace {
@@ -45,8 +47,8 @@ Flexion flex(const std::vector<std::string>& overrides) {
   EXPECT_TRUE(settled.converged) << settled.speed << " m/s after " << settled.seconds << " s";
   const int elbow = find_joint(run.model.skeleton, "elbow");
   StageSeconds seconds;
-  for (int f = run.model.scene.first_frame; f <= run.model.scene.last_frame; f += kStride) {
-    const double time = (f - run.model.scene.first_frame) / run.model.scene.fps;
+  for (int f = run.model.first_frame; f <= run.model.last_frame; f += kStride) {
+    const double time = (f - run.model.first_frame) / run.model.fps;
     if (time > 0.0) step_frame(run.model, time, parallel, state, seconds);
     run.measures.push_back(measure(run.model, areas, parallel, state));
     run.elbow.push_back(state.joints[elbow]);
@@ -158,15 +160,15 @@ TEST(Arm, PolesStayOnTheirBones) {
   }
 }
 
-int folds_beyond_90(const Muscle& muscle, const Rows& x) {
+int folds_beyond_90(const Surface& surface, const Rows& x) {
   const auto normal = [&](int t) {
-    const Triangle& k = muscle.surface.triangles[t];
+    const Triangle& k = surface.triangles[t];
     const Vec3 a = to_vec(x[k[0]]), b = to_vec(x[k[1]]), c = to_vec(x[k[2]]);
     return Vec3((b - a).cross(c - a));
   };
   int folds = 0;
-  for (int t = 0; t < static_cast<int>(muscle.surface.triangles.size()); ++t) {
-    for (int other : muscle.surface.neighbours[t]) {
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    for (int other : surface.neighbours[t]) {
       if (other > t && normal(t).dot(normal(other)) < 0.0) ++folds;
     }
   }
@@ -176,14 +178,15 @@ int folds_beyond_90(const Muscle& muscle, const Rows& x) {
 TEST(Arm, NoFoldsAndNoSelfIntersection) {
   for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
     const Muscle& muscle = arm().model.muscles[m];
+    const Surface& surface = arm().model.surfaces[m].surface;
     const Rows rest = to_rows(muscle.rest.vertices);
-    const int rest_folds = folds_beyond_90(muscle, rest);
-    Bvh bvh = build_bvh(muscle.surface, rest);
+    const int rest_folds = folds_beyond_90(surface, rest);
+    Bvh bvh = build_bvh(surface, rest);
     for (size_t f = 0; f < arm().x.size(); ++f) {
       const Rows& x = arm().x[f][m];
-      EXPECT_LE(folds_beyond_90(muscle, x), rest_folds) << muscle.name << ", frame " << f + 1;
-      refit_bvh(muscle.surface, x, bvh);
-      EXPECT_TRUE(crossing_triangles(muscle.surface, bvh, x, muscle.surface, bvh, x).empty())
+      EXPECT_LE(folds_beyond_90(surface, x), rest_folds) << muscle.name << ", frame " << f + 1;
+      refit_bvh(surface, x, bvh);
+      EXPECT_TRUE(crossing_triangles(surface, bvh, x, surface, bvh, x).empty())
           << muscle.name << ", frame " << f + 1;
     }
   }
@@ -199,7 +202,7 @@ TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
   };
   const size_t biceps = index("biceps_short"), brachialis = index("brachialis");
   const auto cut = [&](size_t m, const Rows& x, const Surface& other, const Rows& y) {
-    const Surface& mine = model.muscles[m].surface;
+    const Surface& mine = model.surfaces[m].surface;
     int count = 0;
     const Bvh bvh = build_bvh(mine, x), tree = build_bvh(other, y);
     for (const auto& pair : crossing_triangles(mine, bvh, x, other, tree, y)) {
@@ -215,7 +218,7 @@ TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
   };
   for (size_t f = 0; f < arm().x.size(); ++f) {
     const std::vector<Rows>& x = arm().x[f];
-    EXPECT_EQ(cut(brachialis, x[brachialis], model.muscles[biceps].surface, x[biceps]), 0)
+    EXPECT_EQ(cut(brachialis, x[brachialis], model.surfaces[biceps].surface, x[biceps]), 0)
         << "frame " << f + 1;
     for (size_t b = 0; f % 6 == 0 && b < model.bones.size(); ++b) {
       Rows y;
@@ -224,7 +227,7 @@ TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
       }
       for (size_t m = 0; m < x.size(); ++m) {
         if (model.ignore[m][x.size() + b]) continue;
-        EXPECT_EQ(cut(m, x[m], model.bones[b].surface, y), 0)
+        EXPECT_EQ(cut(m, x[m], model.surfaces[x.size() + b].surface, y), 0)
             << model.muscles[m].name << ", " << model.bones[b].name << ", frame " << f + 1;
       }
     }
@@ -276,7 +279,7 @@ TEST(Arm, WeightsShiftTheBellysVolume) {
     StageSeconds seconds;
     const int m = index_of(model, name);
     for (int f = kStride; f < 60; f += kStride) {
-      step_frame(model, f / model.scene.fps, parallel, state, seconds);
+      step_frame(model, f / model.fps, parallel, state, seconds);
     }
     const Muscle& muscle = model.muscles[m];
     double sum = 0.0, area = 0.0;
@@ -349,7 +352,7 @@ TEST(Arm, HalfTheStepTellsTheSame) {
     settle(model, parallel, state);
     std::vector<std::vector<MuscleState>> frames;
     for (int f = 1; f < 60; f += kStride) {
-      step_frame(model, f / model.scene.fps, parallel, state, unused);
+      step_frame(model, f / model.fps, parallel, state, unused);
       frames.push_back(state.muscles);
     }
     return frames;

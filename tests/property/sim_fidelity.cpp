@@ -9,6 +9,8 @@
 #include "muscles/volume.h"
 #include "sim/bake.h"
 #include "sim/fidelity_planner.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 
 namespace thew {
@@ -39,9 +41,9 @@ Motion simulate(const Model& model) {
   StageSeconds unused;
   State state = initial_state(model);
   settle(model, one, state);
-  for (int f = model.scene.first_frame; f <= model.scene.last_frame; ++f) {
-    const double time = (f - model.scene.first_frame) / model.scene.fps;
-    if (f > model.scene.first_frame) step_frame(model, time, one, state, unused);
+  for (int f = model.first_frame; f <= model.last_frame; ++f) {
+    const double time = (f - model.first_frame) / model.fps;
+    if (f > model.first_frame) step_frame(model, time, one, state, unused);
     std::vector<Rows>& rows = motion.x.emplace_back();
     for (int m = 0; m < state.count(); ++m) {
       rows.push_back(state.muscles[m].x);
@@ -73,7 +75,7 @@ Outcome outcome_of(const std::string& scene, const Settings& overrides, double t
   std::vector<int> seen = out.plan.probed;
   seen.insert(seen.end(), out.plan.checked.begin(), out.plan.checked.end());
   for (size_t f = 0; f < reference.x.size(); ++f) {
-    const int number = model.scene.first_frame + static_cast<int>(f);
+    const int number = model.first_frame + static_cast<int>(f);
     const bool unseen = std::find(seen.begin(), seen.end(), number) == seen.end();
     out.unseen += unseen;
     for (size_t m = 0; m < reference.x[f].size(); ++m) {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -22,8 +24,8 @@ struct Slide {
         state(initial_state(model)) {}
   void go_to(int frame) {
     StageSeconds seconds;
-    for (int f = 1 + static_cast<int>(std::lround(state.time * model.scene.fps)); f < frame; ++f) {
-      step_frame(model, f / model.scene.fps, parallel, state, seconds);
+    for (int f = 1 + static_cast<int>(std::lround(state.time * model.fps)); f < frame; ++f) {
+      step_frame(model, f / model.fps, parallel, state, seconds);
     }
   }
   // Along the slope, of the block as a whole: m and m/s.
@@ -45,7 +47,7 @@ double acceleration(const std::vector<std::string>& overrides) {
   slide.go_to(9);
   const double before = slide.speed();
   slide.go_to(17);
-  return (slide.speed() - before) * slide.model.scene.fps / 8.0;
+  return (slide.speed() - before) * slide.model.fps / 8.0;
 }
 
 TEST(Friction, WithoutItTheBlockFallsAlongTheSlopeFreely) {

@@ -11,6 +11,8 @@
 #include <iterator>
 
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/muscles_shapes.h"
 #include "tests/unit/rig_temp.h"
@@ -34,10 +36,10 @@ struct Motion {
   void go_to(int frame, int threads = 1) {
     Parallel parallel(threads);
     StageSeconds seconds;
-    const int first = model.scene.first_frame;
-    const int now = first + static_cast<int>(std::lround(state.time * model.scene.fps));
+    const int first = model.first_frame;
+    const int now = first + static_cast<int>(std::lround(state.time * model.fps));
     for (int f = now + 1; f <= frame; ++f) {
-      step_frame(model, (f - first) / model.scene.fps, parallel, state, seconds);
+      step_frame(model, (f - first) / model.fps, parallel, state, seconds);
     }
   }
 };
@@ -80,7 +82,7 @@ TEST(QuasiStatic, BalancesTheWeightOfAHangingCube) {
   const Rows f = spring_forces(cube);
   double weight = 0.0, held = 0.0, loose = 0.0;
   for (size_t i = 0; i < f.size(); ++i) {
-    const Vec3 gravity = muscle.mass[i] * cube.model.scene.gravity;
+    const Vec3 gravity = muscle.mass[i] * cube.model.gravity;
     if (muscle.driven[i]) {
       held += f[i][1];
       continue;
@@ -225,7 +227,7 @@ class Subdivided : public TempFolder {
     const double rest =
         mean_belly_area(model.muscles[0], state.muscles[0].pose, state.muscles[0].x);
     settle(model, one, state);
-    for (int f = 1; f < 24; ++f) step_frame(model, f / model.scene.fps, one, state, seconds);
+    for (int f = 1; f < 24; ++f) step_frame(model, f / model.fps, one, state, seconds);
     EXPECT_LE(state.muscles[0].volume_error, 1e-12);
     return section_area_at(model.muscles[0], state.muscles[0].pose, state.muscles[0].x, 0.4) / rest;
   }

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "../unit/rig_temp.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -32,7 +34,7 @@ TEST_F(RealBiceps, FlexesWithoutLosingVolume) {
   StageSeconds seconds;
   double worst = 0.0;
   for (int frame = 2; frame <= 24; ++frame) {
-    step_frame(model, (frame - 1) / model.scene.fps, parallel, state, seconds);
+    step_frame(model, (frame - 1) / model.fps, parallel, state, seconds);
     worst = std::max({worst, state.muscles[0].volume_error, state.muscles[0].substep_volume_error});
   }
   EXPECT_LE(worst, 1e-12);

@@ -8,6 +8,8 @@
 #include <regex>
 #include <sstream>
 
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
 

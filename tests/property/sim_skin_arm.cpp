@@ -8,6 +8,8 @@
 #include <map>
 
 #include "sim/drive.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -30,7 +32,7 @@ struct Moved {
   }
   void go_to(int frame) {
     StageSeconds seconds;
-    step_frame(model, (frame - 1) / model.scene.fps, parallel, state, seconds);
+    step_frame(model, (frame - 1) / model.fps, parallel, state, seconds);
   }
 };
 

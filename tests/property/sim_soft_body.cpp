@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "muscles/volume.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -28,7 +30,7 @@ Outcome run(const std::string& scene, const std::vector<std::string>& overrides,
   Parallel one(1);
   StageSeconds seconds;
   for (int f = 1; f <= frames; ++f) {
-    step_frame(out.model, f / out.model.scene.fps, one, out.state, seconds);
+    step_frame(out.model, f / out.model.fps, one, out.state, seconds);
     const Muscle& muscle = out.model.muscles[0];
     const MuscleState& now = out.state.muscles[0];
     out.volume = std::max(

@@ -8,6 +8,8 @@
 #include "muscles/volume.h"
 #include "rig/math.h"
 #include "sim/muscle_step.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/sim_distance.h"
 
@@ -29,7 +31,7 @@ Motion simulate(const std::vector<std::string>& overrides, int frames = 24, int 
   settle(out.model, parallel, out.state);
   StageSeconds seconds;
   for (int f = 1; f < frames; ++f) {
-    step_frame(out.model, f / out.model.scene.fps, parallel, out.state, seconds);
+    step_frame(out.model, f / out.model.fps, parallel, out.state, seconds);
     out.worst_volume = std::max(out.worst_volume, out.state.muscles[0].volume_error);
     out.worst_substep = std::max(out.worst_substep, out.state.muscles[0].substep_volume_error);
   }

@@ -8,6 +8,8 @@
 #include "muscles/volume.h"
 #include "sim/measure.h"
 #include "sim/muscle_step.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -33,7 +35,7 @@ Motion run(const std::string& scene, const std::vector<std::string>& overrides, 
   const std::vector<double> areas = rest_belly_areas(out.model, out.state);
   StageSeconds seconds;
   for (int f = 1; f <= frames; ++f) {
-    step_frame(out.model, f / out.model.scene.fps, parallel, out.state, seconds);
+    step_frame(out.model, f / out.model.fps, parallel, out.state, seconds);
     const FrameMeasures at = measure(out.model, areas, parallel, out.state);
     for (const MuscleMeasures& muscle : at.muscles) {
       out.volume = std::max(out.volume, muscle.volume_error);
@@ -48,7 +50,7 @@ Motion run(const std::string& scene, const std::vector<std::string>& overrides, 
 
 // How far the volume of four zones strays, whatever held it.
 double strayed(const Motion& motion) {
-  const Model divided = build_model(read_scene(motion.model.scene.file, {"solver.volume=zonal"}));
+  const Model divided = build_model(read_scene(motion.model.source, {"solver.volume=zonal"}));
   const Muscle& muscle = divided.muscles[0];
   const MuscleState& now = motion.state.muscles[0];
   std::vector<double> wanted, found;
@@ -126,7 +128,7 @@ TEST(Zonal, SameBytesForAnyThreadsAndFromAnyFrame) {
   Parallel parallel(1);
   StageSeconds seconds;
   for (State* state : {&later, &now}) {
-    step_frame(one.model, 6 / one.model.scene.fps, parallel, *state, seconds);
+    step_frame(one.model, 6 / one.model.fps, parallel, *state, seconds);
   }
   EXPECT_EQ(pack_state(later), pack_state(now));
 }

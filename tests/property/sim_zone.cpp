@@ -7,6 +7,8 @@
 
 #include "sim/drive.h"
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -28,7 +30,7 @@ Pressed press(const std::vector<std::string>& overrides) {
   settle(out.model, parallel, out.state);
   StageSeconds seconds;
   for (int f = 1; f < 48; ++f) {
-    step_frame(out.model, f / out.model.scene.fps, parallel, out.state, seconds);
+    step_frame(out.model, f / out.model.fps, parallel, out.state, seconds);
     out.radius.push_back(out.state.muscles[0].zone_radius);
     out.worst_volume = std::max(out.worst_volume, out.state.muscles[0].substep_volume_error);
   }
@@ -74,10 +76,10 @@ TEST(Zone, NothingOfTheMuscleIsLeftInsideTheBar) {
   Pressed run = press({});
   Parallel parallel(1);
   refit_all(run.model, parallel, run.state);
-  const Bone& bar = run.model.bones[0];
+  const Surface& bar = run.model.surfaces[run.model.muscles.size()].surface;
   for (const Row& x : run.state.muscles[0].x) {
     const ClosestPoint at =
-        closest_point(bar.surface, run.state.bones[0].bvh, run.state.bones[0].x, to_vec(x), 0.01);
+        closest_point(bar, run.state.bones[0].bvh, run.state.bones[0].x, to_vec(x), 0.01);
     if (at.triangle >= 0) {
       EXPECT_GT(at.distance, -5e-4);
     }

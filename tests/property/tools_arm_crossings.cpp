@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include "sim/bake.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/inspect_crossings.h"
 
 namespace thew {
@@ -15,7 +17,7 @@ TEST(ArmCrossings, ThereAreNone) {
   BakeOptions options;
   options.folder =
       std::filesystem::path(testing::TempDir()) / ("thew_crossings_" + std::to_string(getpid()));
-  for (int f = model.scene.first_frame; f <= model.scene.last_frame; ++f) {
+  for (int f = model.first_frame; f <= model.last_frame; ++f) {
     options.frames.push_back(f);
   }
   const std::vector<BakeMesh> meshes = bake_info(model, options.frames).meshes;

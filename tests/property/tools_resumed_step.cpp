@@ -4,6 +4,8 @@
 // a resumed bake stands on. Scenes with a fold, contact, friction, a skin, a character, each
 // integrator.
 #include "sim/fidelity_planner.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/tools_new.h"
 
 namespace thew {
@@ -33,9 +35,9 @@ void run(const Model& model, int last = 0) {
   StageSeconds seconds;
   State whole = initial_state(model);
   settle(model, parallel, whole);
-  if (last == 0) last = model.scene.last_frame;
-  for (int f = model.scene.first_frame + 1; f <= last && !testing::Test::HasFailure(); ++f) {
-    const double time = (f - model.scene.first_frame) / model.scene.fps;
+  if (last == 0) last = model.last_frame;
+  for (int f = model.first_frame + 1; f <= last && !testing::Test::HasFailure(); ++f) {
+    const double time = (f - model.first_frame) / model.fps;
     State resumed;
     unpack_state(model, pack_state(whole), resumed);
     step_frame(model, time, parallel, whole, seconds);

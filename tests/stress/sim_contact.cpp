@@ -10,6 +10,8 @@
 #include "muscles/volume.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
 #include "tests/unit/sim_distance.h"
@@ -30,10 +32,10 @@ struct Motion {
   // Each frame's volume and positions are checked; returns the last frame's measures.
   FrameMeasures go_to(int frame) {
     StageSeconds seconds;
-    const int first = model.scene.first_frame;
-    for (int f = first + 1 + static_cast<int>(std::lround(state.time * model.scene.fps));
-         f <= frame; ++f) {
-      step_frame(model, (f - first) / model.scene.fps, parallel, state, seconds);
+    const int first = model.first_frame;
+    for (int f = first + 1 + static_cast<int>(std::lround(state.time * model.fps)); f <= frame;
+         ++f) {
+      step_frame(model, (f - first) / model.fps, parallel, state, seconds);
       for (int m = 0; m < state.count(); ++m) {
         const Muscle& muscle = model.muscles[m];
         const double volume = enclosed_volume(state.muscles[m].x, muscle.rest.triangles);

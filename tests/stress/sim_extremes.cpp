@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "muscles/volume.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
 #include "tests/unit/sim_distance.h"
@@ -35,7 +37,7 @@ struct Motion {
     StageSeconds seconds;
     try {
       for (int f = 0; f < frames; ++f) {
-        step_frame(model, state.time + 1.0 / model.scene.fps, one, state, seconds);
+        step_frame(model, state.time + 1.0 / model.fps, one, state, seconds);
         for (int m = 0; m < state.count(); ++m) {
           for (const Row& x : state.muscles[m].x) ASSERT_TRUE(to_vec(x).allFinite());
           worst_volume = std::max(worst_volume, volume_error(m));

@@ -13,6 +13,8 @@
 #include "sim/bake.h"
 #include "sim/cache_parts.h"
 #include "sim/health.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -87,7 +89,7 @@ class Faults : public testing::TestWithParam<const char*> {
     fault = with;
     State state = state_;
     for (int frame = 1; frame <= 2; ++frame) {
-      step_frame(model_, state_.time + frame / model_.scene.fps, parallel_, state, seconds_);
+      step_frame(model_, state_.time + frame / model_.fps, parallel_, state, seconds_);
     }
     forget_searches(state);  // they begin anew after a fault, and find the same
     std::vector<double> all = pack_state(state);
@@ -100,7 +102,7 @@ class Faults : public testing::TestWithParam<const char*> {
   }
   void go_on() {
     fault = {};
-    step_frame(model_, state_.time + 1.0 / model_.scene.fps, parallel_, state_, seconds_);
+    step_frame(model_, state_.time + 1.0 / model_.fps, parallel_, state_, seconds_);
   }
 
   Model model_;

@@ -10,6 +10,8 @@
 #include <new>
 
 #include "sim/bake.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 
 namespace {
 

@@ -11,6 +11,8 @@
 
 #include "sim/bake.h"
 #include "sim/model.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 
 namespace thew {

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "muscles/volume.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -25,19 +27,20 @@ struct Motion {
   void go_to(int last) {
     StageSeconds seconds;
     const Muscle& muscle = model.muscles[0];
+    const Surface& surface = model.surfaces[0].surface;
     const MuscleState& now = state.muscles[0];
-    const int first = 1 + static_cast<int>(std::lround(state.time * model.scene.fps));
+    const int first = 1 + static_cast<int>(std::lround(state.time * model.fps));
     for (int f = first; f < last; ++f) {
-      step_frame(model, f / model.scene.fps, parallel, state, seconds);
+      step_frame(model, f / model.fps, parallel, state, seconds);
       for (size_t c = 0; c < now.contacts.size(); ++c) {
         own += now.contacts[c].other == 0;
         pressing += now.contacts[c].other == 0 && now.push[c] > 0.0;
       }
       const double volume = enclosed_volume(now.x, muscle.rest.triangles);
       volume_error = std::max(volume_error, std::abs(volume / muscle.rest_volume - 1.0));
-      const Bvh tree = build_bvh(muscle.surface, now.x);
-      crossings += static_cast<int>(
-          crossing_triangles(muscle.surface, tree, now.x, muscle.surface, tree, now.x).size());
+      const Bvh tree = build_bvh(surface, now.x);
+      crossings +=
+          static_cast<int>(crossing_triangles(surface, tree, now.x, surface, tree, now.x).size());
     }
   }
 };

@@ -9,6 +9,8 @@
 #include <limits>
 
 #include "sim/health.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -30,7 +32,7 @@ struct Motion {
     Parallel parallel(1);
     StageSeconds seconds;
     for (int f = 0; f < frames; ++f) {
-      step_frame(model, state.time + 1.0 / model.scene.fps, parallel, state, seconds);
+      step_frame(model, state.time + 1.0 / model.fps, parallel, state, seconds);
       worst_volume = std::max(worst_volume, state.muscles[0].volume_error);
     }
   }

@@ -6,6 +6,8 @@
 #include "rig/character_import.h"
 #include "rig/math.h"
 #include "sim/character_rig.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tests/unit/sim_scene_file.h"
 
@@ -168,7 +170,7 @@ TEST_F(CharacterScene, SkinAtRestIsTheUsersSkin) {
   const SkinnedSkin& skin = *model.skinned;
   std::vector<Collider> muscles;
   for (size_t m = 0; m < state.muscles.size(); ++m) {
-    muscles.push_back({&model.muscles[m].surface, &state.muscles[m].bvh, &state.muscles[m].x, {}});
+    muscles.push_back({&model.surfaces[m].surface, &state.muscles[m].bvh, &state.muscles[m].x, {}});
   }
   step_skinned(skin, model.character->rest, muscles, state.skin);
   int near = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "muscles/weights.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/sim_scene_file.h"
 
 namespace thew {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/scene.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 
 namespace thew {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/model.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/sim_scene_file.h"
 
 namespace thew {

@@ -16,6 +16,7 @@
 #include "rig/mesh_import.h"
 #include "rig/urdf_import.h"
 #include "sim/scene.h"
+#include "sim/scene_reader.h"
 #include "skin/surface.h"
 #include "tools/author_files.h"
 #include "tools/author_table.h"

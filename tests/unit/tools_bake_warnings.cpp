@@ -54,7 +54,7 @@ TEST_F(BakeWarnings, ThatAMuscleStandsOutOfTheSkinNamesItSizeAndFrame) {
 
 TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
   Model model;
-  model.has_skin = model.scene.skin.settings.keeps_volume = true;
+  model.has_skin = model.skin.settings.keeps_volume = true;
   BakeResult result;
   for (const double error : {0.0, 0.031, 1e-14}) {
     result.measures.emplace_back().skin.volume_error = error;

@@ -10,6 +10,8 @@
 #include "muscles/volume.h"
 #include "sim/durable_file.h"
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 #include "tools/commands.h"
 #include "tools/image.h"

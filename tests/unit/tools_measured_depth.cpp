@@ -2,6 +2,8 @@
 //
 // What a bake says of depths against the exact tests of thew inspect, which share nothing with it.
 #include "sim/bake.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/tools_new.h"
 #include "tools/inspect_crossings.h"
 

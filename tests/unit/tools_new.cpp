@@ -7,6 +7,8 @@
 #include "rig/text.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/camera.h"
 #include "tools/inspect.h"
 #include "tools/new_arm.h"
@@ -18,13 +20,14 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
   NewOptions options = asked(data("robot.glb"), "both", 0.4);
   ASSERT_EQ(new_command(options), ExitCode::kDone);
-  const Model model = build_model(read_scene(options.out));  // all meshes closed, outward
+  const Scene scene = read_scene(options.out);
+  const Model model = build_model(scene);  // all meshes closed, outward
   ASSERT_EQ(model.muscles.size(), 24u);
   EXPECT_EQ(model.bones.size(), 10u);
   for (size_t m = 0; m < 12; ++m) {
-    EXPECT_EQ(model.muscles[m].name, model.scene.muscles[m + 12].name.substr(
-                                         0, model.scene.muscles[m + 12].name.rfind("_left")) +
-                                         "_right");
+    EXPECT_EQ(
+        model.muscles[m].name,
+        scene.muscles[m + 12].name.substr(0, scene.muscles[m + 12].name.rfind("_left")) + "_right");
     EXPECT_GT(model.muscles[m].rest_volume, 0.0);
     EXPECT_GT(model.muscles[m + 12].rest_volume, 0.0);
   }
@@ -199,16 +202,17 @@ double farthest_in_view(const NewOptions& options) {
   double most = 0.0;
   for (const char* angle : {"0", "60", "120"}) {
     const std::string keys = "elbow_" + options.side + " = [[1, " + angle + "]]";
-    const Model model = build_model(
-        read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"}));
+    const Scene scene =
+        read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"});
+    const Model model = build_model(scene);
     State state = initial_state(model);
     drive_bones(model, 0.0, state);
     const SkinWeights& skin = model.skinned->weights;
     Rows x;
     skin_vertices(skin, model.skinned->mesh, state.bodies, x);
     const int humerus =
-        model.skeleton.parent[find_body(model.skeleton, model.scene.character.hinges[0].body)];
-    const SceneRender& render = model.scene.render;
+        model.skeleton.parent[find_body(model.skeleton, scene.character.hinges[0].body)];
+    const SceneRender& render = scene.render;
     for (const SceneView& view : render.views) {
       const Camera camera = make_camera(view, 1.0 * render.width / render.height, {});
       for (size_t i = 0; i < x.size(); ++i) {

@@ -8,6 +8,8 @@
 #include "rig/math.h"
 #include "rig_temp.h"
 #include "sim/model.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "sim/step.h"
 #include "tools/commands.h"
 

@@ -8,6 +8,8 @@
 #include "rig/mesh_import.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/base64.h"
 #include "tools_new.h"
 
@@ -121,8 +123,8 @@ TEST_F(NewScene, ContactLooksAsDeepAsTheThinnestSectionAllows) {
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const Model model = build_model(read_scene(options.out));
   const fs::path from = fs::path(THEW_SOURCE_DIR) / "assets/arm";
-  const double share = model.scene.contact.settings.max_depth /
-                       read_scene(from / "arm.toml").contact.settings.max_depth;
+  const double share =
+      model.contact.settings.max_depth / read_scene(from / "arm.toml").contact.settings.max_depth;
   double least = 1.0;
   for (const Muscle& muscle : model.muscles) {
     const std::string name = muscle.name.substr(0, muscle.name.rfind('_'));

@@ -12,6 +12,8 @@
 #include "sim/bake.h"
 #include "sim/durable_file.h"
 #include "sim/hash.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 #include "tests/unit/sim_cache_bake.h"
 #include "tools/commands.h"

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/bake.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/rig_temp.h"
 #include "tools/commands.h"
 
@@ -40,11 +42,14 @@ class Resume : public TempFolder {
     ASSERT_NE(at, std::string::npos) << from;
     write("scene/scene.toml", text.replace(at, from.size(), to));
   }
+  BakeOutput output() const {
+    return {read_scene(options.input).output.double_precision, bytes_of(options.input)};
+  }
   Model model() const { return build_model(read_scene(options.input, options.overrides)); }
   // A bake that was interrupted after so many frames.
   void interrupt_after(int frames) {
     const auto stop = [&](const BakeFrame& frame) { return frame.frame < frames; };
-    const BakeOptions to = {options.out, {1, 2, 3, 4, 5, 6}, 1, false};
+    const BakeOptions to = {options.out, {1, 2, 3, 4, 5, 6}, 1, false, output()};
     EXPECT_THROW(bake(model(), to, stop), Error);
   }
   std::string refusal() {
@@ -78,7 +83,7 @@ TEST_F(Resume, SimulatesOnlyWhatFollowsABadPart) {
     std::string bytes = bytes_of(options.out / "bake.parts" / part);
     bytes[bytes.size() / 2] ^= 1;
     write(std::string("out/bake.parts/") + part, bytes);
-    const BakeResult result = bake(model(), {options.out, {1, 2, 3, 4, 5, 6}, 1, true},
+    const BakeResult result = bake(model(), {options.out, {1, 2, 3, 4, 5, 6}, 1, true, output()},
                                    [](const BakeFrame&) { return true; });
     EXPECT_EQ(result.resumed_frames, good) << part;
     EXPECT_TRUE(bytes_of(options.out / "bake.h5") == expected) << part;
@@ -112,7 +117,7 @@ TEST_F(Resume, AnotherSceneIsRefusedWithWhatDiffers) {
 TEST_F(Resume, ACameraIsNoMatterToWhatWasSimulated) {
   interrupt_after(3);
   edit("eye = [0.3, -0.2, 1.6]", "eye = [1.3, -0.2, 1.6]");
-  const BakeResult result = bake(model(), {options.out, {1, 2, 3, 4, 5, 6}, 1, true},
+  const BakeResult result = bake(model(), {options.out, {1, 2, 3, 4, 5, 6}, 1, true, output()},
                                  [](const BakeFrame&) { return true; });
   EXPECT_EQ(result.resumed_frames, 3);
   EXPECT_TRUE(bytes_of(options.out / "bake.h5") == whole());

@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "sim/model.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tests/unit/tools_export.h"
 #include "tools/inspect.h"
 #include "tools/renderer.h"

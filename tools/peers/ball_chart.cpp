@@ -5,6 +5,8 @@
 #include <functional>
 
 #include "sim/durable_file.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
 #include "tools/chart_plot.h"
 #include "tools/paper_ball.h"
 #include "tools/peers/peer_runs.h"

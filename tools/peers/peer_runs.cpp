@@ -68,20 +68,19 @@ TriMesh geodesic_ball(int n) {
 
 Outcome run_ours(const Model& model, const OnFrame& on_frame) {
   Outcome out;
-  const Scene& scene = model.scene;
   Parallel one(1);
   StageSeconds stages;
   State state = initial_state(model);
   settle(model, one, state);
   double seconds = 0.0;
-  for (int f = scene.first_frame + 1; f <= scene.last_frame; ++f) {
+  for (int f = model.first_frame + 1; f <= model.last_frame; ++f) {
     const double begin = cpu_seconds();
-    step_frame(model, (f - scene.first_frame) / scene.fps, one, state, stages);
+    step_frame(model, (f - model.first_frame) / model.fps, one, state, stages);
     seconds += cpu_seconds() - begin;
     for (int m = 0; m < state.count(); ++m) note_volume(state.muscles[m].x, model.muscles[m], out);
     on_frame(f, state);
   }
-  out.milliseconds = 1e3 * seconds / (scene.last_frame - scene.first_frame);
+  out.milliseconds = 1e3 * seconds / (model.last_frame - model.first_frame);
   out.contact = stages.contact / (stages.rig + stages.contact + stages.muscles);
   return out;
 }
@@ -100,20 +99,19 @@ Outcome run_bullet_ball(const Model& model, const BulletSetting& setting) {
   Outcome out;
   const Muscle& ball = model.muscles[0];
   BulletBody body(ball.rest, ball.mass, ball.driven, setting);
-  const Scene& scene = model.scene;
   double seconds = 0.0;
-  for (int f = scene.first_frame + 1; f <= scene.last_frame && out.stable; ++f) {
+  for (int f = model.first_frame + 1; f <= model.last_frame && out.stable; ++f) {
     const double begin = cpu_seconds();
     for (int s = 1; s <= setting.steps; ++s) {
-      const double time = (f - 1 - scene.first_frame + 1.0 * s / setting.steps) / scene.fps;
-      body.step(1.0 / (scene.fps * setting.steps), half_height(model, time));
+      const double time = (f - 1 - model.first_frame + 1.0 * s / setting.steps) / model.fps;
+      body.step(1.0 / (model.fps * setting.steps), half_height(model, time));
     }
     seconds += cpu_seconds() - begin;
     note_volume(body.positions(), ball, out);
     if (f == kHalfHeight) out.held = body.positions();
   }
   out.equator = equator_of(out.held);
-  out.milliseconds = 1e3 * seconds / (scene.last_frame - scene.first_frame);
+  out.milliseconds = 1e3 * seconds / (model.last_frame - model.first_frame);
   return out;
 }
 

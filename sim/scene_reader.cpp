@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/scene.h"
+#include "sim/scene_reader.h"
 
 #include <charconv>
 #include <optional>

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "muscles/muscle.h"
+#include "rig/character.h"
+#include "rig/clip.h"
+#include "skin/contact.h"
+#include "skin/skin_layer.h"
+
+namespace thew {
+
+/// Time, gravity and size: a scene, the definition that it makes and the model have them alike.
+struct World {
+  std::string name = "scene";
+  double fps = 24.0;
+  int first_frame = 1, last_frame = 1;
+  double settle = 2.0;  ///< s at most, before the first frame
+  Vec3 gravity = Vec3(0, -9.81, 0);
+  /// Of a grown man's arm: what every length that is not given is multiplied by.
+  double size = 1.0;
+};
+
+enum class Integrator { kExplicit, kXpbd, kLocalGlobal, kQuasiStatic };
+/// As a scene says it.
+inline constexpr const char* kIntegrators[] = {"explicit", "xpbd", "local_global", "quasi_static"};
+
+/// How the multiplier of the volume is found.
+enum class VolumeMethod {
+  kNone,
+  kPrinted,
+  kLinear,
+  kPenalty,     ///< a bulk stiffness in its place: a yardstick
+  kExact,       ///< explicit: linear in each substep, exact at the frame's end
+  kExactAlways  ///< explicit: exact in each substep
+};
+inline constexpr const char* kVolumeMethods[] = {"none",    "printed", "linear",
+                                                 "penalty", "exact",   "exact_always"};
+
+struct Tolerance {
+  double position = 0.0;  ///< m, of any node in any frame, from the refined step
+  double volume = 1e-9;   ///< relative; the exact multiplier is far below it
+  std::string place = {};
+};
+
+struct SolverSettings {
+  Integrator integrator = Integrator::kLocalGlobal;
+  VolumeMethod volume = VolumeMethod::kExact;
+  int substeps = 1;  ///< a frame; explicit: each in as many as its stability asks for
+  int iterations = 3;
+  /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
+  std::optional<Tolerance> tolerance;
+};
+
+struct ContactOptions {
+  bool enabled = true;
+  ContactSettings settings;
+  double friction = 0.0;                                  ///< coefficient, of all surfaces
+  std::vector<std::pair<std::string, double>> thickness;  ///< m, of muscles or bones
+};
+/// With the pairs of muscles or bones that do not meet, and the muscles that meet themselves.
+struct ContactDef : ContactOptions {
+  std::vector<std::pair<std::string, std::string>> ignore;
+  std::vector<std::string> self;
+};
+
+/// A rigid mesh, fixed to a body.
+struct Bone {
+  std::string name;
+  int body = -1;
+  TriMesh in_body;  ///< m, closed and outward
+};
+
+/// A character's forearm as two bodies, see SceneForearm.
+struct Forearm {
+  int body, ulna, radius;
+  Vec3 head, wrist;  ///< m, in the body's frame
+};
+
+/// A rig that is a character's file. Muscles are made in the rest pose: the bind pose with its
+/// hinges at 0.
+struct CharacterRig {
+  Character character;
+  BodyClip clip;                ///< empty: keys drive the hinges
+  std::vector<Affine> rest;     ///< world transforms in the rest pose, stretch included
+  std::vector<Affine> stretch;  ///< by body, what its frame without stretch lacks
+  std::vector<Forearm>
+      forearms;  ///< their bones are bodies of the model's skeleton alone, its last
+};
+
+struct SkinDef {
+  TriMesh mesh;          ///< of a layer; empty: none
+  bool skinned = false;  ///< the character's own mesh by its own weights; no `mesh`
+  SkinSettings settings;
+  std::string place = {};  ///< its file, for messages
+};
+
+/// All that a model is built of, in memory: nothing here is read from a file.
+struct ModelDef : World {
+  std::string source = "scene";  ///< its file, for messages
+  Skeleton skeleton;
+  Clip clip;                    ///< time 0 at the first frame; without keys all joints stay at 0
+  std::string clip_place = {};  ///< begins messages about it
+  std::optional<CharacterRig> character;
+  std::vector<MuscleDef> muscles;
+  std::vector<Bone> bones;
+  SkinDef skin;
+  SolverSettings solver;
+  ContactDef contact;
+  std::vector<std::string> warnings;
+};
+
+}  // namespace thew

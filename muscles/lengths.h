@@ -26,7 +26,8 @@ struct Lengths {
   // Solvers.
   double settled = 1e-4;    ///< way of the fastest node in a second below which a body has settled
   double converged = 1e-8;  ///< motion of an iteration below which quasi-static ones rest
-  double least_rig = 0.1;   ///< of a rig whose joints all lie in one place
+  double told_overlap = 1e-3;  ///< of two bodies at rest, above which it is said
+  double least_rig = 0.1;      ///< of a rig whose joints all lie in one place
 
   // The skin layer.
   double flesh_reach = 0.03;      ///< flesh farther from the skin is not felt

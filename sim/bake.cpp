@@ -8,6 +8,7 @@
 #include "rig/text.h"
 #include "sim/drive.h"
 #include "sim/laps.h"
+#include "sim/state_archive.h"
 
 namespace thew {
 namespace {

@@ -322,4 +322,25 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   return hash;
 }
 
+void claim_bake(const fs::path& folder) {
+  const fs::path file = folder / "bake.h5", parts = folder / "bake.parts";
+  check_replaceable(file, fs::file_type::regular);
+  check_replaceable(parts, fs::file_type::directory);
+  std::error_code error;
+  if (fs::exists(file, error) && !own_file(file)) {
+    try {
+      const BakeReader reader(file);
+    } catch (const Error&) {
+      refuse_foreign(file);
+    }
+    list_own(file);
+  }
+  if (own_file(parts)) return;
+  if (fs::exists(parts, error) && !fs::is_regular_file(parts / "bake.json", error) &&
+      !paths_in(parts).empty()) {
+    refuse_foreign(parts);
+  }
+  list_own(parts);
+}
+
 }  // namespace thew

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
 constexpr std::size_t kLongestText = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
@@ -292,27 +292,6 @@ std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
   }
   parts.resize(good);
   return parts;
-}
-
-void claim_bake(const fs::path& folder) {
-  const fs::path file = folder / "bake.h5", parts = folder / "bake.parts";
-  check_replaceable(file, fs::file_type::regular);
-  check_replaceable(parts, fs::file_type::directory);
-  std::error_code error;
-  if (fs::exists(file, error) && !own_file(file)) {
-    try {
-      const BakeReader reader(file);
-    } catch (const Error&) {
-      refuse_foreign(file);
-    }
-    list_own(file);
-  }
-  if (own_file(parts)) return;
-  if (fs::exists(parts, error) && !fs::is_regular_file(parts / "bake.json", error) &&
-      !paths_in(parts).empty()) {
-    refuse_foreign(parts);
-  }
-  list_own(parts);
 }
 
 void remove_parts(const fs::path& folder, const std::set<std::string>& kept) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/cache.h"
+#include "sim/bake_frame.h"
 
 namespace thew {
 
@@ -20,9 +20,6 @@ namespace thew {
 /// bake.h5 while it is being packed, among the parts.
 inline constexpr const char* kPacked = "bake.h5.tmp";
 
-/// Error(kOutput) unless DIR/bake.h5 and DIR/bake.parts are ours, or not there: listed as such
-/// (own_files.h), or, of a version that kept no list, what they are by their contents.
-void claim_bake(const std::filesystem::path& folder);
 /// Removes what is ours of a folder of parts, but for the names `kept`, and the folder once nothing
 /// is left in it.
 void remove_parts(const std::filesystem::path& folder, const std::set<std::string>& kept = {});

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim/parallel.h"
 #include "sim/state.h"
 
 namespace thew {
@@ -18,17 +17,5 @@ double turn_until(const Model& model, double time, const State& state);
 void drive_bones(const Model& model, double time, State& state);
 
 double activation_at(const Model& model, int m, double time);
-
-/// Muscles, then bones, as contact and skin see them.
-std::vector<Collider> colliders_of(const Model& model, const State& state);
-/// The muscles alone.
-std::vector<Collider> muscles_of(const Model& model, const State& state);
-/// The tree of a bone, where it is not of the surface now.
-void fit_bone(const Model& model, int b, State& state);
-/// The trees that both look into.
-void refit_all(const Model& model, Parallel& parallel, State& state);
-
-/// Contacts of every muscle with the others and the bones; one that goes on keeps its multiplier.
-void find_all_contacts(const Model& model, Parallel& parallel, State& state);
 
 }  // namespace thew

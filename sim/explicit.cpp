@@ -11,8 +11,8 @@
 #include "muscles/weights.h"
 #include "rig/text.h"
 #include "rig/vectorise.h"
-#include "sim/explicit_contact.h"
 #include "sim/muscle_step.h"
+#include "sim/volume_rule.h"
 
 namespace thew {
 namespace {
@@ -35,6 +35,13 @@ void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, R
   }
 }
 
+// A muscle within a step.
+struct Body {
+  MuscleState& now;
+  ExplicitWork& work;
+  VolumeWork& volume;
+};
+
 struct Kick {
   const Muscle& muscle;
   const Rows& target;
@@ -47,15 +54,19 @@ struct Kick {
 // `kVolume` also the sums, in the same pass.
 template <bool kVolume>
 [[gnu::always_inline]] inline void kick_nodes(const std::vector<int>& order, size_t first,
-                                              size_t last, MuscleState& now, Kick& kick) {
+                                              size_t last, const Body& body, Kick& kick) {
   const Muscle& muscle = kick.muscle;
+  const MuscleState& now = body.now;
+  ExplicitWork& work = body.work;
   const bool has_path = muscle.shape.held.empty();
   const double h = kick.h, damping = kick.damping, guide = muscle.settings.guide;
   const Row gravity = kick.gravity, origin = now.x[0];
   const char* const driven = muscle.driven.data();
-  const double *const inverse_mass = now.inverse_mass.data(), *const mobility = now.mobility.data();
-  const Row *const x = now.x.data(), *const v_before = now.v.data(), *const g = now.gradient.data();
-  Row* const f = now.forces.data();
+  const double *const inverse_mass = work.inverse_mass.data(), *const mobility =
+                                                                   work.mobility.data();
+  const Row *const x = now.x.data(), *const v_before = now.v.data(),
+                   *const g = body.volume.gradient.data();
+  Row* const f = work.forces.data();
   Row volume = kick.volume, rate = kick.rate, weighted = kick.weighted;
   for (size_t k = first; k < last; ++k) {
     const int i = order[k];
@@ -81,21 +92,22 @@ template <bool kVolume>
 }
 
 THEW_VECTORISED
-void kick_with_volume(const std::vector<int>& order, size_t first, size_t last, MuscleState& now,
+void kick_with_volume(const std::vector<int>& order, size_t first, size_t last, const Body& body,
                       Kick& kick) {
-  kick_nodes<true>(order, first, last, now, kick);
+  kick_nodes<true>(order, first, last, body, kick);
 }
 
 THEW_VECTORISED
-void kick_plainly(const std::vector<int>& order, size_t first, size_t last, MuscleState& now,
+void kick_plainly(const std::vector<int>& order, size_t first, size_t last, const Body& body,
                   Kick& kick) {
-  kick_nodes<false>(order, first, last, now, kick);
+  kick_nodes<false>(order, first, last, body, kick);
 }
 
 // Forces and what they do to the velocities, block by block, so that what the one wrote is still
 // near when the other reads it. With `has_volume` also the sums.
-VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, MuscleState& now,
+VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, const Body& body,
                     Kick kick) {
+  auto& [now, work, volume] = body;
   const RingSprings& rings = kick.muscle.rings;
   constexpr size_t kBlock = 64;  // slices: x, v, f and dV/dx of 256 nodes are 32 KiB
   const size_t slices = rings.slices.size();
@@ -106,12 +118,13 @@ VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, Mus
   };
   for (size_t s = 0; s < slices; s += block) {
     const size_t last = std::min(slices, s + block);
-    ring_forces(rings, rest_length, s, last, now.x, now.v, kDashpot, now.forces,
-                has_volume ? &now.gradient : nullptr);
-    if (has_shape) add_shape_forces(kick.muscle, kick.target, now.x, now.forces);
-    (has_volume ? kick_with_volume : kick_plainly)(rings.order, end_of(s), end_of(last), now, kick);
+    ring_forces(rings, rest_length, s, last, now.x, now.v, kDashpot, work.forces,
+                has_volume ? &volume.gradient : nullptr);
+    if (has_shape) add_shape_forces(kick.muscle, kick.target, now.x, work.forces);
+    (has_volume ? kick_with_volume : kick_plainly)(rings.order, end_of(s), end_of(last), body,
+                                                   kick);
   }
-  now.v.swap(now.forces);
+  now.v.swap(work.forces);
   // V = x . dV/dx / 3
   return {sum3(kick.volume) / 3.0, sum3(kick.rate), sum3(kick.weighted)};
 }
@@ -119,57 +132,55 @@ VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, Mus
 // The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
 // nodes, or only of those that two planes may bear a part of; a pass through memory is not free.
 THEW_VECTORISED
-void set_direction(bool whole, const Near& near, MuscleState& now) {
-  for (const Touch* touch : near.shared) {
-    now.direction[touch->node] = now.mobility[touch->node] * now.gradient[touch->node];
+void set_direction(bool whole, const Body& body) {
+  auto& [now, work, volume] = body;
+  for (const Touch* touch : work.near.shared) {
+    volume.direction[touch->node] = work.mobility[touch->node] * volume.gradient[touch->node];
   }
   for (size_t i = 0; whole && i < now.x.size(); ++i) {
-    now.direction[i] = now.mobility[i] * now.gradient[i];
+    volume.direction[i] = work.mobility[i] * volume.gradient[i];
   }
 }
 
 THEW_VECTORISED
-void advance(double h, double lambda, bool whole, MuscleState& now) {
+void advance(double h, double lambda, bool whole, const Body& body) {
+  auto& [now, work, volume] = body;
   const size_t count = now.x.size();
   if (lambda == 0.0) {
     for (size_t i = 0; i < count; ++i) now.x[i] += h * now.v[i];
   } else if (whole) {
     for (size_t i = 0; i < count; ++i) {
-      now.v[i] -= lambda * now.direction[i];
+      now.v[i] -= lambda * volume.direction[i];
       now.x[i] += h * now.v[i];
     }
   } else {
     for (size_t i = 0; i < count; ++i) {
-      now.v[i] -= lambda * now.mobility[i] * now.gradient[i];
+      now.v[i] -= lambda * work.mobility[i] * volume.gradient[i];
       now.x[i] += h * now.v[i];
     }
   }
 }
 
+ExplicitNodes nodes_of(const Body& body) {
+  auto& [now, work, volume] = body;
+  return {now.x, now.v, volume.gradient, volume.direction, work.mobility};
+}
+
 // Without the weights.
-double printed_denominator(const Muscle& muscle, const MuscleState& now) {
+double even_denominator(const Muscle& muscle, const Rows& gradient) {
   Row even = {};
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    if (!muscle.driven[i]) even += 1.0 / muscle.mass[i] * (now.gradient[i] * now.gradient[i]);
+  for (size_t i = 0; i < gradient.size(); ++i) {
+    if (!muscle.driven[i]) even += 1.0 / muscle.mass[i] * (gradient[i] * gradient[i]);
   }
   return sum3(even);
 }
 
-double linear_lambda(double rest_volume, double h, double denominator, const VolumeSums& sums,
-                     MuscleState& now) {
-  if (!(denominator > 0.0)) {
-    ++now.unreached;
-    return 0.0;
-  }
-  return ((sums.volume - rest_volume) / h + sums.rate) / denominator;
-}
-
-double exact_lambda(const Muscle& muscle, double h, MuscleState& now) {
-  Rows& predicted = now.weighted;  // scratch here
-  predicted.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) predicted[i] = now.x[i] + h * now.v[i];
+double exact_lambda(const Muscle& muscle, double h, const Body& body) {
+  auto& [now, work, volume] = body;
+  work.predicted.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) work.predicted[i] = now.x[i] + h * now.v[i];
   const VolumeRoot root = nearest_root(
-      volume_along(predicted, now.direction, muscle.rest.triangles), muscle.rest_volume);
+      volume_along(work.predicted, volume.direction, muscle.rest.triangles), muscle.rest_volume);
   if (!root.reached) ++now.unreached;
   return -root.s / h;
 }
@@ -181,30 +192,31 @@ struct Substep {
 
 // Closes contacts and finds the multiplier under which they hold. Those that a linear multiplier
 // closes are the next substep's.
-double solve_multiplier(const Muscle& muscle, VolumeMethod method, const Substep& at, Near& near,
-                        MuscleState& now, VolumeSums& sums) {
+double solve_multiplier(const Muscle& muscle, const VolumeRule& rule, const Substep& at,
+                        const Body& body, VolumeSums& sums) {
+  MuscleState& now = body.now;
+  const ExplicitNodes nodes = nodes_of(body);
   const auto close = [&](double lambda) {
-    return close_contacts(at.h, at.t, lambda, method != VolumeMethod::kNone, at.whole, near, now,
-                          sums);
+    return close_contacts(at.h, at.t, lambda, rule.lambda != nullptr, at.whole, body.work.near,
+                          nodes, sums);
+  };
+  const auto linear = [&](const auto& lambda) {
+    const double even = rule.wants_even ? even_denominator(muscle, nodes.gradient) : 0.0;
+    bool reached = true;
+    const double found = lambda(muscle, at.h, sums, even, reached);
+    now.unreached += !reached;
+    return found;
   };
   bool closed = close(0.0);
-  if (method == VolumeMethod::kNone) return 0.0;
-  if (!at.exactly) {
-    if (method == VolumeMethod::kPenalty) {
-      return at.h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle);
-    }
-    const bool printed = method == VolumeMethod::kPrinted;
-    const double denominator = printed ? printed_denominator(muscle, now) : sums.weighted;
-    return linear_lambda(muscle.rest_volume, at.h, denominator, sums, now);
-  }
+  if (!rule.lambda) return 0.0;
+  if (!at.exactly) return linear(rule.lambda);
   // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
   bool looks = at.last && sums.weighted > 0.0;
-  for (int round = 0; looks && round < kContactRounds; ++round) {
-    looks = close(linear_lambda(muscle.rest_volume, at.h, sums.weighted, sums, now));
-  }
+  for (int round = 0; looks && round < kContactRounds; ++round)
+    looks = close(linear(linear_lambda));
   double lambda = 0.0;
   for (int round = 0; (round == 0 || closed) && round < kContactRounds; ++round) {
-    lambda = exact_lambda(muscle, at.h, now);
+    lambda = exact_lambda(muscle, at.h, body);
     closed = at.last && close(lambda);
   }
   return lambda;
@@ -218,62 +230,44 @@ bool drifts(const Muscle& muscle, const MuscleState& now) {
 }
 
 // Drag then slows the deformation alone, not the flight.
-void keep_momentum(const Muscle& muscle, double h, MuscleState& now, VolumeSums& sums) {
-  remove_net_motion(now.x, muscle.mass, now.direction);
-  Rows& drag = now.weighted;  // scratch here
+void keep_momentum(const Muscle& muscle, double h, const Body& body, VolumeSums& sums) {
+  auto& [now, work, volume] = body;
+  remove_net_motion(now.x, muscle.mass, volume.direction);
+  Rows& drag = work.drag;
   drag.resize(now.x.size());
   for (size_t i = 0; i < drag.size(); ++i) drag[i] = -h * muscle.settings.damping * now.v[i];
   remove_net_motion(now.x, muscle.mass, drag);
   Row weighted = {}, rate = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     now.v[i] += drag[i];
-    weighted += now.direction[i] * now.gradient[i];
-    rate += now.v[i] * now.gradient[i];
+    weighted += volume.direction[i] * volume.gradient[i];
+    rate += now.v[i] * volume.gradient[i];
   }
   sums.weighted = sum3(weighted);
   sums.rate = sum3(rate);
 }
 
-void note_volume(const Muscle& muscle, double volume, MuscleState& now) {
-  now.volume_error = std::abs(volume / muscle.rest_volume - 1.0);
-  now.substep_volume_error = std::max(now.substep_volume_error, now.volume_error);
-}
-
 // dV/dx . W dV/dx / m over the compliance, 1/s^2, at rest.
-double penalty_frequency_squared(const Muscle& muscle) {
+double volume_frequency_squared(const Muscle& muscle, double bulk) {
   Rows gradient;
   volume_gradient(to_rows(muscle.rest.vertices), muscle.rest.triangles, gradient);
   double sum = 0.0;
   for (size_t i = 0; i < gradient.size(); ++i) {
     sum += muscle.weights[i] / muscle.mass[i] * sum3(gradient[i] * gradient[i]);
   }
-  return sum / volume_compliance(muscle);
-}
-
-void begin_explicit(const Muscle& muscle, MuscleState& now) {
-  now.x = now.start;
-  now.forces.resize(now.x.size());
-  now.gradient.resize(now.x.size());
-  now.direction.resize(now.x.size());
-  now.mobility.resize(now.x.size());
-  now.inverse_mass.resize(now.x.size());
-  for (size_t i = 0; i < now.x.size(); ++i) {
-    now.inverse_mass[i] = 1.0 / muscle.mass[i];
-    now.mobility[i] = now.weights[i] / muscle.mass[i];
-  }
+  return sum / volume_compliance(muscle, bulk);
 }
 
 // To the part `t` of the frame (s): rest lengths and targets, which a path alone moves.
-void carry_within(double t, double frame, const RingSprings& rings, MuscleState& now,
-                  std::vector<double>& rest_length, Rows& target) {
-  rest_length.resize(now.rest_length.size());
-  for (size_t k = 0; k < rest_length.size(); ++k) {
-    rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
+void carry_within(double t, const RingSprings& rings, const MuscleState& now, ExplicitWork& work) {
+  work.rest_length.resize(now.rest_length.size());
+  for (size_t k = 0; k < work.rest_length.size(); ++k) {
+    work.rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
   }
-  for (size_t i = 0; i < target.size(); ++i) {
-    target[i] = now.target[i] - (1.0 - t) * frame * now.target_velocity[i];
+  for (size_t i = 0; i < work.target.size(); ++i) {
+    work.target[i] = now.target[i] - (1.0 - t) * work.frame * now.target_velocity[i];
   }
-  lengths_by_slot(rings, rest_length, now.rest_by_slot);
+  lengths_by_slot(rings, work.rest_length, work.rest_by_slot);
 }
 
 }  // namespace
@@ -282,7 +276,8 @@ int explicit_substeps(const Model& model, int m, double h) {
   const Muscle& muscle = model.muscles[m];
   double squared = (1.0 + muscle.settings.material.shape) * muscle.highest_frequency_squared +
                    muscle.settings.guide;
-  if (model.solver.volume == VolumeMethod::kPenalty) squared += penalty_frequency_squared(muscle);
+  const double bulk = rule_of(model.solver.volume).bulk;
+  if (bulk > 0.0) squared += volume_frequency_squared(muscle, bulk);
   const double omega = std::sqrt(squared);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
@@ -296,53 +291,77 @@ int explicit_substeps(const Model& model, int m, double h) {
           " substeps; make its material softer or its mesh coarser, or take \"local_global\"");
 }
 
-void step_explicit(const Model& model, int m, double frame, State& state) {
+void begin_explicit(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const VolumeMethod method = model.solver.volume;
-  const bool has_volume = method != VolumeMethod::kNone;
-  const bool has_path = muscle.shape.held.empty();
+  ExplicitWork& work = work_of<ExplicitWork>(now.work);
+  const size_t nodes = now.start.size();
+  now.x = now.start;
+  work.frame = h;
+  work.target = now.target;
+  for (Rows* rows : {&work.forces, &now.volume.gradient, &now.volume.direction}) {
+    rows->resize(nodes);
+  }
+  work.mobility.resize(nodes);
+  work.inverse_mass.resize(nodes);
+  for (size_t i = 0; i < nodes; ++i) {
+    work.inverse_mass[i] = 1.0 / muscle.mass[i];
+    work.mobility[i] = now.weights[i] / muscle.mass[i];
+  }
+  find_touches(contact_solve(model, m, state), now.contacts, work.touches);
+}
+
+void iterate_explicit(const Model& model, int m, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  const VolumeRule& rule = rule_of(model.solver.volume);
+  MuscleState& now = state.muscles[m];
+  ExplicitWork& work = std::get<ExplicitWork>(now.work);
+  const Body body{now, work, now.volume};
+  const bool has_volume = rule.lambda != nullptr, has_path = muscle.has_path();
   const bool removes = has_volume && drifts(muscle, now);
-  const int substeps = explicit_substeps(model, m, frame);
-  const double h = frame / substeps;
+  const int substeps = explicit_substeps(model, m, work.frame);
+  const double h = work.frame / substeps;
   const Row gravity = to_row(model.gravity);
-  Touches touches = touches_of(model, m, state);
-  begin_explicit(muscle, now);
-  std::vector<double> rest_length;
-  Rows target = now.target;
-  Near near;
+  const ExplicitNodes nodes = nodes_of(body);
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
-    if (has_path) carry_within(t, frame, muscle.rings, now, rest_length, target);
-    if (step % kLookEvery == 1 || step == substeps) {
-      look_for_near(t - 1.0 / substeps, frame, kLookEvery * h, now, touches, near);
+    const bool last = step == substeps;
+    if (has_path) carry_within(t, muscle.rings, now, work);
+    if (step % kLookEvery == 1 || last) {
+      look_for_near(t - 1.0 / substeps, work.frame, kLookEvery * h, now.x, now.v, work.touches,
+                    work.near);
     }
-    const bool exactly = method == VolumeMethod::kExactAlways ||
-                         (method == VolumeMethod::kExact && step == substeps);
+    const bool exactly = rule.substeps == VolumeRule::Exact::kEach ||
+                         (rule.substeps == VolumeRule::Exact::kLast && last);
     const bool whole = removes || exactly;
     const double drag = removes ? 0.0 : muscle.settings.damping;
-    VolumeSums sums = kick_all(has_path ? now.rest_by_slot : muscle.rings.rest_length, has_volume,
-                               now, {muscle, target, gravity, h, drag});
+    VolumeSums sums = kick_all(has_path ? work.rest_by_slot : muscle.rings.rest_length, has_volume,
+                               body, {muscle, work.target, gravity, h, drag});
     if (has_volume) {
       if (step > 1) note_volume(muscle, sums.volume, now);
-      set_direction(whole, near, now);
-      if (removes) keep_momentum(muscle, h, now, sums);
+      set_direction(whole, body);
+      if (removes) keep_momentum(muscle, h, body, sums);
     }
-    const double lambda =
-        solve_multiplier(muscle, method, {h, t, step == substeps, exactly, whole}, near, now, sums);
-    release_contacts(lambda, whole, muscle, near, now);
-    advance(h, lambda, whole, now);
+    const double lambda = solve_multiplier(muscle, rule, {h, t, last, exactly, whole}, body, sums);
+    release_contacts(lambda, whole, muscle.mass, work.near, nodes, now.given);
+    advance(h, lambda, whole, body);
   }
+}
+
+void finish_explicit(const Model& model, int m, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const Touches& touches = std::get<ExplicitWork>(now.work).touches;
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding
   }
-  if (has_path && (method == VolumeMethod::kExact || method == VolumeMethod::kExactAlways)) {
-    restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0, now.x);  // that moved it
+  if (muscle.has_path() && rule_of(model.solver.volume).exact) {
+    restore_exactly(muscle, now.volume.direction, now.x);  // that moved it
   }
   for (size_t c = 0; c < touches.size(); ++c) {
     const double pushed = touches[c].pushed;
-    now.push[c] =
-        pushed == 0.0 ? 0.0 : pushed / (frame * muscle.contact_stiffness[touches[c].node]);
+    now.normal_multiplier[c] =
+        pushed == 0.0 ? 0.0 : pushed / (h * muscle.contact_stiffness[touches[c].node]);
   }
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }

@@ -6,6 +6,7 @@
 
 #include "muscles/volume.h"
 #include "sim/muscle_step.h"
+#include "sim/volume_rule.h"
 
 namespace thew {
 namespace {
@@ -101,16 +102,16 @@ void choose_levels(const Model& model, double h, State& state) {
 }
 
 bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
-                   MuscleState& now) {
-  profiled_positions(muscle.shape, pose, muscle.swells, profile, now.x);
-  volume_gradient(now.x, muscle.rest.triangles, now.gradient);
-  now.direction.resize(now.x.size());
+                   VolumeWork& work, Rows& x) {
+  profiled_positions(muscle.shape, pose, muscle.swells, profile, x);
+  volume_gradient(x, muscle.rest.triangles, work.gradient);
+  work.direction.resize(x.size());
   for (const bool even : {false, true}) {  // even weights where the authored ones fail
-    for (size_t i = 0; i < now.x.size(); ++i) {
+    for (size_t i = 0; i < x.size(); ++i) {
       const double weight = muscle.driven[i] ? 0.0 : even ? 1.0 : muscle.weights[i];
-      now.direction[i] = weight / muscle.mass[i] * now.gradient[i];
+      work.direction[i] = weight / muscle.mass[i] * work.gradient[i];
     }
-    if (restore_volume(muscle, VolumeMethod::kExact, now.direction, 0.0, now.x)) return true;
+    if (restore_exactly(muscle, work.direction, x)) return true;
   }
   return false;
 }
@@ -121,13 +122,12 @@ void shape_muscle(const Model& model, int m, double h, State& state) {
   now.start.swap(now.x);
   now.pose = carry_pose(muscle.shape, state.pose);
   now.path_length = now.pose.path_length;
-  if (!place_carried(muscle, now.pose, model.fidelity->muscles[m].profile, now)) ++now.unreached;
+  const CarriedProfile& profile = model.fidelity->muscles[m].profile;
+  if (!place_carried(muscle, now.pose, profile, now.volume, now.x)) ++now.unreached;
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   now.target_velocity = now.v;
   now.seen = now.x;
-  now.volume_error =
-      std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
-  now.substep_volume_error = std::max(now.substep_volume_error, now.volume_error);
+  note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
   now.shaped = true;
 }
 

@@ -14,10 +14,10 @@ bool is_quasi_static(const Model& model, int m);
 /// Sets how each muscle is treated in this step; the bones are where they go.
 void choose_levels(const Model& model, double h, State& state);
 
-/// The carried shape with its profile at the exact volume, into now.x. False where no motion along
+/// The carried shape with its profile at the exact volume, into x. False where no motion along
 /// the volume's gradient reaches it.
 bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
-                   MuscleState& now);
+                   VolumeWork& work, Rows& x);
 /// kGeometric: puts the muscle where it belongs in state.pose and restores its volume.
 void shape_muscle(const Model& model, int m, double h, State& state);
 

@@ -7,6 +7,7 @@
 
 #include "muscles/path.h"
 #include "sim/drive.h"
+#include "sim/state_archive.h"
 
 namespace thew {
 namespace {

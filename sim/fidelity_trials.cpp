@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "sim/fidelity.h"
+#include "sim/state_archive.h"
 
 namespace thew {
 namespace {
@@ -90,9 +91,10 @@ CarriedProfile profile_through(const Muscle& muscle, int m, const Knots& knots) 
 
 double profile_error(const Muscle& muscle, int m, const CarriedProfile& profile,
                      const Window& probe) {
-  MuscleState placed;
-  const bool reached = place_carried(muscle, probe.pose[m], profile, placed);
-  return reached ? largest_distance(placed.x, probe.x[m]) : 1e300;
+  VolumeWork work;
+  Rows x;
+  const bool reached = place_carried(muscle, probe.pose[m], profile, work, x);
+  return reached ? largest_distance(x, probe.x[m]) : 1e300;
 }
 
 }  // namespace

@@ -5,8 +5,9 @@
 #include <functional>
 #include <set>
 
-#include "sim/fidelity_planner.h"
+#include "sim/fidelity_plan.h"
 #include "sim/fidelity_probes.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

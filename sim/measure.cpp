@@ -7,8 +7,10 @@
 #include <map>
 
 #include "muscles/volume.h"
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/muscle_step.h"
+#include "sim/state_archive.h"
 #include "skin/depth.h"
 
 namespace thew {
@@ -88,7 +90,8 @@ double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows
   const double length = belly[1] - belly[0], along = belly[0] + u * length;
   Vec3 point, tangent;
   curve_at(muscle.shape, pose, along, point, tangent);
-  return section_area(muscle, x, along, std::max(0.35 * length, 0.05), point, tangent);
+  return section_area(muscle, x, along, std::max(0.35 * length, muscle.shape.lengths.section_reach),
+                      point, tangent);
 }
 
 double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
@@ -110,7 +113,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
 }
 
 std::vector<std::string> rest_overlaps(const Model& model) {
-  constexpr double kTold = 1e-3;  // m
+  const double told = model.lengths.told_overlap;
   std::vector<std::string> lines;
   if (!model.contact.enabled) return lines;
   State state = initial_state(model);
@@ -130,10 +133,10 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   for (int m = 0; m < state.count(); ++m) {
     for (int other = m + 1; other < model.colliders(); ++other) {
       if (model.ignore[m][other]) continue;
-      deepest = kTold;
+      deepest = told;
       look(m, colliders[other]);
       if (other < state.count()) look(other, colliders[m]);
-      if (deepest <= kTold) continue;
+      if (deepest <= told) continue;
       char text[160];
       std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest, at[0],
                     at[1], at[2]);

@@ -48,8 +48,4 @@ struct Model : World {
   int colliders() const { return static_cast<int>(surfaces.size()); }
 };
 
-/// Builds the model. Error(kUsage, kInput) with place, cause and next move for a definition that
-/// does not fit itself.
-Model build_model(const ModelDef& def);
-
 }  // namespace thew

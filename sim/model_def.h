@@ -9,7 +9,7 @@
 #include "muscles/muscle.h"
 #include "rig/character.h"
 #include "rig/clip.h"
-#include "skin/contact.h"
+#include "skin/contact/contact.h"
 #include "skin/skin_layer.h"
 
 namespace thew {

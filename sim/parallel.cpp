@@ -43,7 +43,7 @@ void Parallel::take(std::unique_lock<std::mutex>& lock) {
     lock.unlock();
     std::exception_ptr failure;
     try {
-      (*work_)(index);
+      call_(work_, index);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -57,13 +57,14 @@ void Parallel::take(std::unique_lock<std::mutex>& lock) {
   if (running_ == 0) finish_.notify_all();
 }
 
-void Parallel::each(int count, const std::function<void(int)>& work) {
+void Parallel::run(int count, Call call, const void* work) {
   if (workers_.empty()) {
-    for (int i = 0; i < count; ++i) work(i);
+    for (int i = 0; i < count; ++i) call(work, i);
     return;
   }
   std::unique_lock lock(mutex_);
-  work_ = &work;
+  call_ = call;
+  work_ = work;
   next_ = 0;
   count_ = count;
   failure_ = nullptr;

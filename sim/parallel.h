@@ -2,7 +2,7 @@
 #pragma once
 
 #include <condition_variable>
-#include <functional>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -19,11 +19,18 @@ class Parallel {
   Parallel(const Parallel&) = delete;
   Parallel& operator=(const Parallel&) = delete;
 
-  /// work(i) for i in 0..count-1; rethrows the exception of the lowest index that threw.
-  void each(int count, const std::function<void(int)>& work);
+  /// work(i) for i in 0..count-1; rethrows the exception of the lowest index that threw. Allocates
+  /// nothing.
+  template <typename Work>
+  void each(int count, const Work& work) {
+    run(
+        count, [](const void* of, int i) { (*static_cast<const Work*>(of))(i); }, &work);
+  }
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
  private:
+  using Call = void (*)(const void* work, int index);
+  void run(int count, Call call, const void* work);
   void work();
   void take(std::unique_lock<std::mutex>& lock);
   void end();
@@ -31,7 +38,8 @@ class Parallel {
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable start_, finish_;
-  const std::function<void(int)>* work_ = nullptr;
+  Call call_ = nullptr;
+  const void* work_ = nullptr;
   int next_ = 0, count_ = 0, running_ = 0;
   int failed_index_ = 0;
   std::exception_ptr failure_;

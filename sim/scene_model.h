@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim/model.h"
+#include "sim/build_model.h"
 #include "sim/scene.h"
 
 namespace thew {

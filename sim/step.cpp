@@ -9,11 +9,11 @@
 #include <cmath>
 
 #include "rig/math.h"
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/fidelity.h"
 #include "sim/health.h"
 #include "sim/muscle_step.h"
-#include "sim/sweep.h"
 
 namespace thew {
 namespace {
@@ -37,8 +37,9 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
     const Level level = state.muscles[m].level;
     if (level == Level::kGeometric) shape_muscle(model, m, h, state);
     if (!has_forces(level)) return;
-    carry_muscle(model.muscles[m], state.pose, activation_at(model, m, time), h, state.muscles[m]);
-    predict(model.muscles[m], h, state.muscles[m]);
+    MuscleState& now = state.muscles[m];
+    carry_muscle(model.muscles[m], state.pose, activation_at(model, m, time), h, now, now);
+    predict(model.muscles[m], h, now);
   });
 }
 
@@ -51,21 +52,15 @@ void solve_muscles(const Model& model, double h, Parallel& parallel, State& stat
   each([&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
   const auto look = [&](int m) { see(state.muscles[m]); };
   each(look);
-  if (model.solver.integrator == Integrator::kExplicit) {
-    each([&](int m) { step_explicit(model, m, h, state); });
-    return;
-  }
-  const bool xpbd = model.solver.integrator == Integrator::kXpbd;
-  const auto begin = xpbd ? begin_xpbd : begin_local_global;
-  const auto iterate = xpbd ? iterate_xpbd : iterate_local_global;
-  each([&](int m) { begin(model, m, h, state); });
-  for (int i = 0; !is_solved(model, i, state); ++i) {
+  const IntegratorSteps& steps = steps_of(model.solver.integrator);
+  each([&](int m) { steps.begin(model, m, h, state); });
+  for (int i = 0; !steps.is_solved(model, i, state); ++i) {
     each([&](int m) {
-      if (iterates(model, m, i)) iterate(model, m, state);
+      if (iterates(model, m, i)) steps.iterate(model, m, state);
     });
     each(look);
   }
-  each([&](int m) { finish_muscle(model, m, h, state); });
+  each([&](int m) { steps.finish(model, m, h, state); });
 }
 
 // What is wrong with the step before it is solved, or nothing.

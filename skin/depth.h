@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "skin/contact_memory.h"
+#include "skin/contact/collider.h"
 
 namespace thew {
 

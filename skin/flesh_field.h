@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "skin/contact.h"
+#include "skin/contact/contact.h"
 
 namespace thew {
 

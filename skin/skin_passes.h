@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "skin/skin_layer.h"
+#include "skin/skin_model.h"
 
 namespace thew {
 

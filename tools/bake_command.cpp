@@ -28,12 +28,12 @@
 #include "tools/progress.h"
 #include "tools/repair.h"
 #include "tools/report_viewer.h"
+#include "tools/signals.h"
 #include "tools/turntable.h"
 
 namespace thew {
 namespace {
 
-std::atomic<bool> signal_seen{false};  // read by any thread
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 std::vector<int> frames_of(const CommandOptions& options, const Scene& scene) {
@@ -224,25 +224,6 @@ int thread_count(int asked) {
   const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
   const std::optional<double> given = farm ? parse_number(farm) : std::nullopt;
   return given && *given >= 1.0 ? static_cast<int>(std::min<double>(*given, machine)) : machine;
-}
-
-bool interrupted() { return signal_seen; }
-
-void stop_if_interrupted() {
-  if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again");
-}
-
-void listen_for_signals() {
-  const auto handler = [](int) { signal_seen = true; };
-  std::signal(SIGTERM, handler);
-  std::signal(SIGINT, handler);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
-  std::signal(SIGPIPE, SIG_IGN);  // and so is a reader that has gone
-  sigset_t ours;
-  sigemptyset(&ours);
-  sigaddset(&ours, SIGTERM);
-  sigaddset(&ours, SIGINT);
-  sigprocmask(SIG_UNBLOCK, &ours, nullptr);  // whoever started us may have blocked them
 }
 
 ExitCode bake_command(const CommandOptions& options) {

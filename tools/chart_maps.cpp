@@ -10,9 +10,11 @@
 #include "sim/muscle_step.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tools/commands.h"
 #include "tools/paper_shapes.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

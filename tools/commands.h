@@ -81,10 +81,4 @@ struct NewOptions {
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
 
-/// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
-bool interrupted();
-void listen_for_signals();
-/// Error(kRetry) after such a signal.
-void stop_if_interrupted();
-
 }  // namespace thew

@@ -8,7 +8,7 @@
 #include "rig/limits.h"
 #include "rig/text.h"
 #include "sim/parallel.h"
-#include "tools/commands.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

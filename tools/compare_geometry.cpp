@@ -6,7 +6,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "tools/commands.h"
+#include "tools/signals.h"
 #include "tools/svg_chart.h"
 
 namespace thew {

@@ -10,6 +10,7 @@
 #include "tools/export_file.h"
 #include "tools/progress.h"
 #include "tools/seams.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

@@ -15,6 +15,7 @@
 #include "tools/commands.h"
 #include "tools/inspect_crossings.h"
 #include "tools/options.h"
+#include "tools/signals.h"
 #include "tools/svg_chart.h"
 
 namespace thew {

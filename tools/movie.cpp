@@ -6,6 +6,7 @@
 #include "tools/commands.h"
 #include "tools/export_file.h"
 #include "tools/program.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

@@ -25,6 +25,7 @@
 #include "tools/obj_text.h"
 #include "tools/options.h"
 #include "tools/printing.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

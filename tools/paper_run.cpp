@@ -7,11 +7,14 @@
 
 #include "muscles/volume.h"
 #include "sim/bake.h"
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tools/commands.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {
@@ -101,7 +104,7 @@ PaperRun run_scene(const PaperScene& ready) {
     step_frame(*run.model, (frame - first) / scene.fps, one, run.state, stages);
     run.seconds += (cpu_seconds() - begin) / (last - first);
     note_frame(frame, ask, run);
-    for (const double push : run.state.muscles[0].push) {
+    for (const double push : run.state.muscles[0].normal_multiplier) {
       run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
     }
   }

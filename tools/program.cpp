@@ -10,6 +10,7 @@
 #include <csignal>
 
 #include "tools/commands.h"
+#include "tools/signals.h"
 
 namespace thew {
 

@@ -16,6 +16,7 @@
 #include "tools/large_stack.h"
 #include "tools/options.h"
 #include "tools/printing.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

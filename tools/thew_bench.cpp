@@ -16,11 +16,13 @@
 #include <nlohmann/json.hpp>
 
 #include "muscles/volume.h"
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/durable_file.h"
 #include "sim/fidelity_planner.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tools/bench_copies.h"
 #include "tools/scale_plot.h"

@@ -10,6 +10,7 @@
 #include "tools/frame_writer.h"
 #include "tools/movie.h"
 #include "tools/renderer.h"
+#include "tools/signals.h"
 
 namespace thew {
 

@@ -7,6 +7,7 @@
 
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

@@ -13,6 +13,7 @@
 #include "sim/measure.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/muscles_shapes.h"
 #include "tests/unit/rig_temp.h"

@@ -6,6 +6,7 @@
 #include "../unit/rig_temp.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

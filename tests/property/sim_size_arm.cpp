@@ -10,6 +10,7 @@
 
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
 

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "skin/face_contact.h"
+#include "skin/contact/face_contact.h"
 #include "tests/unit/skin_shapes.h"
 
 namespace thew {

@@ -6,6 +6,7 @@
 #include "sim/fidelity_planner.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "tests/unit/tools_new.h"
 
 namespace thew {

@@ -12,6 +12,7 @@
 #include "sim/measure.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig_temp.h"
 #include "tests/unit/sim_distance.h"

@@ -15,6 +15,7 @@
 #include "sim/health.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -96,7 +97,7 @@ class Faults : public testing::TestWithParam<const char*> {
     for (const MuscleState& muscle : state.muscles) {
       all.insert(all.end(), {muscle.volume_error, muscle.substep_volume_error,
                              1.0 * muscle.unreached, 1.0 * muscle.weight_fallbacks,
-                             muscle.impulse.norm(), muscle.angular_impulse.norm()});
+                             muscle.given.impulse.norm(), muscle.given.angular_impulse.norm()});
     }
     return all;
   }

@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {
@@ -34,7 +35,7 @@ struct Motion {
       step_frame(model, f / model.fps, parallel, state, seconds);
       for (size_t c = 0; c < now.contacts.size(); ++c) {
         own += now.contacts[c].other == 0;
-        pressing += now.contacts[c].other == 0 && now.push[c] > 0.0;
+        pressing += now.contacts[c].other == 0 && now.normal_multiplier[c] > 0.0;
       }
       const double volume = enclosed_volume(now.x, muscle.rest.triangles);
       volume_error = std::max(volume_error, std::abs(volume / muscle.rest_volume - 1.0));

@@ -11,6 +11,7 @@
 #include "sim/health.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

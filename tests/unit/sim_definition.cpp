@@ -8,6 +8,8 @@
 #include "muscles/tube.h"
 #include "muscles/volume.h"
 #include "rig/math.h"
+#include "sim/build_model.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

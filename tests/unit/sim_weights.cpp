@@ -9,6 +9,7 @@
 #include "sim/bake.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/sim_distance.h"
 #include "tests/unit/sim_scene_file.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "rig/math.h"
-#include "skin/face_contact.h"
+#include "skin/contact/face_contact.h"
 #include "tests/unit/skin_shapes.h"
 
 namespace thew {

@@ -9,6 +9,7 @@
 #include "sim/measure.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "tools/camera.h"
 #include "tools/inspect.h"
 #include "tools/new_arm.h"

@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "rig/mesh_import.h"
+#include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/measure.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "tools/base64.h"
 #include "tools_new.h"
 

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "tools/commands.h"
+#include "tools/signals.h"
 
 namespace thew {
 namespace {

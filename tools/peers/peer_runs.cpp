@@ -7,6 +7,7 @@
 #include <map>
 
 #include "sim/drive.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tools/paper_ball.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/model.h"
+#include "sim/build_model.h"
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "rig/text.h"
 #include "sim/model_hash.h"
-#include "skin/face_contact.h"
+#include "skin/contact/face_contact.h"
 
 namespace thew {
 namespace {

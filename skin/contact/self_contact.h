@@ -4,7 +4,7 @@
 // it from outside.
 #pragma once
 
-#include "skin/contact.h"
+#include "skin/contact/contact.h"
 
 namespace thew {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "muscles/lengths.h"
-#include "skin/contact_memory.h"
+#include "skin/contact/contact_memory.h"
 
 namespace thew {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/contact_memory.h"
+#include "skin/contact/contact_memory.h"
 
 #include <algorithm>
 #include <limits>

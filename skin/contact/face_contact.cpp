@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/face_contact.h"
+#include "skin/contact/face_contact.h"
 
 #include <algorithm>
 #include <array>

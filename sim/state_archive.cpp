@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/state.h"
+#include "sim/state_archive.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <type_traits>
 
 #include "sim/drive.h"
-#include "sim/muscle_step.h"
 
 namespace thew {
 namespace {
@@ -87,13 +86,38 @@ void walk_all(Archive& archive, Fields&... fields) {
 
 // The fields by structured binding: one that is added and not saved does not compile.
 template <typename Archive>
+void walk(Archive& archive, NodeMotion& motion) {
+  auto& [x, v, zone_radius, weights, rested, level, shaped] = motion;
+  walk_all(archive, x, v, zone_radius, weights, rested, level, shaped);
+}
+
+template <typename Archive>
+void walk(Archive& archive, CarriedMotion& motion) {
+  auto& [target, rest_length, path_length] = motion;
+  walk_all(archive, target, rest_length, path_length);
+}
+
+template <typename Archive>
+void walk(Archive& archive, ContactMotion& motion) {
+  auto& [contacts, normal_multiplier, friction_multiplier] = motion;
+  walk_all(archive, contacts, normal_multiplier, friction_multiplier);
+}
+
+template <typename Archive>
+void walk(Archive& archive, SolverMeasures& measures) {
+  auto& [volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks, given] =
+      measures;
+  auto& [impulse, angular_impulse] = given;
+  walk_all(archive, volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks,
+           impulse, angular_impulse);
+}
+
+template <typename Archive>
 void walk(Archive& archive, MuscleMotion& motion) {
-  auto& [x, v, target, rest_length, path_length, contacts, push, grip, zone_radius, weights, rested,
-         level, shaped, volume_error, substep_volume_error, unreached, weight_fallbacks,
-         zone_fallbacks, impulse, angular_impulse] = motion;
-  walk_all(archive, x, v, target, rest_length, path_length, contacts, push, grip, zone_radius,
-           weights, rested, level, shaped, volume_error, substep_volume_error, unreached,
-           weight_fallbacks, zone_fallbacks, impulse, angular_impulse);
+  static_assert(sizeof(MuscleMotion) == sizeof(NodeMotion) + sizeof(CarriedMotion) +
+                                            sizeof(ContactMotion) + sizeof(SolverMeasures));
+  walk_all(archive, static_cast<NodeMotion&>(motion), static_cast<CarriedMotion&>(motion),
+           static_cast<ContactMotion&>(motion), static_cast<SolverMeasures&>(motion));
 }
 
 template <typename Archive>
@@ -189,7 +213,8 @@ bool fits(const MuscleMotion& motion, const Model& model, const Muscle& muscle) 
   return known && motion.x.size() == nodes && motion.v.size() == nodes &&
          motion.target.size() == nodes && motion.weights.size() == nodes &&
          motion.rest_length.size() == muscle.springs.nodes.size() &&
-         motion.push.size() == contacts && (motion.grip.empty() || motion.grip.size() == contacts);
+         motion.normal_multiplier.size() == contacts &&
+         (motion.friction_multiplier.empty() || motion.friction_multiplier.size() == contacts);
 }
 
 bool fits(const ContactMemory& memory, const Model& model) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/self_contact.h"
+#include "skin/contact/self_contact.h"
 
 #include <algorithm>
 #include <cmath>

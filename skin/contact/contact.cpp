@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/contact.h"
+#include "skin/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>

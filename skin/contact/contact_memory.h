@@ -4,35 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "skin/moved_parts.h"
+#include "skin/contact/collider.h"
 
 namespace thew {
-
-/// A point of a surface, fixed to one of its triangles.
-struct SurfacePoint {
-  int triangle = -1;
-  double barycentric[3] = {0, 0, 0};
-};
-
-/// How a body's nodes have moved from search to search for contacts.
-struct Followed {
-  Rows x, before;  ///< at the last search and the one before; empty or of another size: not known
-  double travelled = 0.0, travelled_before = 0.0;  ///< m, the most that a node moved, all in all
-  MovedParts parts;
-  void go_on(const Rows& now);
-};
-
-/// A surface as contact sees it. Rigid bones have no free node.
-struct Collider {
-  const Surface* surface = nullptr;
-  const Bvh* bvh = nullptr;
-  const Rows* x = nullptr;
-  const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
-  const Followed* followed = nullptr;             ///< null: it may have been anywhere
-  NodeBox box = {};                               ///< of the nodes; what is not near needs no tree
-  const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
-  double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
-};
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
 /// point and collider, and a bound of its signed distance (m): it surely has so much or more, of a

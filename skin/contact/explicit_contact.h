@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "sim/state.h"
+#include "skin/contact/multipliers.h"
 
 namespace thew {
 
@@ -25,8 +25,23 @@ struct Touch {
 };
 static_assert(sizeof(Touch) == 64);
 using Touches = std::vector<Touch, AlignedAllocator<Touch>>;
-/// Of muscle m in the step that ends at the pose of `state`.
-Touches touches_of(const Model& model, int m, const State& state);
+/// Of a body's contacts in the step that ends where the colliders are.
+void find_touches(const ContactSolve& solve, const std::vector<Contact>& contacts,
+                  Touches& touches);
+
+/// A body's nodes within a substep.
+struct ExplicitNodes {
+  const Rows& x;                        ///< m
+  Rows& v;                              ///< m/s
+  const Rows& gradient;                 ///< dV/dx, m^2
+  Rows& direction;                      ///< d = W dV/dx / m
+  const std::vector<double>& mobility;  ///< W / m, 1/kg
+};
+/// N s and N m s about the origin, given by contact since the start.
+struct ContactImpulse {
+  Vec3 impulse = Vec3::Zero();
+  Vec3 angular_impulse = Vec3::Zero();
+};
 
 struct Held {
   Touch* touch;
@@ -41,8 +56,8 @@ struct Near {
 
 /// Keeps those that may close within `span` (s) from the part `t` of the frame on, were all twice
 /// as fast as now.
-void look_for_near(double t, double frame, double span, const MuscleState& now, Touches& touches,
-                   Near& near);
+void look_for_near(double t, double frame, double span, const Rows& x, const Rows& v,
+                   Touches& touches, Near& near);
 
 /// What the linear multiplier takes of a substep.
 struct VolumeSums {
@@ -55,11 +70,11 @@ struct VolumeSums {
 /// on the multiplier no longer moves them across. `whole`: its direction is stored for all nodes.
 /// True where there was one.
 bool close_contacts(double h, double t, double lambda, bool has_volume, bool whole, Near& near,
-                    MuscleState& now, VolumeSums& sums);
+                    const ExplicitNodes& nodes, VolumeSums& sums);
 
 /// Books what the planes gave: their own kicks, and what they bear of the multiplier's force, given
 /// back beforehand where the step goes along all of its direction.
-void release_contacts(double lambda, bool whole, const Muscle& muscle, Near& near,
-                      MuscleState& now);
+void release_contacts(double lambda, bool whole, const std::vector<double>& mass, Near& near,
+                      const ExplicitNodes& nodes, ContactImpulse& impulse);
 
 }  // namespace thew

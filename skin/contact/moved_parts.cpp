@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/moved_parts.h"
+#include "skin/contact/moved_parts.h"
 
 #include <algorithm>
 #include <limits>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "skin/contact.h"
+#include "skin/contact/contact.h"
 
 namespace thew {
 

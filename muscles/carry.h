@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "muscles/muscle.h"
+
+namespace thew {
+
+/// What of a carried muscle goes from step to step.
+struct CarriedMotion {
+  Rows target;                      ///< the carried shape now, m; driven nodes are on it
+  std::vector<double> rest_length;  ///< of the springs, now, m
+  double path_length = 0.0;         ///< m, see CarriedPose
+};
+/// What each step finds anew.
+struct CarriedStep {
+  CarriedPose pose;
+  Rows target_velocity;             ///< m/s
+  std::vector<double> rest_before;  ///< rest lengths a step before, m
+  Rows tight;                       ///< the carried shape that springs rest in, m
+};
+
+/// Carries the muscle's shape along its path in the pose: targets, their velocities over h (s),
+/// rest lengths of the springs, and `activation` (0..1).
+void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
+                  CarriedMotion& motion, CarriedStep& step);
+
+}  // namespace thew

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "muscles/lengths.h"
+#include "muscles/skyline.h"
+#include "rig/mesh.h"
+#include "rig/skeleton.h"
+#include "skin/contact/contact.h"
+#include "skin/flesh_field.h"
+
+namespace thew {
+
+struct SkinSettings {
+  double thickness = 0.002;   ///< m, least distance of the skin's nodes from muscle and bone
+  double smoothing = 0.5;     ///< 0..1, resistance to bending and stretch against the bound shape
+  int iterations = 8;         ///< projections in each step
+  double fold_gap = 5e-4;     ///< m, kept between skin and skin
+  double bridging = 0.012;    ///< m, crevices of the flesh narrower than half of it are bridged
+  double reach = 0.03;        ///< m, a skinned skin feels the muscles within it
+  bool keeps_volume = false;  ///< what the skin encloses stays what it is at rest
+  Lengths lengths = {};
+};
+SkinSettings times(const SkinSettings& settings, double size);
+
+/// What never changes: topology, rest shape, binding to the bodies.
+struct SkinModel {
+  Surface surface;
+  Rows rest;                                  ///< in the bind pose, world
+  std::vector<std::array<int, 4>> bodies;     ///< -1: unused
+  std::vector<std::array<double, 4>> shares;  ///< sum 1
+  Pose bind_pose;
+  double volume = 0.0;  ///< m^3, enclosed at rest
+  SkinSettings settings;
+  std::vector<double> fat;    ///< m, level of the flesh field under each node at rest
+  std::vector<double> least;  ///< m, distance that each node keeps from the flesh
+  // The elastic energy, sum_ij w_ij |x_i - x_j - e_ij|^2 + sum_i a_i |x_i - b_i|^2.
+  std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
+  std::vector<double> weights;                   ///< w by neighbour
+  std::vector<double> anchor;                    ///< a
+  Skyline matrix;
+  SkylineFactor factor;
+};
+
+/// A point of a skin triangle and a plane: normal . point >= level.
+struct SkinPlane {
+  int triangle;
+  std::array<double, 3> barycentric;
+  Vec3 normal;
+  double level;
+};
+
+/// A node and the other wall of a fold: plane.normal . (x_node - point) >= plane.level.
+struct SkinFold {
+  int node;
+  SkinPlane wall;
+};
+
+/// What a step reads of the step before, and a failed one takes back.
+struct SkinMotion {
+  Rows x;
+  // Turned back to the bind pose:
+  Rows offset;                ///< m, of x from the elastic shape
+  Rows force;                 ///< of the flesh on each node, in m of stretch of an edge of weight 1
+  Rows slip;                  ///< m, of x from the bound shape
+  std::vector<double> moved;  ///< m, how far the passes led from the prediction
+};
+
+struct SkinState : SkinMotion {
+  Bvh bvh;
+  // Scratch, kept so that a step does not allocate.
+  Rows bound;        ///< carried by the bodies alone
+  Rows elastic;      ///< least elastic energy, without the flesh
+  Rows turned;       ///< e by neighbour
+  Rows own_normals;  ///< of the skin
+  Rows normals;      ///< the same, averaged with those around
+  Rows predicted;    ///< x before the passes
+  Rows looked;       ///< x when the flesh below was last looked up
+  std::vector<Mat3> turns;
+  FleshPlanes planes;
+  std::vector<SkinPlane> covers;
+  std::vector<SkinFold> folds;
+  Rows parted;               ///< m, by which the walls of folds were last moved apart
+  std::vector<double> room;  ///< m, how far a node may go inwards, up to what is plenty
+  Rows swelling;             ///< m^2, the way of a unit of the volume's multiplier
+  std::vector<int> hints, nearby;
+  RowPairs solution;
+};
+
+struct SkinMetrics {
+  double max_penetration = 0.0;   ///< m, skin nodes inside muscle or bone
+  double max_poke_through = 0.0;  ///< m, muscle or (of our own skin) bone nodes outside the skin
+  int intersecting_pairs = 0;     ///< skin with itself
+  double volume_error = 0.0;      ///< |V - V0| / V0 of what it encloses
+};
+
+}  // namespace thew

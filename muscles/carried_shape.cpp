@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "muscles/carried_shape.h"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
+#include "muscles/carried_shape.h"
+#include "muscles/frames.h"
 #include "rig/math.h"
 #include "rig/vectorise.h"
 
@@ -15,91 +15,26 @@ namespace {
 constexpr int kSamples = 129;
 constexpr double kTaper = 0.15;  // of the belly, at either end, where a scale sets in
 
-std::vector<double> arc_lengths(const std::vector<Vec3>& points) {
-  std::vector<double> s(points.size(), 0.0);
-  for (size_t i = 1; i < points.size(); ++i) s[i] = s[i - 1] + (points[i] - points[i - 1]).norm();
-  return s;
-}
-
-std::vector<Vec3> resample(const std::vector<Vec3>& points, int count) {
-  const std::vector<double> s = arc_lengths(points);
-  std::vector<Vec3> out(count);
-  size_t segment = 0;
-  for (int i = 0; i < count; ++i) {
-    const double at = s.back() * i / (count - 1);
-    while (segment + 2 < points.size() && s[segment + 1] < at) ++segment;
-    const double length = s[segment + 1] - s[segment];
-    const double t = length > 0.0 ? std::clamp((at - s[segment]) / length, 0.0, 1.0) : 0.0;
-    out[i] = points[segment] + t * (points[segment + 1] - points[segment]);
-  }
-  out.front() = points.front();
-  out.back() = points.back();
-  return out;
-}
-
-// Twice p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
-// unlike a count of averaging passes.
-void round_corners(std::vector<Vec3>& p, double spacing, double radius) {
-  constexpr int kPasses = 2;
-  const double a = radius * radius / (spacing * spacing);
-  const int n = static_cast<int>(p.size());
-  std::vector<double> inverse(n, 0.0), c(n, 0.0);
-  for (int i = 1; i + 1 < n; ++i) {
-    inverse[i] = 1.0 / (1.0 + 2.0 * a - a * c[i - 1]);
-    c[i] = a * inverse[i];
-  }
-  for (int pass = 0; pass < kPasses; ++pass) {
-    for (int i = 1; i + 1 < n; ++i) p[i] = inverse[i] * (p[i] + a * p[i - 1]);
-    for (int i = n - 2; i >= 1; --i) p[i] += c[i] * p[i + 1];
-  }
-}
-
-// The smallest rotation that takes unit vector a to unit vector b.
-Mat3 smallest_rotation(const Vec3& a, const Vec3& b) {
-  const Vec3 axis = a.cross(b);
-  const double c = a.dot(b);
-  Mat3 k;
-  k << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
-  return Mat3::Identity() + k + k * k / std::max(1.0 + c, 1e-9);
-}
-
-Vec3 tangent_at(const std::vector<Vec3>& p, int i) {
-  const int last = static_cast<int>(p.size()) - 1;
-  return (p[std::min(i + 1, last)] - p[std::max(i - 1, 0)]).normalized();
-}
-
-// Samples at points, with frames from the origin's by smallest rotations; the twist left over
-// against the insertion's frame is shared out along the curve from sample `from` on.
-void set_samples(const std::vector<Vec3>& points, const Mat3& first, const Mat3* last, int from,
-                 CarryCurve& curve) {
+// Samples at points, with frames that are transported and then turned: from
+// sample `from` on the shared twist besides, evenly.
+void set_samples(const std::vector<Vec3> &points, const CurveFrames &frames, const Twist &twist,
+                 int from, CarryCurve &curve) {
   const int n = static_cast<int>(points.size());
-  std::vector<Vec3> tangent(n), normal(n);
-  tangent[0] = first.col(0);
-  normal[0] = first.col(1);
-  for (int i = 1; i < n; ++i) {
-    const Vec3 &before = tangent[i - 1], &turned = normal[i - 1];
-    const Vec3 t = tangent_at(points, i);
-    tangent[i] = t;
-    normal[i] = turned - turned.dot(t) / std::max(1.0 + before.dot(t), 1e-9) * (before + t);
-  }
-  SinCos step{0.0, 1.0}, turn{0.0, 1.0};
-  if (last) {
-    const Vec3 wanted = last->col(1), binormal = tangent[n - 1].cross(normal[n - 1]);
-    step = sin_cos(arc_tan2(wanted.dot(binormal), wanted.dot(normal[n - 1])) / (n - 1 - from));
-  }
+  const SinCos step = sin_cos(twist.shared / (n - 1 - from));
+  SinCos turn = sin_cos(twist.at_origin);
   curve.samples.resize(n);
   for (int i = 0; i < n; ++i) {
-    const Vec3 binormal = tangent[i].cross(normal[i]);
-    curve.samples[i] = {to_row(points[i]), to_row(tangent[i]),
-                        to_row(turn.cos * normal[i] + turn.sin * binormal),
-                        to_row(turn.cos * binormal - turn.sin * normal[i])};
+    const Vec3 &normal = frames.normal[i], binormal = frames.tangent[i].cross(normal);
+    curve.samples[i] = {to_row(points[i]), to_row(frames.tangent[i]),
+                        to_row(turn.cos * normal + turn.sin * binormal),
+                        to_row(turn.cos * binormal - turn.sin * normal)};
     if (i >= from) {
       turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
     }
   }
 }
 
-std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
+std::vector<Vec3> rounded_points(const TracedPath &path, double corner) {
   std::vector<Vec3> points = resample(path.points, kSamples);
   const double spacing = path.length / (kSamples - 1);
   round_corners(points, spacing, std::min(corner, 0.1 * path.length));
@@ -107,7 +42,7 @@ std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
 }
 
 // Interpolated, so only nearly orthonormal: the same at rest and later.
-[[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve& curve, double part) {
+[[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve &curve, double part) {
   const double at = std::min(std::max(part, 0.0), 1.0) * (kSamples - 1);
   const int i = std::min(static_cast<int>(at), kSamples - 2);
   const double t = at - i;
@@ -116,19 +51,19 @@ std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
           a.normal + t * (b.normal - a.normal), a.binormal + t * (b.binormal - a.binormal)};
 }
 
-Mat3 frame_of(const CurveSample& sample) {
+Mat3 frame_of(const CurveSample &sample) {
   Mat3 frame;
   frame << to_vec(sample.tangent), to_vec(sample.normal), to_vec(sample.binormal);
   return frame;
 }
 
 // x in a sample's frame.
-Vec3 place_in(const CurveSample& sample, const Row& x) {
+Vec3 place_in(const CurveSample &sample, const Row &x) {
   return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
 // Part of the curve's length at which it is nearest to x.
-double nearest_part(const CarryCurve& curve, const Vec3& x) {
+double nearest_part(const CarryCurve &curve, const Vec3 &x) {
   double best = std::numeric_limits<double>::infinity(), part = 0.0;
   for (int i = 0; i + 1 < kSamples; ++i) {
     const Vec3 p = to_vec(curve.samples[i].point), d = to_vec(curve.samples[i + 1].point) - p;
@@ -148,7 +83,8 @@ double smoothstep_integral(double t) {
   return t * t * t * (1.0 - 0.5 * t);
 }
 
-// Stretch rate along the belly: 0 in the tendons, constant in the middle, smoothsteps between.
+// Stretch rate along the belly: 0 in the tendons, constant in the middle,
+// smoothsteps between.
 struct StretchProfile {
   double from, to, ramp;
   double total() const { return to - from - ramp; }
@@ -168,44 +104,78 @@ struct StretchProfile {
 namespace {
 
 // The path at rest as a curve; its frames turn from any that fits the origin.
-CarryCurve rest_curve(const TracedPath& traced, double corner) {
+CarryCurve rest_curve(const TracedPath &traced, double corner) {
   const std::vector<Vec3> points = rounded_points(traced, corner);
   const Vec3 t = tangent_at(points, 0);
   const Vec3 n = t.unitOrthogonal();
   Mat3 first;
   first << t, n, t.cross(n);
   CarryCurve curve;
-  set_samples(points, first, nullptr, 0, curve);
+  set_samples(points, transported_frames(points, first), {}, 0, curve);
   return curve;
 }
 
-StretchProfile stretch_profile(const CarriedShape& shape) {
+// Samples before the point k of the path, as the traced path has it.
+double sample_of_point(const TracedPath &traced, int k) {
+  double before = 0.0, all = 0.0;
+  for (int i = 1; i < static_cast<int>(traced.points.size()); ++i) {
+    all += (traced.points[i] - traced.points[i - 1]).norm();
+    if (i == traced.of_point[k]) before = all;
+  }
+  return all > 0.0 ? before / all * (kSamples - 1) : 0.0;
+}
+
+// The bodies that carry the path, and what lies between them at rest.
+void set_runs(const TracedPath &traced, const Pose &rest_pose, CarriedShape &shape) {
+  const std::vector<PathPoint> &points = shape.path.points;
+  const auto same = [&](const PathPoint &a, const PathPoint &b) {
+    return a.body == b.body && a.with == b.with && a.share == b.share;
+  };
+  const double middle = 0.5 * (shape.belly[0] + shape.belly[1]) / traced.length * (kSamples - 1);
+  const int count = static_cast<int>(points.size());
+  for (int begin = 0, end = 0; begin < count; begin = end) {
+    while (end < count && same(points[begin], points[end])) ++end;
+    Vec3 along = Vec3::UnitX();
+    if (begin > 0) {
+      const Vec3 between =
+          0.5 * (traced.points[traced.of_point[begin - 1]] + traced.points[traced.of_point[begin]]);
+      const Vec3 before = between - traced.points.front(), after = traced.points.back() - between;
+      along = before.norm() > after.norm() ? before : after;
+      const double at = 0.5 * (sample_of_point(traced, begin - 1) + sample_of_point(traced, begin));
+      if (at < middle) ++shape.twists_of_origin;
+    }
+    shape.runs.push_back(
+        {begin, end - 1, place_of(points[begin], rest_pose).linear(), along.normalized()});
+  }
+}
+
+StretchProfile stretch_profile(const CarriedShape &shape) {
   const double length = shape.belly[1] - shape.belly[0];
   return {shape.belly[0], shape.belly[1], std::min(shape.lengths.junction, 0.25 * length)};
 }
 
-double coordinate_in(const std::array<double, 2>& belly, double along) {
+double coordinate_in(const std::array<double, 2> &belly, double along) {
   return std::clamp((along - belly[0]) / (belly[1] - belly[0]), 0.0, 1.0);
 }
 
 }  // namespace
 
-std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
-                                      const Pose& rest_pose, const std::array<double, 2>& belly,
-                                      const Lengths& lengths) {
+std::vector<double> belly_coordinates(const TriMesh &mesh, const MusclePath &path,
+                                      const Pose &rest_pose, const std::array<double, 2> &belly,
+                                      const Lengths &lengths) {
   const TracedPath traced = trace_path(path, rest_pose);
   const CarryCurve curve = rest_curve(traced, lengths.corner);
   std::vector<double> coordinates;
-  for (const Vec3& p : mesh.vertices) {
+  for (const Vec3 &p : mesh.vertices) {
     coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
   }
   return coordinates;
 }
 
-CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
-                                const std::array<double, 2>& belly,
-                                const std::vector<double>& weights, double twist_from,
-                                const Lengths& lengths) {
+CarriedShape make_carried_shape(const TriMesh &mesh, const MusclePath &path, const Pose &rest_pose,
+                                const std::array<double, 2> &belly,
+                                const std::vector<double> &weights, double twist_from,
+                                const Lengths &lengths) {
   assert(weights.size() == mesh.vertices.size());
   CarriedShape shape;
   shape.path = path;
@@ -215,10 +185,15 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   shape.twist_from = twist_from;
-  const Transform& origin = rest_pose[path.points.front().body];
-  const Transform& insertion = rest_pose[path.points.back().body];
+  const Transform &origin = rest_pose[path.points.front().body];
+  const Transform &insertion = rest_pose[path.points.back().body];
   shape.rest_end_frames = {origin.rotation().transpose() * frame_of(curve.samples.front()),
                            insertion.rotation().transpose() * frame_of(curve.samples.back())};
+  for (const CurveSample &sample : curve.samples) {
+    shape.rest.tangent.push_back(to_vec(sample.tangent));
+    shape.rest.normal.push_back(to_vec(sample.normal));
+  }
+  set_runs(traced, rest_pose, shape);
 
   const StretchProfile profile = stretch_profile(shape);
   const size_t nodes = mesh.vertices.size();
@@ -240,10 +215,11 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
       shape.inner[i] = smoothstep(0.0, kTaper, u) * smoothstep(0.0, kTaper, 1.0 - u);
     }
   }
-  // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate, where the sections
-  // A are weighed by the share of the volume that each node's triangles enclose.
+  // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate,
+  // where the sections A are weighed by the share of the volume that each
+  // node's triangles enclose.
   double plain = 0.0, weighted = 0.0;
-  for (const Triangle& tri : mesh.triangles) {
+  for (const Triangle &tri : mesh.triangles) {
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
@@ -255,29 +231,83 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     }
   }
   const double b = weighted > 0.0 ? plain / weighted : 0.0;
-  for (double& w : shape.bulge) w *= b;
+  for (double &w : shape.bulge) w *= b;
   return shape;
 }
 
-CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
-                             const Pose& rest_pose) {
+CarriedShape make_held_shape(const TriMesh &mesh, const std::vector<int> &held,
+                             const Pose &rest_pose) {
   CarriedShape shape;
   const size_t nodes = mesh.vertices.size();
   shape.belly = {0.0, 1.0};
   shape.rest_path_length = 1.0;
   shape.held = held;
-  for (std::vector<double>* values :
+  for (std::vector<double> *values :
        {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge, &shape.inner}) {
     values->assign(nodes, 0.0);
   }
   for (size_t i = 0; i < nodes; ++i) {
-    const Vec3& p = mesh.vertices[i];
+    const Vec3 &p = mesh.vertices[i];
     shape.offset.push_back(held[i] < 0 ? p : rest_pose[held[i]].inverse() * p);
   }
   return shape;
 }
 
-CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
+namespace {
+
+// The bodies along the path now, and the twists between them.
+std::vector<FrameBody> bodies_along(const CarriedShape &shape, const TracedPath &traced,
+                                    const Pose &pose, std::vector<double> &twists) {
+  std::vector<FrameBody> bodies;
+  for (const CarriedShape::Run &run : shape.runs) {
+    const Mat3 now = place_of(shape.path.points[run.first], pose).linear();
+    FrameBody body{now * run.at_rest.transpose(), 0.0, sample_of_point(traced, run.first),
+                   sample_of_point(traced, run.last)};
+    if (!bodies.empty()) {
+      const FrameBody &before = bodies.back();
+      twists.push_back(turn_about(run.along, before.turn.transpose() * body.turn));
+      body.twist = before.twist + twists.back();
+    }
+    bodies.push_back(body);
+  }
+  return bodies;
+}
+
+// The least cosine between neighbouring tangents.
+double sharpest_bend(const CurveFrames &frames) {
+  double least = 1.0;
+  for (int i = 1; i < kSamples; ++i) {
+    least = std::min(least, frames.tangent[i - 1].dot(frames.tangent[i]));
+  }
+  return least;
+}
+
+// How far frames go with the bodies and not by transport: from cosines of the
+// largest angle at an end, from 115 to 135 degrees, and of the sharpest bend
+// between two samples, from 50 to 75, and from how far the twists disagree.
+double share_of_bodies(double end, double bend, double doubt) {
+  constexpr double kEnd[] = {0.42262, 0.70711}, kBend[] = {-0.64279, -0.25882};
+  constexpr double kDoubt[] = {70.0 * kDegree, 120.0 * kDegree};
+  return std::max({smoothstep(kEnd[0], kEnd[1], -end), smoothstep(kBend[0], kBend[1], -bend),
+                   smoothstep(kDoubt[0], kDoubt[1], doubt)});
+}
+
+void follow_bodies(const std::vector<FrameBody> &bodies, const CurveFrames &rest,
+                   const Twist &twist, int from, double share, CarryCurve &curve) {
+  for (int i = 0; i < kSamples; ++i) {
+    CurveSample &sample = curve.samples[i];
+    const double angle =
+        twist.at_origin + twist.shared_of_bodies * std::max(i - from, 0) / (kSamples - 1 - from);
+    const Vec3 t = to_vec(sample.tangent), by_bodies = carried_normal(bodies, rest, i, t, angle);
+    const Vec3 normal = ((1.0 - share) * to_vec(sample.normal) + share * by_bodies).normalized();
+    sample.normal = to_row(normal);
+    sample.binormal = to_row(t.cross(normal));
+  }
+}
+
+}  // namespace
+
+CarriedPose carry_pose(const CarriedShape &shape, const Pose &pose) {
   CarriedPose out;
   if (!shape.held.empty()) {
     out.bodies = pose;
@@ -287,31 +317,44 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   out.path_length = traced.length;
   const std::vector<Vec3> points = rounded_points(traced, shape.lengths.corner);
   out.change = traced.length - shape.rest_path_length;
-  const auto end_frame = [&](int end, int sample) {
-    const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
-    const Mat3 carried = pose[point.body].rotation() * shape.rest_end_frames[end];
-    return Mat3(smallest_rotation(carried.col(0), tangent_at(points, sample)) * carried);
+  const auto carried_end = [&](int end) {
+    const auto &point = end == 0 ? shape.path.points.front() : shape.path.points.back();
+    return Mat3(pose[point.body].rotation() * shape.rest_end_frames[end]);
   };
-  const Mat3 first = end_frame(0, 0), last = end_frame(1, kSamples - 1);
-  const double from = shape.twist_from / shape.rest_path_length * (kSamples - 1);
-  set_samples(points, first, &last, std::min(static_cast<int>(from), kSamples - 2), out.curve);
+  const Mat3 first = carried_end(0), last = carried_end(1);
+  const Vec3 begins = tangent_at(points, 0), ends = tangent_at(points, kSamples - 1);
+  const CurveFrames frames = transported_frames(points, fitted_frame(first, begins));
+  const Vec3 wanted = fitted_frame(last, ends).col(1), binormal = ends.cross(frames.normal.back());
+  std::vector<double> twists;
+  const std::vector<FrameBody> bodies = bodies_along(shape, traced, pose, twists);
+  const Twist twist =
+      share_twist(twists, arc_tan2(wanted.dot(binormal), wanted.dot(frames.normal.back())),
+                  shape.twists_of_origin);
+  const int from = std::min(
+      static_cast<int>(shape.twist_from / shape.rest_path_length * (kSamples - 1)), kSamples - 2);
+  set_samples(points, frames, twist, from, out.curve);
+  const double off = std::min(first.col(0).dot(begins), last.col(0).dot(ends));
+  const double share = share_of_bodies(off, sharpest_bend(frames), twist.doubt);
+  if (share > 0.0) follow_bodies(bodies, shape.rest, twist, from, share, out.curve);
   return out;
 }
 
-double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) {
-  // A belly shortened to nothing would turn inside out: 0.2 is far below any living fibre.
+double stretch_at(const CarriedShape &shape, const CarriedPose &pose, int node) {
+  // A belly shortened to nothing would turn inside out: 0.2 is far below any
+  // living fibre.
   return std::max(1.0 + shape.stretch_rate[node] * pose.change, 0.2);
 }
 
 namespace {
 
-// Where a node is carried to: what the curve is there, and by how much its offset swells.
+// Where a node is carried to: what the curve is there, and by how much its
+// offset swells.
 struct CarriedNode {
   CurveSample at;
   double swelling;
 };
-[[gnu::always_inline]] inline CarriedNode carry_node(const CarriedShape& shape,
-                                                     const CarriedPose& pose, bool swell,
+[[gnu::always_inline]] inline CarriedNode carry_node(const CarriedShape &shape,
+                                                     const CarriedPose &pose, bool swell,
                                                      size_t i) {
   const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
   double g = 1.0;
@@ -325,8 +368,8 @@ struct CarriedNode {
 }  // namespace
 
 THEW_VECTORISED
-void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                       Rows& positions, double scale, Rows* scaled) {
+void carried_positions(const CarriedShape &shape, const CarriedPose &pose, bool swell,
+                       Rows &positions, double scale, Rows *scaled) {
   const size_t nodes = shape.along.size();
   positions.resize(nodes);
   for (size_t i = 0; i < nodes && !shape.held.empty(); ++i) {
@@ -337,7 +380,7 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool 
   if (scaled) scaled->resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const auto [at, swelling] = carry_node(shape, pose, swell, i);
-    const Vec3& offset = shape.offset[i];
+    const Vec3 &offset = shape.offset[i];
     const Row axis = at.point + offset.x() * at.tangent;
     const Row away = swelling * (offset.y() * at.normal + offset.z() * at.binormal);
     positions[i] = axis + away;
@@ -345,22 +388,22 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool 
   }
 }
 
-std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                                  const Rows& x) {
+std::vector<Vec3> profile_offsets(const CarriedShape &shape, const CarriedPose &pose, bool swell,
+                                  const Rows &x) {
   std::vector<Vec3> offsets;
   for (size_t i = 0; i < x.size(); ++i) {
     const auto [at, g] = carry_node(shape, pose, swell, i);
-    const Vec3& offset = shape.offset[i];
+    const Vec3 &offset = shape.offset[i];
     offsets.push_back(place_in(at, x[i]) - Vec3(offset.x(), g * offset.y(), g * offset.z()));
   }
   return offsets;
 }
 
 THEW_VECTORISED
-void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                        const CarriedProfile& profile, Rows& positions) {
+void profiled_positions(const CarriedShape &shape, const CarriedPose &pose, bool swell,
+                        const CarriedProfile &profile, Rows &positions) {
   const size_t nodes = shape.along.size();
-  const std::vector<double>& knots = profile.change;
+  const std::vector<double> &knots = profile.change;
   const auto after = std::upper_bound(knots.begin(), knots.end(), pose.change);
   const size_t high = std::min<size_t>(after - knots.begin(), knots.size() - 1);
   const size_t low = after == knots.begin() ? high : after - knots.begin() - 1;
@@ -375,19 +418,19 @@ void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool
   }
 }
 
-double belly_coordinate(const CarriedShape& shape, int node) {
+double belly_coordinate(const CarriedShape &shape, int node) {
   return coordinate_in(shape.belly, shape.along[node]);
 }
 
-std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node) {
+std::array<double, 3> fibre_coordinates(const CarriedShape &shape, int node) {
   const double u = belly_coordinate(shape, node);
   return {shape.along[node] / shape.rest_path_length,
           arc_tan2(shape.offset[node].z(), shape.offset[node].y()),
           smoothstep(0.0, 0.12, u) * smoothstep(0.0, 0.12, 1.0 - u)};
 }
 
-void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
-              Vec3& tangent) {
+void curve_at(const CarriedShape &shape, const CarriedPose &pose, double along, Vec3 &point,
+              Vec3 &tangent) {
   const StretchProfile profile = stretch_profile(shape);
   const CurveSample at =
       interpolate(pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);

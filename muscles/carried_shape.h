@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "muscles/frames.h"
 #include "muscles/lengths.h"
 #include "muscles/path.h"
 #include "rig/mesh.h"
@@ -16,8 +17,10 @@ struct CurveSample {
 };
 /// The traced path with its corners rounded (so a little shorter; places on it are parts of its
 /// length, which stand for the same parts of the path's), sampled at equal distances, with a frame
-/// per sample that turns as little as possible; the twist left over against the insertion is shared
-/// out evenly beyond `twist_from`.
+/// per sample that turns as little as possible; the twist left over against the insertion (see
+/// share_twist) is shared out evenly beyond `twist_from`. Where the path turns back, or leaves a
+/// bone by more than 115 degrees from where it left it at rest, the least turn depends on next to
+/// nothing: there frames are those of the bodies along the path instead, see carried_normal.
 struct CarryCurve {
   std::vector<CurveSample, AlignedAllocator<CurveSample>> samples;
 };
@@ -31,6 +34,15 @@ struct CarriedShape {
   double rest_path_length = 0.0;             ///< m, of the exact path
   Lengths lengths;
   std::array<Mat3, 2> rest_end_frames;  ///< curve's ends in the frames of their bodies
+  CurveFrames rest;                     ///< by sample
+  /// Points of the path one after the other that one body carries.
+  struct Run {
+    int first, last;
+    Mat3 at_rest;  ///< the body's turn
+    Vec3 along;    ///< unit, at rest: from between this run and the one before, the longer way
+  };
+  std::vector<Run> runs;
+  int twists_of_origin = 0;  ///< of the twists between them, those before the belly's middle
 
   // By node.
   std::vector<double> along;  ///< m along the rest path

@@ -43,7 +43,9 @@ void check_arrays(const MuscleDef& def, const Pose& rest_pose) {
   }
   bool known = std::all_of(def.held.begin(), def.held.end(),
                            [&](int body) { return body == -1 || is_body(body); });
-  for (const PathPoint& point : def.path.points) known = known && is_body(point.body);
+  for (const PathPoint& point : def.path.points) {
+    known = known && is_body(point.body) && (point.with == -1 || is_body(point.with));
+  }
   for (const WrapCylinder& wrap : def.path.wraps) known = known && is_body(wrap.body);
   if (!known) {
     refuse(def, "its path or hold names a body beyond the skeleton's " + count(rest_pose.size()));
@@ -114,7 +116,10 @@ void spread_weights(const Rows& x, Muscle& muscle) {
 
 std::vector<int> bodies_of(const CarriedShape& shape) {
   std::set<int> bodies;
-  for (const PathPoint& point : shape.path.points) bodies.insert(point.body);
+  for (const PathPoint& point : shape.path.points) {
+    bodies.insert(point.body);
+    if (point.with >= 0) bodies.insert(point.with);
+  }
   for (const WrapCylinder& wrap : shape.path.wraps) bodies.insert(wrap.body);
   for (int body : shape.held) {
     if (body >= 0) bodies.insert(body);

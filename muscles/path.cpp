@@ -47,13 +47,24 @@ End end_of(const Section& section, const Vec3& world) {
   return end;
 }
 
-// Angle (rad) that the shortest path on the right side lies on the cylinder; negative: the straight
-// segment, which either passes the centre at a radius or more on its left or has it beyond one end.
-double wrap_angle(double radius, const End& a, const End& b) {
+// How much of the straight segment there is in the path, 0..1: all of it where that passes the
+// centre at a radius or more on its left or has it beyond one end. A segment that passes on the
+// wrong side is to leave the cylinder before one of its ends passes it by: from an angle of 60
+// degrees at that end, between segment and centre, on, to 90 degrees.
+double straight_share(double radius, const End& a, const End& b) {
+  constexpr double kHolds = 0.5;  // cosine
   const Vec3 along = b.p - a.p;
-  const double length = std::sqrt(dot(along, along));
-  const bool centre_beyond_an_end = dot(a.p, along) >= 0.0 || dot(b.p, along) <= 0.0;
-  if (centre_beyond_an_end || cross(a.p, b.p) >= radius * length) return -1.0;
+  const double length = std::sqrt(dot(along, along)), turn = cross(a.p, b.p);
+  const double ahead = -dot(a.p, along), behind = dot(b.p, along);
+  if (ahead <= 0.0 || behind <= 0.0 || turn >= radius * length) return 1.0;
+  if (turn >= 0.0) return 0.0;
+  const double cosine =
+      std::min(ahead / std::sqrt(dot(a.p, a.p)), behind / std::sqrt(dot(b.p, b.p))) / length;
+  return 1.0 - smoothstep(0.0, kHolds, cosine);
+}
+
+// Angle (rad) that the shortest path on the right side lies on the cylinder.
+double wrap_angle(double radius, const End& a, const End& b) {
   double between = arc_tan2(cross(a.p, b.p), dot(a.p, b.p));
   if (between < 0.0) between += 2.0 * kPi;
   return std::max(between - arc_tan2(a.tangent, radius) - arc_tan2(b.tangent, radius), 0.0);
@@ -71,14 +82,16 @@ double trace_wrap(const Section& section, const Vec3& from, const Vec3& to,
                   std::vector<Vec3>& points) {
   const End a = end_of(section, from), b = end_of(section, to);
   const auto emit = [&](const Vec3& p) { points.push_back(section.centre + section.axes * p); };
-  const double angle = wrap_angle(section.radius, a, b);
-  if (angle < 0.0) {
-    const Vec3 along = b.p - a.p;
-    const double length2 = dot(along, along);
-    const double t = length2 > 0.0 ? std::clamp(-dot(a.p, along) / length2, 0.0, 1.0) : 0.0;
-    for (int i = 0; i < kArcPoints; ++i) emit(a.p + t * along);
+  const double straight = straight_share(section.radius, a, b);
+  const Vec3 along = b.p - a.p;
+  const double length2 = dot(along, along);
+  const double t = length2 > 0.0 ? std::clamp(-dot(a.p, along) / length2, 0.0, 1.0) : 0.0;
+  const Vec3 nearest = a.p + t * along;
+  if (straight >= 1.0) {
+    for (int i = 0; i < kArcPoints; ++i) emit(nearest);
     return along.norm();
   }
+  const double angle = wrap_angle(section.radius, a, b);
   // Unrolled, a helix is a straight line: z is linear in the length covered in the section.
   const double flat = a.tangent + section.radius * angle + b.tangent;
   const double slope = flat > 0.0 ? (b.p.z() - a.p.z()) / flat : 0.0;
@@ -86,10 +99,12 @@ double trace_wrap(const Section& section, const Vec3& from, const Vec3& to,
   for (int i = 0; i < kArcPoints; ++i) {
     const double turned = angle * i / (kArcPoints - 1);
     const auto [s, c] = sin_cos(turned);
-    emit({c * touch.x() - s * touch.y(), s * touch.x() + c * touch.y(),
-          a.p.z() + slope * (a.tangent + section.radius * turned)});
+    const Vec3 round(c * touch.x() - s * touch.y(), s * touch.x() + c * touch.y(),
+                     a.p.z() + slope * (a.tangent + section.radius * turned));
+    emit(straight > 0.0 ? Vec3(round + straight * (nearest - round)) : round);
   }
-  return flat * std::sqrt(1.0 + slope * slope);
+  const double round = flat * std::sqrt(1.0 + slope * slope);
+  return straight > 0.0 ? round + straight * (along.norm() - round) : round;
 }
 
 // The wrap of each segment, null where there is none.
@@ -110,21 +125,50 @@ std::vector<const WrapCylinder*> wraps_by_segment(const MusclePath& path) {
   return wraps;
 }
 
+// A turn's share: about the same axis, by less.
+Mat3 share_of_turn(const Mat3& turn, double share) {
+  constexpr double kUsual = 120.0 * kDegree;  // beyond it the share rises
+  Eigen::Quaterniond q(turn);
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  const double sine = q.vec().norm();
+  if (sine < 1e-12) return Mat3::Identity();
+  const double angle = 2.0 * arc_tan2(sine, q.w());
+  const double part = share + (1.0 - share) * smoothstep(kUsual, kPi, angle);
+  return rotation_about(q.vec() / sine, part * angle);
+}
+
 }  // namespace
+
+void share_turn(int with, double share, const Pose& rest_pose, PathPoint& point) {
+  point.with = with;
+  point.share = share;
+  point.at_rest = rest_pose[with].linear().transpose() * rest_pose[point.body].linear();
+}
+
+Transform place_of(const PathPoint& point, const Pose& pose) {
+  if (point.with < 0) return pose[point.body];
+  Transform place = pose[point.body];
+  const Mat3 with = pose[point.with].linear();
+  const Mat3 turn = with.transpose() * place.linear() * point.at_rest.transpose();
+  place.linear() = with * share_of_turn(turn, point.share) * point.at_rest;
+  return place;
+}
 
 TracedPath trace_path(const MusclePath& path, const Pose& pose) {
   const std::vector<const WrapCylinder*> wraps = wraps_by_segment(path);
   const auto in_world = [&](size_t i) {
-    return Vec3(pose[path.points[i].body] * path.points[i].position);
+    return Vec3(place_of(path.points[i], pose) * path.points[i].position);
   };
   TracedPath traced;
   traced.points.reserve(path.points.size() + kArcPoints * path.wraps.size());
   traced.points.push_back(in_world(0));
+  traced.of_point.push_back(0);
   for (size_t i = 0; i < wraps.size(); ++i) {
     const Vec3 from = traced.points.back(), to = in_world(i + 1);
     traced.length +=
         wraps[i] ? trace_wrap(section_of(*wraps[i], pose[wraps[i]->body]), from, to, traced.points)
                  : (to - from).norm();
+    traced.of_point.push_back(static_cast<int>(traced.points.size()));
     traced.points.push_back(to);
   }
   return traced;

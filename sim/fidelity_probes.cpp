@@ -24,7 +24,7 @@ struct Motion {
 // World places of what moves a muscle.
 void add_places(const Muscle& muscle, const Pose& pose, std::vector<Vec3>& places) {
   for (const PathPoint& point : muscle.shape.path.points) {
-    places.push_back(pose[point.body] * point.position);
+    places.push_back(place_of(point, pose) * point.position);
   }
   for (size_t i = 0; i < muscle.shape.held.size(); ++i) {
     const int body = muscle.shape.held[i];

@@ -147,6 +147,7 @@ void add_path(const MusclePath& path, PartedHash& hash) {
   for (const PathPoint& point : path.points) {
     hash.number(point.body);
     hash.point(point.position);
+    if (point.with >= 0) hash.list({1.0 * point.with, point.share});
   }
   for (const WrapCylinder& wrap : path.wraps) {
     for (double value : {1.0 * wrap.segment, 1.0 * wrap.body, wrap.radius, wrap.turn}) {

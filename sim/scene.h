@@ -27,6 +27,8 @@ struct ScenePathPoint {
   std::string body;
   Vec3 position = Vec3::Zero();
   Place place = {};
+  std::string with = {};  ///< empty: it goes with `body` alone; see PathPoint
+  double share = 1.0;
 };
 struct SceneWrap {
   int segment = 0;

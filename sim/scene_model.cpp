@@ -35,11 +35,15 @@ int body_index(const Skeleton& skeleton, const std::string& name, const std::str
                                     did_you_mean(name, skeleton.body_names));
 }
 
-MusclePath muscle_path(const Skeleton& skeleton, const SceneMuscle& scene,
+MusclePath muscle_path(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene,
                        const std::string& place) {
   MusclePath path;
   for (const ScenePathPoint& point : scene.path) {
     path.points.push_back({body_index(skeleton, point.body, place), point.position});
+    if (!point.with.empty()) {
+      const int with = body_index(skeleton, point.with, point.place);
+      share_turn(with, point.share, bind_pose, path.points.back());
+    }
   }
   for (const SceneWrap& wrap : scene.wraps) {
     path.wraps.push_back({wrap.segment, body_index(skeleton, wrap.body, place), wrap.centre,
@@ -81,7 +85,7 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
   def.name = scene.name;
   def.place = scene.place;
   def.swells = scene.shape == SceneMuscle::Shape::kTarget;
-  def.path = muscle_path(skeleton, scene, place);
+  def.path = muscle_path(skeleton, bind_pose, scene, place);
   def.belly = scene.belly;
   def.twist_from = scene.twist_from;
   const bool has_path = !def.path.points.empty();

@@ -28,9 +28,28 @@ void read_tube(TomlValue& table, TubeProfile& profile) {
   profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {1e-6, 10.0});
 }
 
+// A point that takes a share of how its body turns against another.
+ScenePathPoint read_shared_point(TomlValue& table, bool is_end) {
+  ScenePathPoint point{text_of(require(table, "body")), vector_of(require(table, "at"), kPlace),
+                       table.place};
+  TomlValue& with = require(table, "with");
+  point.with = text_of(with);
+  point.share = number_of(require(table, "share"), kShare);
+  if (point.with == point.body) refuse(with, "name another body than the point's own");
+  if (is_end) {
+    refuse(with, "give it to a point between origin and insertion, which are each on one body");
+  }
+  return point;
+}
+
 void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
-  for (TomlValue& item :
-       items_of(value, "two points or more, [[\"body\", x, y, z], ...]", 2, 1000)) {
+  std::vector<TomlValue>& items =
+      items_of(value, "two points or more, [[\"body\", x, y, z], ...]", 2, 1000);
+  for (TomlValue& item : items) {
+    if (item.type == TomlValue::Type::kTable) {
+      path.push_back(read_shared_point(item, path.empty() || path.size() + 1 == items.size()));
+      continue;
+    }
     const std::vector<TomlValue>& parts = items_of(item, "a point, [\"body\", x, y, z]", 4, 4);
     const Vec3 position(number_of(parts[1], kPlace), number_of(parts[2], kPlace),
                         number_of(parts[3], kPlace));

@@ -42,7 +42,10 @@ ModelDef copies_of(const ModelDef& one, int count, double apart) {
     for (MuscleDef muscle : one.muscles) {
       muscle.name += mark;
       for (Vec3& p : muscle.mesh.vertices) p += shift;
-      for (PathPoint& point : muscle.path.points) point.body += by;
+      for (PathPoint& point : muscle.path.points) {
+        point.body += by;
+        if (point.with >= 0) point.with += by;
+      }
       for (WrapCylinder& wrap : muscle.path.wraps) wrap.body += by;
       for (int& body : muscle.held) body += body < 0 ? 0 : by;
       all.muscles.push_back(std::move(muscle));

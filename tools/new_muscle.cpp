@@ -120,7 +120,11 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
   std::string text = note + std::string("[[muscle]]\nname = ") + quoted(name) +
                      "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
   for (const PathPoint& point : after.points) {
-    text += "  [" + quoted(to.name_of(point.body)) + ", " + metres(point.position, ", ") + "],\n";
+    const std::string body = quoted(to.name_of(point.body)), at = metres(point.position, ", ");
+    text += point.with < 0 ? "  [" + body + ", " + at + "],\n"
+                           : "  { body = " + body + ", at = [" + at +
+                                 "], with = " + quoted(to.name_of(point.with)) +
+                                 ", share = " + metres(point.share) + " },\n";
   }
   text += "]\n";
   for (const WrapCylinder& wrap : after.wraps) {

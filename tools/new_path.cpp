@@ -27,6 +27,10 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
 }
 
 void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path) {
+  // Of the humerus' turn against the body that stands for the blade: a living one turns by a third
+  // of the arm's elevation, and what lies on it glides. With all of the turn the path from the
+  // coracoid folds back on itself when the arm drops; with half of it muscles overlap.
+  constexpr double kShare = 0.7;
   const Vec3 joint = rest[arm.humerus].translation();
   const Vec3 down = (rest[arm.forearm].translation() - joint).normalized();
   for (size_t i = 1; i + 1 < path.points.size(); ++i) {
@@ -34,6 +38,7 @@ void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path) 
     const Vec3 world = rest[point.body] * point.position;
     if (point.body != arm.clavicle || down.dot(world - joint) <= 0.0) continue;
     point = {arm.humerus, rest[arm.humerus].inverse() * world};
+    share_turn(arm.clavicle, kShare, rest, point);
   }
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "muscles/carried_shape.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
-#include "muscles/carried_shape.h"
 #include "muscles/frames.h"
 #include "rig/math.h"
 #include "rig/vectorise.h"

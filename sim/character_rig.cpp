@@ -52,11 +52,38 @@ void drive_bodies(const Model& model, double time, State& state) {
   for (size_t b = 0; b < state.bodies.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
 }
 
+// The humerus points from shoulder to elbow: where a twist bone between it and the forearm bends as
+// well, its own frame alone would leave the elbow out of joint.
+void point_at_elbow(const Model& model, const Forearm& forearm, Pose& pose) {
+  const int humerus = bone_above(model, forearm.body);
+  if (humerus < 0 || humerus == model.skeleton.parent[forearm.body]) return;
+  const CharacterRig& rig = *model.character;
+  const Vec3 at_rest =
+      rigid_part(rig.rest[humerus]).inverse() * Vec3(rig.rest[forearm.body].translation());
+  Transform& place = pose[humerus];
+  const Vec3 is = place.linear() * at_rest,
+             asked = pose[forearm.body].translation() - place.translation();
+  if (!(is.norm() > 0.0) || !(asked.norm() > 0.0)) return;
+  place.linear() = least_turn(is.normalized(), asked.normalized()) * place.linear();
+}
+
 }  // namespace
+
+int bone_above(const Model& model, int body) {
+  const auto has_bone = [&](int b) {
+    return std::any_of(model.bones.begin(), model.bones.end(),
+                       [&](const Bone& bone) { return bone.body == b; });
+  };
+  do {
+    body = model.skeleton.parent[body];
+  } while (body >= 0 && !has_bone(body));
+  return body;
+}
 
 void drive_character(const Model& model, double time, State& state) {
   drive_bodies(model, time, state);
   for (const Forearm& forearm : model.character->forearms) {
+    point_at_elbow(model, forearm, state.pose);
     pose_forearm(model.skeleton, forearm, state.pose);
   }
 }

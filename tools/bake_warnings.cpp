@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sim/character_rig.h"
+#include "sim/drive.h"
+#include "sim/state_archive.h"
 #include "skin/depth.h"
 
 namespace thew {
@@ -49,6 +52,56 @@ std::string flesh_outside(const Model& model, const std::vector<int>& frames,
 
 }  // namespace
 
+std::vector<std::string> joints_out_of_place(const Model& model, const std::vector<int>& frames) {
+  constexpr double kOff = 5e-3, kShare = 0.02;
+  struct Joint {
+    int above, below;  // bodies
+    Vec3 place;        // m, in `above`, at rest
+    double off = 0.0;
+    int frame = 0;
+  };
+  if (!model.character || !is_animated(model)) return {};
+  State state = initial_state(model);
+  std::vector<Joint> joints;
+  const auto add = [&](int above, int below) {
+    if (above < 0) return;
+    joints.push_back({above, below, state.pose[above].inverse() * state.pose[below].translation()});
+  };
+  for (const Forearm& forearm : model.character->forearms) {
+    const int humerus = bone_above(model, forearm.body);
+    add(humerus, forearm.ulna);
+    if (humerus >= 0) add(bone_above(model, humerus), humerus);
+    for (const Bone& bone : model.bones) {
+      // A hand: its bones hang on the forearm, with no other bone between.
+      int b = model.skeleton.parent[bone.body];
+      while (b >= 0 && b != forearm.body) b = model.skeleton.parent[b];
+      if (b == forearm.body && bone_above(model, bone.body) == humerus) {
+        add(forearm.radius, bone.body);
+      }
+    }
+  }
+  for (const int frame : frames) {
+    drive_bones(model, (frame - model.first_frame) / model.fps, state);
+    for (Joint& joint : joints) {
+      const Vec3 now = state.pose[joint.above].inverse() * state.pose[joint.below].translation();
+      const double off = (now - joint.place).norm();
+      if (off > joint.off) joint.off = off, joint.frame = frame;
+    }
+  }
+  std::vector<std::string> lines;
+  for (const Joint& joint : joints) {
+    if (joint.off <= std::min(kOff, kShare * joint.place.norm())) continue;
+    char line[120];
+    std::snprintf(line, sizeof line, " is out of joint by %.1f mm in frame %d; ", 1e3 * joint.off,
+                  joint.frame);
+    const std::vector<std::string>& names = model.skeleton.body_names;
+    lines.push_back("\"" + names[joint.below] + "\" on \"" + names[joint.above] + "\"" + line +
+                    "the motion's joints lie elsewhere than the character's, and muscles across it "
+                    "are drawn out");
+  }
+  return lines;
+}
+
 std::string skin_too_full(const Model& model, const std::vector<int>& frames,
                           const std::vector<FrameMeasures>& measures) {
   constexpr double kHeld = 1e-9;
@@ -75,6 +128,7 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
       warnings.push_back("solver.tolerance: " + what);
     }
   }
+  for (std::string& line : joints_out_of_place(model, frames)) warnings.push_back(std::move(line));
   char line[200];
   if (model.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
     std::snprintf(line, sizeof line,

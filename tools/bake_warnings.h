@@ -8,6 +8,10 @@
 
 namespace thew {
 
+/// A line for each joint between two bones of a character that its motion moves from where it is at
+/// rest, by 5 mm or 2 % of the bone above: with the bone, the farthest frame and millimetres.
+std::vector<std::string> joints_out_of_place(const Model& model, const std::vector<int>& frames);
+
 /// The model's, and after them what the bake found; `reader` is of its complete cache.
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader);

@@ -9,6 +9,9 @@
 #include "../unit/tools_new.h"
 #include "rig/text.h"
 #include "sim/drive.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 
 namespace thew {
 namespace {
@@ -126,7 +129,7 @@ ArmAngles between(const ArmAngles& a, const ArmAngles& b, double t) {
 // `keys` random poses to the next in half a second.
 BodyClip random_motion(const Model& model, unsigned seed, int keys) {
   constexpr int kPieces = 24;  // from key to key, so that angles and not turns are interpolated
-  const SceneHinge& elbow = model.scene.character.hinges.at(0);
+  const SceneHinge& elbow = model.character.hinges.at(0);
   std::mt19937 random(seed);
   BodyClip clip;
   clip.tracks.resize(2);
@@ -161,7 +164,7 @@ TEST_F(NewScene, TargetsOfRandomMotionsDoNotLeap) {
   Walk all;
   for (unsigned seed = 1; seed <= kMotions; ++seed) {
     model.character->clip = random_motion(model, seed, kKeys);
-    model.scene.last_frame = model.scene.first_frame + (kKeys - 1) * 12;
+    model.last_frame = model.first_frame + (kKeys - 1) * 12;
     Walker walker(model);
     walker.prints = std::getenv("THEW_WALK") != nullptr;
     walker.follow_clip();

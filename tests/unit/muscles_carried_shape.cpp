@@ -118,5 +118,43 @@ TEST(CarriedShape, TwistBeginsWhereItIsTold) {
   }
 }
 
+// m, the most that a node moves in an eighth of a degree in which the insertion turns, over a
+// whole turn in steps of an eighth; and how far the belly's middle is from where it began when the
+// turn is whole. At 180 degrees it leapt from one side to the other, by the belly's width.
+double largest_step(const CarriedShape& shape, const Vec3& axis, double& from_start) {
+  Rows x, before, start;
+  double most = 0.0;
+  for (int k = 0; k <= 8 * 360; ++k) {
+    Pose pose = two_bodies(0, 0);
+    pose[1].translation() = Vec3(0.3, 0, 0);
+    pose[1].linear() = rotation_about(axis, k * 0.125 * kDegree);
+    carried_positions(shape, carry_pose(shape, pose), true, x);
+    if (k == 0) start = x;
+    if (k > 0) most = std::max(most, largest_distance(x, before));
+    before = x;
+  }
+  from_start = largest_distance(x, start);
+  return most;
+}
+
+TEST(CarriedShape, ABodyThatTurnsRightRoundDoesNotMakeItLeap) {
+  const TriMesh mesh = spindle();
+  const std::array<double, 2> belly = {0.06, 0.24};
+  MusclePath path = straight_path();
+  path.points.back() = {1, Vec3::Zero()};
+  Pose rest = two_bodies(0, 0);
+  rest[1].translation() = Vec3(0.3, 0, 0);
+  for (double twist_from : {0.0, 0.225}) {
+    const CarriedShape shape = make_carried_shape(
+        mesh, path, rest, belly, std::vector<double>(mesh.vertices.size(), 1.0), twist_from);
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(1, 0.2, 0), Vec3(1, -0.4, 0.5)}) {
+      double from_start = 0.0;
+      const double most = largest_step(shape, axis.normalized(), from_start);
+      EXPECT_LT(most, 0.5e-3) << axis.transpose() << " from " << twist_from;
+      EXPECT_LT(from_start, 1e-9);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace thew

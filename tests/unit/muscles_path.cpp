@@ -69,9 +69,9 @@ TEST(Path, RefusesTwoWrapsOnOneSegmentAWrapOnNoneAndALonePoint) {
 
 TEST(Path, HalfTurnRoundAPulley) {
   // Below the pulley on both sides, counter-clockwise: up on the right, over the top, down again.
-  const Vec3 right(kRadius, -0.1, 0), left(-kRadius, -0.1, 0);
+  const Vec3 right(kRadius, -0.03, 0), left(-kRadius, -0.03, 0);
   const TracedPath traced = wrap_segment(right, left);
-  EXPECT_NEAR(traced.length, 0.2 + kPi * kRadius, 1e-15);
+  EXPECT_NEAR(traced.length, 0.06 + kPi * kRadius, 1e-15);
   ASSERT_EQ(traced.points.size(), 2u + kArcPoints);
   for (int i = 1; i <= kArcPoints; ++i) EXPECT_NEAR(traced.points[i].norm(), kRadius, 1e-16);
   EXPECT_NEAR(traced.points[1 + kArcPoints / 2].y(), kRadius, 1e-16);
@@ -81,11 +81,11 @@ TEST(Path, HalfTurnRoundAPulley) {
 }
 
 TEST(Path, HelixIsStraightWhenUnrolled) {
-  const TracedPath traced = wrap_segment({kRadius, -0.1, 0.03}, {-kRadius, -0.1, 0.10});
-  const double flat = 0.2 + kPi * kRadius;
+  const TracedPath traced = wrap_segment({kRadius, -0.1, 0.03}, {-0.1, kRadius, 0.10});
+  const double flat = 0.2 + 0.5 * kPi * kRadius;
   EXPECT_NEAR(traced.length, std::hypot(flat, 0.07), 1e-15);
   for (int i = 1; i <= kArcPoints; ++i) {
-    const double covered = 0.1 + kPi * kRadius * (i - 1) / (kArcPoints - 1);
+    const double covered = 0.1 + 0.5 * kPi * kRadius * (i - 1) / (kArcPoints - 1);
     EXPECT_NEAR(traced.points[i].z(), 0.03 + 0.07 * covered / flat, 1e-15);
   }
   EXPECT_NEAR(polyline_length(traced.points), traced.length, 4e-4 * traced.length);
@@ -135,6 +135,74 @@ TEST(Path, LengthAndSlopeAreContinuousWhereTouchingBegins) {
   const Vec3 kink = wrap_segment(a, {kRadius - 1e-9, 0.1, 0.03}).points[5] -
                     wrap_segment(a, {kRadius + 1e-9, 0.1, 0.03}).points[5];
   EXPECT_LT(kink.norm(), 1e-7);  // the points do not jump either
+}
+
+// b goes round the cylinder, near it, far from it and on it: neither the length nor a point of the
+// path may leap. Where the segment passed one of its ends by it went from as much as a whole turn
+// to the straight line at once.
+TEST(Path, GoesRoundWithoutALeap) {
+  constexpr double kStep = 1e-3 * kDegree;
+  for (double from : {1.0, 1.2, 3.0, 10.0}) {
+    const Vec3 a(from * kRadius, 0.0, 0.01);
+    for (double to : {1.0, 1.3, 2.5, 10.0}) {
+      TracedPath before;
+      double most = 0.0;  // of the way that b goes
+      for (double angle = 0.3 * kDegree; angle < 2.0 * kPi; angle += 0.5 * kDegree) {
+        for (int k = 0; k < 2; ++k) {
+          const double at = angle + k * kStep;
+          const Vec3 b = to * kRadius * Vec3(std::cos(at), std::sin(at), 0.0);
+          TracedPath now = wrap_segment(a, b);
+          for (size_t i = 0; k == 1 && i < now.points.size(); ++i) {
+            const double moved = std::max((now.points[i] - before.points[i]).norm(),
+                                          std::abs(now.length - before.length));
+            most = std::max(most, moved / (to * kRadius * kStep));
+          }
+          before = std::move(now);
+        }
+      }
+      EXPECT_LT(most, 12.0) << from << " " << to;
+      // Steps that meet at their ends: no leap hides between them.
+      double length = wrap_segment(a, Vec3(to * kRadius, 0.0, 0.0)).length;
+      for (int k = 1; k <= 36000; ++k) {
+        const double at = k * 0.01 * kDegree;
+        const double now =
+            wrap_segment(a, to * kRadius * Vec3(std::cos(at), std::sin(at), 0.0)).length;
+        EXPECT_LT(std::abs(now - length), 12.0 * to * kRadius * 0.01 * kDegree) << at;
+        length = now;
+      }
+    }
+  }
+}
+
+// A point between two bodies: of a turn of 90 degrees it takes its share, where its body's origin
+// is; and no pose makes it leap, the half turn included, at which the axis changes sign.
+TEST(Path, ASharedPointTakesItsShareOfATurn) {
+  Pose rest(2, Transform::Identity()), pose;
+  rest[0].linear() = rotation_about(Vec3(3, 1, 2).normalized(), 0.4);
+  rest[1].linear() = rotation_about(Vec3(1, -1, 2).normalized(), 1.1);
+  rest[1].translation() = Vec3(0.1, 0.2, 0.0);
+  const Vec3 arm(0.0, -0.05, 0.0);
+  PathPoint point{1, rest[1].linear().transpose() * arm};
+  share_turn(0, 0.7, rest, point);
+  const auto place = [&](const Vec3& axis, double angle) {
+    pose = rest;
+    pose[1].linear() = rotation_about(axis, angle) * rest[1].linear();
+    pose[1].translation() += Vec3(0.0, 0.0, 0.01);
+    return Vec3(place_of(point, pose) * point.position);
+  };
+  const Vec3 joint(0.1, 0.2, 0.01);
+  EXPECT_LT((place(Vec3::UnitX(), 0.0) - joint - arm).norm(), 1e-15);
+  const Vec3 turned = rotation_about(Vec3::UnitX(), 63.0 * kDegree) * arm;
+  EXPECT_LT((place(Vec3::UnitX(), 90.0 * kDegree) - joint - turned).norm(), 1e-15);
+  // With the other body it goes along.
+  for (Transform& body : pose) body = Transform(Eigen::Translation3d(0.3, 0, 0)) * body;
+  EXPECT_LT((place_of(point, pose) * point.position - Vec3(0.3, 0, 0) - joint - turned).norm(),
+            1e-15);
+  for (double degrees = -360.0; degrees < 360.0; degrees += 0.05) {
+    const Vec3 axis = Vec3(1.0, 0.3, -0.2).normalized();
+    const Vec3 now = place(axis, degrees * kDegree), next = place(axis, (degrees + 0.05) * kDegree);
+    EXPECT_LT((next - now).norm(), 2.5 * 0.05 * kDegree * arm.norm()) << degrees;
+  }
 }
 
 TEST(Path, PointWithinTheRadiusCountsAsOnTheSurface) {

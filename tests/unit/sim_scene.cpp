@@ -51,6 +51,9 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.path[1].body, "ulna");
   EXPECT_EQ(tube.path[1].position, Vec3(0.03, -0.05, 0.01));
   EXPECT_EQ(tube.path[1].place, file.string() + ":20");
+  EXPECT_EQ(tube.path[1].with, "humerus");
+  EXPECT_EQ(tube.path[1].share, 0.6);
+  EXPECT_EQ(tube.path[2].with, "");
   ASSERT_EQ(tube.wraps.size(), 1u);
   EXPECT_EQ(tube.wraps[0].segment, 1);
   EXPECT_EQ(tube.wraps[0].body, "ulna");

@@ -74,6 +74,7 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
 struct NewOptions {
   std::filesystem::path character, out;
   std::map<std::string, std::string> map;  ///< part of the arm -> body
+  std::vector<std::string> skin;           ///< meshes around the arms; empty: all
   std::string side = "both";               ///< left | right | both
   double scale = 1.0;
   bool force = false, json = false;

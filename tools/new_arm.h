@@ -12,6 +12,8 @@
 
 namespace thew {
 
+class Limb;
+
 /// Bodies of a character's arm; where there is no clavicle, the body that the upper arm hangs on.
 struct ArmBodies {
   bool left = false;
@@ -44,15 +46,24 @@ struct GirthField {
     int node;
     double share;
   };
-  double even = 1.0;  ///< everywhere, where no ratios are known
-  double top = 0.0;   ///< m, y of the first section
+  static constexpr double kRow = 0.01;  ///< m of the template, from section to section
+  static constexpr int kAround = 24;    ///< directions
+  double even = 1.0;                    ///< everywhere, where no ratios are known
+  double top = 0.0;                     ///< m, y of the first section
   int rows = 0;
   std::vector<double> ratio;  ///< by section, then by direction
-  std::vector<Vec3> shift;    ///< m, of the axis in the character, by section
+  /// m, from the axis to the template's skin; to the character's, while across is as in the
+  /// template.
+  std::vector<double> own, skin;
+  std::vector<Vec3> shift;  ///< m, of the axis in the character, by section
+  /// Upper arm, forearm: share of the sections that the skin tells of; the skin's mean distance
+  /// over what is usual for the segment's length.
+  std::array<double, 2> told{}, thick{};
 
   double& at(int row, int direction);
   std::array<Share, 4> shares(double y, double angle) const;
   double value(double y, double angle) const;
+  double skin_at(double y, double angle) const;
   Vec3 shift_at(double y) const;
   double mean(double from, double to) const;  ///< over the sections from y down to y
 };
@@ -64,15 +75,22 @@ struct ArmTemplate {
   std::vector<Vec3> flesh;  ///< what has to stay under the skin
 };
 
+/// From the first section to the wrist.
+struct ArmSize {
+  double upper_girth = 0.0, fore_girth = 0.0;  ///< m, the largest; above, of the upper arm's middle
+  double room = 0.0;                           ///< m^3, under the skin
+};
+
 /// The template's humerus frame onto the character's arm in the rest pose: along each segment
 /// stretched by its length, across by the girth of the skin, and smoothly from one segment to the
 /// other in the elbow.
 struct ArmFit {
   Vec3 elbow_template, wrist_template, elbow;  ///< m
-  Mat3 upper, fore;                            ///< about the elbow; across as in the template
-  double blend = 0.0;                          ///< m in the template, half of the elbow's
+  Mat3 upper, fore;    ///< about the elbow; `across` at right angles to the bones
+  double blend = 0.0;  ///< m in the template, half of the elbow's
   bool mirrored = false;
   GirthField girth;
+  ArmSize size, own_size;  ///< of the character, of the template
 
   Vec3 hinge_axis;       ///< unit, world, rest pose
   double at_bind = 0.0;  ///< rad
@@ -82,20 +100,22 @@ struct ArmFit {
   std::vector<std::string> wringing;
   Mat3 frame;                      ///< turn (or turn and mirror) of the upper arm
   double along_upper, along_fore;  ///< over the template's
+  double across = 1.0;             ///< of both segments together, over the template's
 };
 
 /// All but the girth, which the rest pose tells.
 ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTemplate& from);
-/// `skin` is the character's, welded, at rest. Afterwards `from.flesh` lies under it, with a little
-/// fat left, wherever the arm's axis does.
-void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit);
+/// Where `limb` tells nothing the girth stays empty; `body` is all the skin. Else `from.flesh` lies
+/// under it afterwards, with a little fat left, wherever the arm's axis does.
+void fit_girth(const ArmTemplate& from, const Limb& limb, const Limb& body, ArmFit& fit);
 Vec3 map_point(const ArmFit& fit, const Vec3& p);
 /// The template's arm's axis at its section y, and what maps offsets from there but for the girth.
 Vec3 axis_point(const ArmFit& fit, double y);
 Mat3 linear_at(const ArmFit& fit, double y);
 /// m, from where the template's points go to the skin, away from the axis, the least; negative
-/// outside, or where the axis is.
-double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points);
+/// outside.
+double least_fat(const ArmFit& fit, const Limb& limb, const Limb& body,
+                 const std::vector<Vec3>& points);
 
 /// Girth over length, of the template's, below which an arm is slender.
 inline constexpr double kSlender = 0.75;
@@ -122,9 +142,7 @@ Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms
 std::string views_text(const Character& character, const ArmBodies& arm, const ArmFit& fit,
                        const Pose& rest);
 
-/// The character's skin in any pose ...
+/// The character's skin in any pose.
 Rows skin_in_pose(const Character& character, const Pose& pose);
-/// ... and closed in the rest pose, vertices at one place made one.
-TriMesh skin_at_rest(const Character& character, const Pose& rest);
 
 }  // namespace thew

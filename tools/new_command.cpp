@@ -20,6 +20,7 @@
 #include "sim/scene.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/step.h"
 #include "tools/commands.h"
 #include "tools/new_target.h"
 #include "tools/obj_text.h"
@@ -34,15 +35,6 @@ namespace fs = std::filesystem;
 
 // A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
 constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
-
-// A bone of the template as it lies at rest, in the world.
-TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual) {
-  TriMesh mesh = import_closed_mesh(visual.mesh_file);
-  for (Vec3& p : mesh.vertices) {
-    p = from.rest[body] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
-  }
-  return mesh;
-}
 
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
@@ -70,179 +62,6 @@ Template read_template() {
   for (Vec3& p : of.arm.skin.vertices) p -= of.humerus;
   for (Vec3& p : flesh) p -= of.humerus;
   return of;
-}
-
-// The template's anconeus fills what its own elbow leaves free; an elbow of other proportions
-// pinches it.
-constexpr std::array<const char*, 2> kMayOverlap[] = {{"anconeus", "humerus"},
-                                                      {"anconeus", "triceps_lateral"}};
-
-// Files of one arm, and its part of the scene.
-struct Written {
-  std::string rig, muscles, ignore, keys;
-  std::vector<std::string> outside;  // muscles that stand out of the skin
-  double fat = 1.0, volume = 0.0;    // m, the least over the muscles; m^3
-  double thickness = 1e3;            // of the thinnest segment, over the template's
-  double section = 1e3;              // of the thinnest section of a muscle, over the template's
-  bool slender = false;              // whether any is, for its length
-};
-
-// Over the template's, of the upper arm and of the forearm.
-std::array<double, 2> thickness_of(const Target& to) {
-  const double elbow = to.from.arm.elbow.y(), wrist = to.fit.wrist_template.y();
-  return {to.fit.girth.mean(-0.1, elbow + 0.05), to.fit.girth.mean(elbow - 0.05, wrist)};
-}
-
-// A character's forearm rolls in one piece; an arm's ulna does not.
-std::string forearm_text(const Target& to) {
-  const Transform into = to.rest[to.arm.forearm].inverse();
-  const Vec3 head = to.mapped(to.from.rest[find_body(to.from.skeleton, "radius")].translation());
-  return "forearm = { ulna = " + quoted(to.name_of(to.arm.ulna)) +
-         ", radius = " + quoted(to.name_of(to.arm.radius)) + ", head = [" +
-         metres(into * head, ", ") + "], wrist = [" +
-         metres(into * to.rest[to.arm.hand].translation(), ", ") + "] }\n";
-}
-
-// m, from the middle of each ring of a tube (muscles/tube.h) to its nodes, in the mean.
-std::vector<double> ring_radii(const TriMesh& tube) {
-  const auto at_pole = [](const Triangle& t) { return t[0] == 0 || t[1] == 0 || t[2] == 0; };
-  const size_t n = std::count_if(tube.triangles.begin(), tube.triangles.end(), at_pole);
-  std::vector<double> radii;
-  for (size_t first = 1; first + n < tube.vertices.size(); first += n) {
-    const Vec3* x = &tube.vertices[first];
-    const Vec3 middle = std::accumulate(x, x + n, Vec3(Vec3::Zero())) / n;
-    double sum = 0.0;
-    for (size_t k = 0; k < n; ++k) sum += (x[k] - middle).norm();
-    radii.push_back(sum / n);
-  }
-  return radii;
-}
-
-// Over the same one of the template's.
-double thinnest_section(const TriMesh& tube, const TriMesh& of_template) {
-  const std::vector<double> radii = ring_radii(tube), before = ring_radii(of_template);
-  double least = 1e3;
-  for (size_t i = 0; i < radii.size(); ++i) least = std::min(least, radii[i] / before[i]);
-  return least;
-}
-
-// Beside the scene of that name, for which its files are listed.
-void write_arm(const Target& to, const fs::path& folder, const std::string& scene, Written& out) {
-  const Template& from = to.from;
-  const Transform world = Transform::Identity();
-  for (int b = 0; b < from.skeleton.size(); ++b) {
-    for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
-      const int body = to.body_of(b);
-      const std::string name = from.skeleton.body_names[b] + "_" + to.side;
-      const fs::path file = fs::path("bones") / (name + ".obj");
-      write_durably(
-          folder / file,
-          obj_text(name + " in the frame of " + to.name_of(body) + ", metres; made by thew new",
-                   mapped_mesh(to, bone_mesh(from, b, visual), to.rest[body].inverse()),
-                   Vec3::Zero()),
-          scene);
-      out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
-                 "\nmesh = " + quoted(file.string()) + "\n\n";
-    }
-  }
-  for (const SceneMuscle& muscle : from.scene.muscles) {
-    const std::string name = muscle.name + "_" + to.side;
-    const fs::path file = fs::path("muscles") / (name + ".obj");
-    const TriMesh before = import_closed_mesh(muscle.mesh);
-    const TriMesh mesh = mapped_mesh(to, before, world);
-    std::vector<Vec3> points = before.vertices;
-    for (Vec3& p : points) p -= from.humerus;
-    const double volume = enclosed_volume(mesh);
-    const MappedSize size{volume, volume / enclosed_volume(before),
-                          least_fat(to.fit, to.skin, points)};
-    out.section = std::min(out.section, thinnest_section(mesh, before));
-    if (size.fat < 0.0) out.outside.push_back(name);
-    out.fat = std::min(out.fat, size.fat);
-    out.volume += size.volume;
-    write_durably(
-        folder / file,
-        obj_text(name + " at rest, in the world, metres; made by thew new", mesh, Vec3::Zero()),
-        scene);
-    out.muscles += muscle_text(to, muscle, name, file, size);
-  }
-  for (const auto& [a, b] : kMayOverlap) {
-    out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(std::string(a) + "_" + to.side) +
-                  ", " + quoted(std::string(b) + "_" + to.side) + "]";
-  }
-  Pose bind;
-  forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),
-                     bind);
-  const double degrees = to.fit.at_bind / kDegree;
-  const std::string elbow = "elbow_" + to.side;
-  out.rig +=
-      "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
-      quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
-      metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
-      "]\nat_bind = " + number_text(degrees) +
-      (to.fit.roll == 0.0
-           ? ""
-           : "\nroll = " + number_text(to.fit.roll / kDegree) +
-                 "  # as its animations have it\nalong = [" +
-                 metres(bind[to.arm.forearm].linear().transpose() * to.fit.along, ", ") + "]") +
-      "\nrange = [0, 140]\n" + forearm_text(to) + "\n";
-  const auto [upper, fore] = thickness_of(to);
-  out.thickness = std::min({out.thickness, upper, fore});
-  out.slender =
-      out.slender || upper < kSlender * to.fit.along_upper || fore < kSlender * to.fit.along_fore;
-  out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
-              "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
-}
-
-std::string clip_text(const Written& written, const Character& character) {
-  std::string text = "[rig.clip]\nunit = \"deg\"\nkeys = { " + written.keys + " }\n";
-  if (!character.animations.empty()) {
-    text +=
-        "# Or instead of unit and keys one of the character's own, or a BVH (file = \"x.bvh\"):\n";
-  }
-  for (const BodyClip& clip : character.animations) {
-    text += "# animation = " + quoted(clip.name) + "  # " + number_text(clip.duration) + " s\n";
-  }
-  return text + "\n";
-}
-
-// Deeper in than a muscle is thick where it is thinnest, its node would be drawn out on the wrong
-// side.
-std::string contact_text(const ContactSettings& of_template, const Written& written) {
-  const auto line = [&](const char* key, double of) {
-    return std::string(key) + " = " + metres(of * written.thickness) + "\n";
-  };
-  char note[120];
-  std::snprintf(note, sizeof note, "[contact]  # the template's, by the thinnest segment: %.2f\n",
-                written.thickness);
-  return note + line("margin", of_template.margin) +
-         "max_depth = " + metres(of_template.max_depth * written.section) +
-         "  # by the thinnest section\n" + line("gap", of_template.gap) +
-         line("spacing", of_template.spacing) + "ignore = [" + written.ignore + "]\n\n";
-}
-
-// Within the reach of a person's skin there lie, in a slender arm, muscles of its other side: with
-// them its skin would be drawn off it.
-std::string skin_text(const Written& written) {
-  const std::string text =
-      "[skin]  # the character's own, with the muscles' displacement on top\nkind = \"skinned\"\n";
-  if (!written.slender) return text + "\n";
-  return text + "reach = " + metres(SkinSettings{}.reach * written.thickness) +
-         "  # by the thinnest segment\n\n";
-}
-
-std::string scene_text(const std::string& name, const fs::path& character_file, double scale,
-                       const Written& written, const std::string& clip, const std::string& contact,
-                       const std::string& views) {
-  return "# Twelve muscles an arm on " + character_file.filename().string() +
-         ", made by `thew new`: metres, seconds, newtons. Yours to edit.\n[scene]\nname = " +
-         quoted(name) +
-         "\nfps = 24\nframes = \"1-72\"\nsettle = 2.0\ngravity = [0, -9.81, 0]\n\n[rig]\nfile = " +
-         quoted(character_file.string()) + "\n" +
-         (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + written.rig + clip +
-         written.muscles + skin_text(written) + contact + "[render]\nsize = [960, 540]\n\n" +
-         views +
-         "# As float32 writes it, some 1e-6 of a thin muscle a metre from the origin; with\n"
-         "# [output] precision = \"double\" 1e-13 is met.\n[[bound]]\nvolume_error = 1e-5\n";
 }
 
 // What is there is replaced where it was made for this very scene and nobody has touched it since.
@@ -294,6 +113,7 @@ void claim_meshes(const Template& from, const std::vector<ArmBodies>& arms, cons
 // What is said of the scene: notes to standard output, warnings to standard error.
 struct Said {
   std::vector<std::string> notes, warnings;
+  nlohmann::ordered_json figures = nlohmann::ordered_json::object();  // for programs
 
   void warn(const std::string& warning) {
     std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
@@ -320,6 +140,17 @@ void say_fit(const Target& to, double scale, Said& said) {
       "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
       "%.2f; bent by %.1f deg in the bind pose",
       length, to.fit.along_upper, upper, to.fit.along_fore, fore, to.fit.at_bind / kDegree));
+  said.figures["arms"].push_back({{"side", to.side},
+                                  {"clavicle", names[to.arm.clavicle]},
+                                  {"humerus", names[to.arm.humerus]},
+                                  {"forearm", names[to.arm.forearm]},
+                                  {"hand", names[to.arm.hand]},
+                                  {"humerus_m", length},
+                                  {"upper_arm_girth_m", to.fit.size.upper_girth},
+                                  {"forearm_girth_m", to.fit.size.fore_girth}});
+  said.notes.push_back(
+      format("  girth %.1f cm about the middle of the upper arm, %.1f about the forearm",
+             1e2 * to.fit.size.upper_girth, 1e2 * to.fit.size.fore_girth));
   if (to.fit.roll != 0.0) {
     said.notes.push_back(
         format("  its animations roll the forearm by %.0f deg from the bind pose: made so",
@@ -337,9 +168,19 @@ void say_fit(const Target& to, double scale, Said& said) {
              length, scale * 0.32 / length));
 }
 
-void say_flesh(const Written& written, Said& said) {
-  said.notes.push_back(format("muscles: %.1f cm3, %.1f mm or more under the skin at rest",
-                              1e6 * written.volume, 1e3 * written.fat));
+void say_flesh(const NewArms& written, Said& said) {
+  said.figures["size"] = written.size();
+  said.figures["volume_m3"] = written.volume;
+  said.figures["volume_in_proportion_m3"] = written.in_proportion;
+  said.figures["room_filled"] = written.fill;
+  said.notes.push_back(format(
+      "muscles: %.1f cm3, %.1f mm or more under the skin at rest; in proportion %.0f cm3, of "
+      "the template's %.0f; of the room under the skin %.2f of what the template's take",
+      1e6 * written.volume, 1e3 * written.fat, 1e6 * written.in_proportion,
+      1e6 * written.own_volume, written.fill));
+  for (const std::string& side : written.handless) {
+    said.notes.push_back(side + " hand: no room for bones in it, left out");
+  }
   if (written.outside.empty()) return;
   std::string names;
   for (const std::string& name : written.outside) names += (names.empty() ? "" : ", ") + name;
@@ -349,10 +190,12 @@ void say_flesh(const Written& written, Said& said) {
 
 void tell(const NewOptions& options, size_t muscles, const Said& said) {
   if (options.json) {
-    return print_json({{"scene", options.out.string()},
-                       {"muscles", muscles},
-                       {"notes", said.notes},
-                       {"warnings", said.warnings}});
+    nlohmann::ordered_json json = {{"scene", options.out.string()},
+                                   {"muscles", muscles},
+                                   {"notes", said.notes},
+                                   {"warnings", said.warnings}};
+    json.update(said.figures);
+    return print_json(json);
   }
   std::string text;
   for (const std::string& note : said.notes) text += note + "\n";
@@ -360,13 +203,43 @@ void tell(const NewOptions& options, size_t muscles, const Said& said) {
         " muscles; next: thew bake " + options.out.string() + " --out FOLDER\n");
 }
 
-// A scene that a bake would refuse is not written. It is read from beside its place, as its paths
-// are relative.
+std::string why_threads(const std::vector<std::string>& threads) {
+  const size_t others = threads.size() - 1;
+  return "too thin for muscles: " + threads[0] +
+         (others == 0 ? "" : ", and so are " + std::to_string(others) + " more");
+}
+
+// With a picture beside the scene's place.
+[[noreturn]] void refuse(const NewOptions& options, const Character& character,
+                         const ArmTemplate& from, const ArmFit& fit, const TriMesh& skin,
+                         const std::string& why) {
+  const fs::path folder = fs::absolute(options.out).parent_path();
+  fs::path picture = options.out;
+  picture.replace_extension(".why.svg");
+  create_folders(folder);
+  claim_file(picture, options.out.filename().string(), options.force);
+  write_durably(picture, why_picture(from, fit, skin, why), options.out.filename().string());
+  std::vector<std::string> meshes = character.parts;
+  std::sort(meshes.begin(), meshes.end());
+  meshes.erase(std::unique(meshes.begin(), meshes.end()), meshes.end());
+  std::string all;
+  for (const std::string& mesh : meshes) all += (all.empty() ? "" : ", ") + mesh;
+  throw Error(ExitCode::kInput, options.character.string() + ": " + why + "; " + picture.string() +
+                                    " shows it: choose the meshes around the arm with --skin (" +
+                                    (all.empty() ? "the file has none" : "of " + all) +
+                                    "), or its bodies with --map");
+}
+
+// A scene that a bake would refuse, or whose muscles come to no rest, is not written. It is read
+// from beside its place, as its paths are relative.
 void check_scene(const fs::path& character, const fs::path& out, const std::string& text) {
   const Temporary trial(out);
   replace_durably(trial.path, text);
   try {
-    build_model(read_scene(trial.path));
+    const Model model = build_model(read_scene(trial.path));
+    Parallel parallel(1);
+    State state = initial_state(model);
+    settle(model, parallel, state);
   } catch (const Error& error) {
     std::string refusal = error.what();
     if (const size_t at = refusal.find(trial.path.string()); at != std::string::npos) {
@@ -410,32 +283,48 @@ ExitCode new_command(const NewOptions& options) {
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
   Pose rest = rest_pose_of(character, arms, fits);
-  const TriMesh skin = skin_at_rest(character, rest);
-  for (ArmFit& fit : fits) fit_girth(from.arm, skin, fit);
+  const Rows x = skin_in_pose(character, rest);
   for (ArmBodies& arm : arms) {
     for (int* bone : {&arm.ulna, &arm.radius}) {
       *bone = static_cast<int>(rest.size());
       rest.push_back(Transform(rest[arm.forearm]));
     }
   }
+  const TriMesh whole = skin_around(character, {0}, options.skin, x, options.character.string());
+  const Limb body(whole);
+  NewArms written;
+  std::optional<std::string> views;
+  for (size_t i = 0; i < arms.size(); ++i) {
+    stop_if_interrupted();
+    const auto around = [&](const std::vector<int>& bodies) {
+      return skin_around(character, bodies, options.skin, x, options.character.string());
+    };
+    const TriMesh skin = around({arms[i].humerus}), hand = around(hand_bodies(character, arms[i]));
+    const Limb limb(skin);
+    fit_girth(from.arm, limb, body, fits[i]);
+    const std::string side = arms[i].left ? "left" : "right";
+    if (const std::string why = why_no_arm(fits[i], side); !why.empty()) {
+      refuse(options, character, from.arm, fits[i], skin, why);
+    }
+    const Target to{from, character, rest, limb, body, hand, arms[i], fits[i], side};
+    say_fit(to, options.scale, said);
+    add_arm(to, written);
+    if (!written.threads.empty()) {
+      refuse(options, character, from.arm, fits[i], skin, why_threads(written.threads));
+    }
+    if (!views) views = views_text(character, arms[i], fits[i], rest);
+  }
+  say_flesh(written, said);
 
   const fs::path folder = fs::absolute(options.out).parent_path();
   const std::string scene = options.out.filename().string();
   const fs::path file = bring_character(options.character, folder, scene, options.force);
   claim_meshes(from, arms, folder, scene, options.force);
-  Written written;
-  std::optional<std::string> views;
-  for (size_t i = 0; i < arms.size(); ++i) {
-    const Target to{from, character, rest, skin, arms[i], fits[i], arms[i].left ? "left" : "right"};
-    stop_if_interrupted();
-    say_fit(to, options.scale, said);
-    write_arm(to, folder, scene, written);
-    if (!views) views = views_text(character, arms[i], fits[i], rest);
+  for (const NewFile& one : written.files) {
+    write_durably(folder / one.file, obj_text(one.heading, one.mesh, Vec3::Zero()), scene);
   }
-  say_flesh(written, said);
-  const std::string text = scene_text(options.out.stem().string(), file, options.scale, written,
-                                      clip_text(written, character),
-                                      contact_text(from.scene.contact.settings, written), *views);
+  const std::string text = scene_text(options.out.stem().string(), file, options.scale, character,
+                                      from.scene.contact.settings, written, *views);
   check_scene(options.character, options.out, text);
   write_durably(options.out, text, scene);
   tell(options, arms.size() * from.scene.muscles.size(), said);

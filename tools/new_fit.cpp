@@ -87,9 +87,9 @@ Vec3 bend_direction(const Character& character, const ArmBodies& arm, const Vec3
   return angle > kSureBend || (angle > kLeastBend && agrees) ? bend.normalized() : forward;
 }
 
-// Columns: where the template's x, y, z go, stretched along `axis` (template).
-Mat3 stretched(const Mat3& turn, const Vec3& axis, double along) {
-  return turn * (Mat3::Identity() + (along - 1.0) * axis * axis.transpose());
+// Columns: where the template's x, y, z go, stretched along `axis` (template) and across.
+Mat3 stretched(const Mat3& turn, const Vec3& axis, double along, double across) {
+  return turn * (across * Mat3::Identity() + (along - across) * axis * axis.transpose());
 }
 
 }  // namespace
@@ -163,8 +163,10 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTempla
 
   fit.along_upper = upper / from.elbow.norm();
   fit.along_fore = fore / (from.wrist - from.elbow).norm();
-  fit.upper = stretched(fit.frame, shaft, fit.along_upper);
-  fit.fore = stretched(least_turn(straight, at_rest) * fit.frame, fore_template, fit.along_fore);
+  fit.across = (upper + fore) / (from.elbow.norm() + (from.wrist - from.elbow).norm());
+  fit.upper = stretched(fit.frame, shaft, fit.along_upper, fit.across);
+  fit.fore = stretched(least_turn(straight, at_rest) * fit.frame, fore_template, fit.along_fore,
+                       fit.across);
   fit.blend = 0.3 * from.elbow.norm();
   return fit;
 }

@@ -5,103 +5,39 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "rig/math.h"
-#include "tools/new_arm.h"
+#include "tools/new_limb.h"
 
 namespace thew {
 namespace {
 
-constexpr double kRow = 0.01;         // m of the template, from section to section
-constexpr int kAround = 24;           // directions
+constexpr double kRow = GirthField::kRow;
+constexpr int kAround = GirthField::kAround;
 constexpr double kBeyondHand = 0.05;  // m past the wrist, the last section
 constexpr double kUnderTop = 0.04;    // m below the shoulder's centre, the first: above is its cap
-constexpr double kFat = 0.002;        // m, left over the flesh, if the limb's thickness allows ...
-constexpr double kFatShare = 0.1;     // ... of the skin's distance from the axis
-constexpr double kJoint = 0.08;       // of a segment's length, where the axis stays on the joint
+constexpr double kFat = 0.002;  // m of an arm of the template's length, left over the flesh, if the
+                                // limb's thickness allows ...
+constexpr double kFatShare = 0.1;  // ... of the skin's distance from the axis
+constexpr double kJoint = 0.08;    // of a segment's length, where the axis stays on the joint
 // Of a segment's length, from the elbow to where the axis lies all in the middle of the flesh: in
 // less the forearm's bones are kinked into what lies before them in a bent arm.
 constexpr double kFromElbow = 0.35;
-constexpr double kBeside = 0.05;  // m, how far from the flesh a bone is looked for
-constexpr double kWidest = 1.5;   // a direction over its section's median
+// Of a section's radius: nearer to its edge the axis tells nothing of it.
+constexpr double kInside = 0.25;
+constexpr double kReach = 0.45;  // of a segment's length: what is farther from its bone is no limb
+constexpr double kWidest = 1.5;  // a direction over its section's median
+constexpr int kNear = 3;         // sections to either side ...
+constexpr int kBeside = 2;       // ... and directions, the median of which is usual
+// Of the skin's distance around, below which a ray has met an inner wall through a hole.
+constexpr double kHole = 0.75;
+// ... of a section's outline, which may be flat beside the template's.
+constexpr double kInnerWall = 0.6;
+constexpr double kStrap = 1.3;  // ... above which it has met what the limb wears
 // The ratio's logarithm grows by no more than this: a short thin place stays thin.
 constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around
-
-// A closed surface, or several that overlap, to be looked at along rays from within.
-class Shell {
- public:
-  explicit Shell(const TriMesh& mesh) : x_(mesh.vertices), triangles_(mesh.triangles) {
-    for (const Triangle& t : triangles_) {
-      const Vec3 middle = (x_[t[0]] + x_[t[1]] + x_[t[2]]) / 3.0;
-      double reach = 0.0;
-      for (const int i : t) reach = std::max(reach, (x_[i] - middle).squaredNorm());
-      balls_.push_back({middle, 1.001 * reach});
-    }
-  }
-  // m, where a ray leaves the last of the surfaces it began in; -1 where it began in none.
-  double way_out(const Vec3& from, const Vec3& to) const;
-
- private:
-  struct Ball {  // around a triangle, so that most of them cost little
-    Vec3 middle;
-    double reach_squared;
-  };
-  const std::vector<Vec3>& x_;
-  const std::vector<Triangle>& triangles_;
-  std::vector<Ball> balls_;
-};
-
-// Whether the axis passes left of the edge: of the two triangles at an edge one says yes.
-bool left_of(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x() > 0.0;
-}
-
-double Shell::way_out(const Vec3& from, const Vec3& to) const {
-  const Vec3 across = to.unitOrthogonal(), over = to.cross(across);
-  struct Hit {
-    double at;
-    int out;  // +1 leaves, -1 enters
-  };
-  std::vector<Hit> hits;
-  int inside = 0;
-  for (size_t i = 0; i < triangles_.size(); ++i) {
-    const Vec3 off = balls_[i].middle - from;
-    const double ahead = to.dot(off);
-    if (off.squaredNorm() - ahead * ahead > balls_[i].reach_squared) continue;
-    const Triangle& t = triangles_[i];
-    Eigen::Vector2d p[3];
-    double depth[3];
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 d = x_[t[k]] - from;
-      p[k] = {across.dot(d), over.dot(d)};
-      depth[k] = to.dot(d);
-    }
-    bool left[3];
-    for (int k = 0; k < 3; ++k) {
-      const int m = (k + 1) % 3;
-      left[k] = t[k] < t[m] ? left_of(p[k], p[m]) : !left_of(p[m], p[k]);
-    }
-    if (left[0] != left[1] || left[1] != left[2]) continue;
-    double share[3], sum = 0.0, at = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector2d &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
-      share[k] = a.x() * b.y() - a.y() * b.x();
-      sum += share[k];
-    }
-    for (int k = 0; k < 3; ++k) at += sum == 0.0 ? depth[k] / 3.0 : share[k] / sum * depth[k];
-    if (at <= 0.0) continue;
-    hits.push_back({at, left[0] ? 1 : -1});
-    inside += hits.back().out;
-  }
-  std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.at < b.at; });
-  for (const Hit& hit : hits) {
-    if (inside <= 0) return -1.0;
-    inside -= hit.out;
-    if (inside <= 0) return hit.at;
-  }
-  return -1.0;
-}
 
 double direction_of(int k) { return 2.0 * kPi * k / kAround; }
 
@@ -116,91 +52,97 @@ double between_joints(double from_elbow) {  // none at either joint
          smoothstep(kJoint, 2.0 * kJoint, 1.0 - from_elbow);
 }
 
-// The middle of a shell's section and its radius there; in the plane of two vectors.
-struct Middle {
-  bool found = false;
-  Vec3 place = Vec3::Zero();
-  double radius = 0.0;
-};
+// Unit, at right angles, in the plane of the mapped section.
+std::array<Vec3, 2> plane_of(const Mat3& linear) {
+  const Vec3 a = linear.col(0).normalized();
+  return {a, (linear.col(2) - a.dot(linear.col(2)) * a).normalized()};
+}
 
-Middle middle_near(const Shell& shell, const Vec3& start, const Vec3& a, const Vec3& b,
-                   double reach) {
-  Middle middle{false, start, 0.0};
-  const auto is_within = [&](const Vec3& p) { return shell.way_out(p, a) > 0.0; };
-  const auto around = [&](int k) -> Vec3 {
-    const SinCos turn = sin_cos(direction_of(k));
-    return turn.cos * a + turn.sin * b;
-  };
-  // A joint may lie outside: from the first place within, in growing circles.
-  middle.found = is_within(start);
-  for (int ring = 1; ring <= 8 && !middle.found; ++ring) {
-    for (int k = 0; k < kAround && !middle.found; k += 2) {
-      middle.place = start + ring / 8.0 * reach * around(k);
-      middle.found = is_within(middle.place);
-    }
-  }
-  // Of a disk the mean of the ways out leads half the way to its middle.
-  for (int pass = 0; pass < 6 && middle.found; ++pass) {
-    std::vector<double> ways;
-    for (int k = 0; k < kAround; ++k) ways.push_back(shell.way_out(middle.place, around(k)));
-    middle.radius = median(ways);
-    if (middle.radius <= 0.0) return {};
-    Vec3 mean = Vec3::Zero();
-    for (int k = 0; k < kAround; ++k) {
-      const double way = ways[k] < 0.0 ? middle.radius : ways[k];
-      mean += std::min(way, kWidest * middle.radius) / kAround * around(k);
-    }
-    middle.place += 2.0 * mean;
-    middle.found = is_within(middle.place);
-  }
-  return middle;
+// m, in the template and in the character.
+std::array<double, 2> reach_at(const ArmFit& fit, double y) {
+  const bool upper = y > fit.elbow_template.y();
+  const double own =
+      kReach * (upper ? fit.elbow_template : Vec3(fit.wrist_template - fit.elbow_template)).norm();
+  return {own, own * (upper ? fit.along_upper : fit.along_fore)};
 }
 
 // A character's bones may run anywhere within its flesh, or beside it. Between its joints the
 // template's axis is laid where it would be by its place in the template's flesh.
-void find_shift(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
-  const Shell theirs(skin), ours(from.skin);
+void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
+  const Limb ours(from.skin);
   GirthField& girth = fit.girth;
-  std::vector<Vec3> shift(girth.rows, Vec3::Zero());
-  std::vector<char> known(girth.rows, 0);
+  std::vector<std::optional<Vec3>> known(girth.rows);
   for (int row = 0; row < girth.rows; ++row) {
     const double y = girth.top - row * kRow;
     const Mat3 linear = linear_at(fit, y);
     const Vec3 axis = axis_point(fit, y), mapped = map_point(fit, axis);
-    const Vec3 a = linear.col(0).normalized();
-    const Vec3 b = (linear.col(2) - a.dot(linear.col(2)) * a).normalized();
-    const Middle mine = middle_near(ours, axis, Vec3::UnitX(), Vec3::UnitZ(), 0.0);
-    const Middle other = middle_near(theirs, mapped, a, b, kBeside);
-    known[row] = mine.found && other.found;
-    if (!known[row]) continue;
-    shift[row] = other.place - mapped - other.radius / mine.radius * (linear * (mine.place - axis));
+    const auto [a, b] = plane_of(linear);
+    const auto [own_reach, reach] = reach_at(fit, y);
+    const Limb::Section mine = ours.section(axis, Vec3::UnitX(), Vec3::UnitZ(), own_reach);
+    const Limb::Section other = theirs.section(mapped, a, b, reach);
+    if (mine.radius <= 0.0 || other.radius <= 0.0) continue;
+    known[row] = other.middle - mapped -
+                 other.radius / (mine.radius * fit.across) * (linear * (mine.middle - axis));
   }
   girth.shift.assign(girth.rows, Vec3::Zero());
   for (int row = 0; row < girth.rows; ++row) {
     const double y = girth.top - row * kRow, elbow = fit.elbow_template.y();
-    Vec3 sum = Vec3::Zero();
-    int count = 0;
-    for (int other = std::max(row - 2, 0); other <= std::min(row + 2, girth.rows - 1); ++other) {
-      if (known[other]) sum += shift[other], ++count;
-    }
     const double share = y > elbow ? between_joints(1.0 - y / elbow)
                                    : between_joints((y - elbow) / (fit.wrist_template.y() - elbow));
-    if (count > 0) girth.shift[row] = share / count * sum;
+    for (int k = 0; k < 3; ++k) {  // a piece that stands out moves no median
+      std::vector<double> near;
+      for (int other = std::max(row - kNear, 0); other <= std::min(row + kNear, girth.rows - 1);
+           ++other) {
+        if (known[other]) near.push_back((*known[other])[k]);
+      }
+      if (!near.empty()) girth.shift[row][k] = share * median(near);
+    }
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::vector<Vec3> before = girth.shift;
+    for (int row = 1; row + 1 < girth.rows; ++row) {
+      girth.shift[row] = 0.25 * (before[row - 1] + before[row + 1]) + 0.5 * before[row];
+    }
   }
 }
 
-// The skin's distance over the template's, where both are known, else -1.
-void measure(const ArmFit& fit, const ArmTemplate& from, const TriMesh& skin, GirthField& girth) {
-  const Shell theirs(skin), ours(from.skin);
-  for (int row = 0; row < girth.rows; ++row) {
-    const double y = girth.top - row * kRow;
-    const Vec3 axis = axis_point(fit, y);
-    std::vector<double> known;
+// m, from the axis to the template's own skin.
+std::vector<double> own_skin(const ArmFit& fit, const ArmTemplate& from, int rows, double top) {
+  const Limb ours(from.skin);
+  std::vector<double> own(static_cast<size_t>(rows) * kAround, 0.0);
+  for (int row = 0; row < rows; ++row) {
+    const double y = top - row * kRow;
     for (int k = 0; k < kAround; ++k) {
       const SinCos turn = sin_cos(direction_of(k));
-      const Vec3 out(turn.cos, 0.0, turn.sin), mapped = linear_at(fit, y) * out;
-      const double in_template = ours.way_out(axis, out);
-      const double here = theirs.way_out(map_point(fit, axis), mapped.normalized());
+      own[row * kAround + k] = std::max(
+          0.0,
+          ours.outermost(axis_point(fit, y), Vec3(turn.cos, 0.0, turn.sin), reach_at(fit, y)[0]));
+    }
+  }
+  return own;
+}
+
+// The skin's distance over the template's, section by section; -1 all around where the axis is not
+// well within it.
+void measure(const ArmFit& fit, const Limb& theirs, const Limb& body,
+             const std::vector<double>& own, GirthField& girth) {
+  for (int row = 0; row < girth.rows; ++row) {
+    const double y = girth.top - row * kRow;
+    const Mat3 linear = linear_at(fit, y);
+    const Vec3 axis = map_point(fit, axis_point(fit, y));
+    const auto [a, b] = plane_of(linear);
+    const double reach = reach_at(fit, y)[1];
+    std::vector<double> known;
+    const Limb::Section section = theirs.section(axis, a, b, reach);
+    const bool within = body.closed() || section.within(axis) > kInside * section.radius;
+    for (int k = 0; k < kAround; ++k) {
+      const SinCos turn = sin_cos(direction_of(k));
+      const Vec3 mapped = linear * Vec3(turn.cos, 0.0, turn.sin);
+      const double in_template = own[row * kAround + k];
+      const Vec3 to = mapped.normalized();
+      const double here = body.closed() ? body.way_out(axis, to)
+                          : within      ? theirs.outermost(axis, to, reach)
+                                        : -1.0;
       const double ratio =
           in_template > 0.0 && here > 0.0 ? here / mapped.norm() / in_template : -1.0;
       girth.at(row, k) = ratio;
@@ -211,6 +153,45 @@ void measure(const ArmFit& fit, const ArmTemplate& from, const TriMesh& skin, Gi
     for (int k = 0; k < kAround; ++k) {
       double& ratio = girth.at(row, k);
       ratio = middle < 0.0 || ratio < 0.0 ? middle : std::min(ratio, kWidest * middle);
+    }
+  }
+}
+
+// Of the sections from one y down to another, those that the skin tells of.
+double share_told(GirthField& girth, double from, double to) {
+  int told = 0, all = 0;
+  for (int row = 0; row < girth.rows; ++row) {
+    const double y = girth.top - row * kRow;
+    if (y > from || y < to) continue;
+    told += girth.at(row, 0) > 0.0, ++all;
+  }
+  return all > 0 ? static_cast<double>(told) / all : 0.0;
+}
+
+// A hole shows an inner wall, a strap stands out: what differs so much from the median around it
+// is that instead. A whole section that is narrower is a joint.
+void mend_outliers(GirthField& girth) {
+  const std::vector<double> known = girth.ratio;
+  for (int row = 0; row < girth.rows; ++row) {
+    std::array<double, kAround> usual{};
+    int low = 0;
+    for (int k = 0; k < kAround && girth.at(row, k) > 0.0; ++k) {
+      std::vector<double> near;
+      for (int other = std::max(row - kNear, 0); other <= std::min(row + kNear, girth.rows - 1);
+           ++other) {
+        for (int turn = -kBeside; turn <= kBeside; ++turn) {
+          const double ratio = known[other * kAround + (k + turn + kAround) % kAround];
+          if (ratio > 0.0) near.push_back(ratio);
+        }
+      }
+      usual[k] = median(near);
+      low += girth.at(row, k) < kInnerWall * usual[k];
+    }
+    for (int k = 0; k < kAround && girth.at(row, k) > 0.0; ++k) {
+      double& ratio = girth.at(row, k);
+      if (ratio > kStrap * usual[k] || (ratio < kInnerWall * usual[k] && low < kAround / 2)) {
+        ratio = usual[k];
+      }
     }
   }
 }
@@ -306,29 +287,100 @@ double GirthField::mean(double from, double to) const {
   return count > 0 ? sum / count : value(0.5 * (from + to), 0.0);
 }
 
-void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
+double GirthField::skin_at(double y, double angle) const {
+  double sum = 0.0;
+  for (const Share& share : shares(y, angle)) sum += share.share * skin[share.node];
+  return sum;
+}
+
+namespace {
+
+// m, from the mapped axis outwards to the skin, or as far as it is around where a hole is; `d`:
+// from the template's axis at y.
+double way_out(const ArmFit& fit, const Limb& limb, const Limb& body, double y, const Vec3& d) {
+  const Vec3 mapped = linear_at(fit, y) * d;
+  const double usual = fit.girth.skin_at(y, arc_tan2(d.z(), d.x())) * mapped.norm() / d.norm();
+  const Vec3 axis = map_point(fit, axis_point(fit, y)), to = mapped.normalized();
+  if (body.closed()) {
+    const double out = body.way_out(axis, to);
+    return out < 0.0 ? usual : out;
+  }
+  double out = limb.outermost(axis, to, kWidest * usual);
+  if (out < 0.0)
+    out = body.outermost(axis, to, kWidest * usual);  // the shoulder's cap is the trunk's
+  if (out < 0.0) return usual;
+  // Where the skin steps from thin to thick, the thin counts.
+  double least = usual;
+  for (const GirthField::Share& share : fit.girth.shares(y, arc_tan2(d.z(), d.x()))) {
+    const double here = fit.girth.skin[share.node] * mapped.norm() / d.norm();
+    if (share.share > 0.0) least = std::min(least, here);
+  }
+  return out < kHole * least ? usual : out;
+}
+
+ArmSize size_of(const ArmFit& fit, const GirthField& girth, const std::vector<double>& skin,
+                bool in_template) {
+  ArmSize size;
+  const double elbow = fit.elbow_template.y();
+  for (int row = 0; row < girth.rows; ++row) {
+    const double y = girth.top - row * kRow;
+    if (y < fit.wrist_template.y()) break;
+    const Mat3 linear = in_template ? Mat3(Mat3::Identity()) : linear_at(fit, y);
+    const double along = in_template ? 1.0 : y > elbow ? fit.along_upper : fit.along_fore;
+    double around = 0.0, area = 0.0;
+    for (int k = 0; k < kAround; ++k) {
+      const auto at = [&](int m) -> Vec3 {
+        const SinCos turn = sin_cos(direction_of(m));
+        return skin[row * kAround + m % kAround] * (linear * Vec3(turn.cos, 0.0, turn.sin));
+      };
+      around += (at(k + 1) - at(k)).norm();
+      area += 0.5 * at(k).cross(at(k + 1)).norm();
+    }
+    size.room += area * kRow * along;
+    double& girth_here = y > elbow ? size.upper_girth : size.fore_girth;
+    // Of the upper arm the middle: above lies the shoulder.
+    if (y < 0.35 * elbow && (y > 0.65 * elbow || y < elbow)) {
+      girth_here = std::max(girth_here, around);
+    }
+  }
+  return size;
+}
+
+}  // namespace
+
+void fit_girth(const ArmTemplate& from, const Limb& limb, const Limb& body, ArmFit& fit) {
   fit.girth = {};  // while it is measured, across is as in the template
   fit.girth.top = -kUnderTop;
   fit.girth.rows = static_cast<int>((kBeyondHand - kUnderTop - from.wrist.y()) / kRow) + 1;
-  find_shift(from, skin, fit);
+  find_shift(from, limb, fit);
   GirthField girth = fit.girth;
-  girth.ratio.assign(static_cast<size_t>(girth.rows) * kAround, -1.0);
-  measure(fit, from, skin, girth);
+  const std::vector<double>& own = girth.own = own_skin(fit, from, girth.rows, girth.top);
+  girth.ratio.assign(own.size(), -1.0);
+  measure(fit, limb, body, own, girth);
+  const double elbow = from.elbow.y(), wrist = from.wrist.y();
+  girth.told = {share_told(girth, girth.top, elbow), share_told(girth, elbow, wrist)};
+  if (!body.closed()) mend_outliers(girth);
   fill_rows(girth);
   if (girth.ratio[0] < 0.0) {  // no skin around the arm
-    fit.girth = {};
-    fit.girth.even = fit.along_upper;
+    girth.ratio.clear();
+    fit.girth = girth;
     return;
   }
+  girth.thick = {fit.across * girth.mean(girth.top, elbow) / fit.along_upper,
+                 fit.across * girth.mean(elbow, wrist) / fit.along_fore};
+  girth.skin = own;
+  for (size_t i = 0; i < own.size(); ++i) girth.skin[i] *= girth.ratio[i];
+  fit.girth.skin = girth.skin;
+  fit.own_size = size_of(fit, girth, own, true);
+  fit.size = size_of(fit, girth, girth.skin, false);
+  const double fat = kFat * fit.across;
   // Of flesh beyond the sections too.
-  const Shell shell(skin);
   for (const Vec3& p : from.flesh) {
-    const Vec3 axis = axis_point(fit, p.y()), d = p - axis, mapped = linear_at(fit, p.y()) * d;
-    const double reach = mapped.norm();
+    const Vec3 d = p - axis_point(fit, p.y());
+    const double reach = (linear_at(fit, p.y()) * d).norm();
     if (reach < 1e-4) continue;
-    const double out = shell.way_out(map_point(fit, axis), mapped / reach);
-    if (out < 0.0) continue;
-    const double most = (out - std::min(kFat, kFatShare * out)) / reach;
+    const double out = way_out(fit, limb, body, p.y(), d);
+    const double most = (out - std::min(fat, kFatShare * out)) / reach;
     for (const GirthField::Share& share : girth.shares(p.y(), arc_tan2(d.z(), d.x()))) {
       girth.ratio[share.node] = std::min(girth.ratio[share.node], most);
     }
@@ -339,15 +391,14 @@ void fit_girth(const ArmTemplate& from, const TriMesh& skin, ArmFit& fit) {
   fit.girth = girth;
 }
 
-double least_fat(const ArmFit& fit, const TriMesh& skin, const std::vector<Vec3>& points) {
-  const Shell shell(skin);
+double least_fat(const ArmFit& fit, const Limb& limb, const Limb& body,
+                 const std::vector<Vec3>& points) {
   double least = std::numeric_limits<double>::max();
   for (const Vec3& p : points) {
-    const Vec3 axis = map_point(fit, axis_point(fit, p.y())), d = map_point(fit, p) - axis;
-    const double reach = d.norm();
+    const Vec3 d = p - axis_point(fit, p.y());
+    const double reach = (map_point(fit, p) - map_point(fit, axis_point(fit, p.y()))).norm();
     if (reach < 1e-4) continue;
-    const double out = shell.way_out(axis, d / reach);
-    least = std::min(least, out < 0.0 ? -reach : out - reach);
+    least = std::min(least, way_out(fit, limb, body, p.y(), d) - reach);
   }
   return least;
 }
@@ -360,16 +411,6 @@ Rows skin_in_pose(const Character& character, const Pose& pose) {
   Rows x;
   skin_vertices(character.skin, character.mesh, world, x);
   return x;
-}
-
-TriMesh skin_at_rest(const Character& character, const Pose& rest) {
-  const Rows x = skin_in_pose(character, rest);
-  WeldResult welded = weld(character.mesh);
-  for (size_t i = x.size(); i-- > 0;) welded.mesh.vertices[welded.map_back[i]] = to_vec(x[i]);
-  if (enclosed_volume(welded.mesh) < 0.0) {  // inside out
-    for (Triangle& t : welded.mesh.triangles) std::swap(t[1], t[2]);
-  }
-  return std::move(welded.mesh);
 }
 
 }  // namespace thew

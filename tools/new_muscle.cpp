@@ -3,6 +3,7 @@
 // A muscle of the template on a character's arm: its path, its belly, its table in the scene.
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 
 #include "rig/text.h"
 #include "tools/new_target.h"
@@ -11,6 +12,40 @@
 namespace thew {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// A tendon of a slender arm, whose nodes lie closer than contact tells apart, is made so much
+// thicker that they do not; what would have to be more than that is a thread.
+constexpr double kSoundEdge = 1.2;    // of the least edge
+constexpr double kMostThicker = 5.0;  // times
+constexpr int kSteps = 4;             // of evening out the nodes of a ring
+
+double shortest_edge(const std::vector<Vec3>& ring) {
+  double least = 1e3;
+  for (size_t k = 0; k < ring.size(); ++k) {
+    least = std::min(least, (ring[(k + 1) % ring.size()] - ring[k]).norm());
+  }
+  return least;
+}
+
+// A ring's nodes moved along it, so that they lie at equal distances at share 1.
+std::vector<Vec3> spread(const std::vector<Vec3>& ring, double share) {
+  const size_t n = ring.size();
+  std::vector<double> at = {0.0};  // m around, of the nodes and of the first again
+  for (size_t k = 0; k < n; ++k) at.push_back(at[k] + (ring[(k + 1) % n] - ring[k]).norm());
+  std::vector<Vec3> out;
+  for (size_t k = 0, edge = 0; k < n; ++k) {
+    const double place = (1.0 - share) * at[k] + share * at[n] * k / n;
+    while (edge + 1 < n && at[edge + 1] < place) ++edge;
+    const double length = at[edge + 1] - at[edge];
+    const double u = length > 0.0 ? std::min((place - at[edge]) / length, 1.0) : 0.0;
+    out.push_back((1.0 - u) * ring[edge] + u * ring[(edge + 1) % n]);
+  }
+  return out;
+}
+
+}  // namespace
 
 std::string quoted(const std::string& text) {
   std::string out = "\"";
@@ -27,6 +62,27 @@ TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into) {
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
   return mesh;
+}
+
+TriMesh mapped_muscle(const Target& to, const TriMesh& mesh) {
+  TriMesh out = mapped_mesh(to, mesh, Transform::Identity());
+  const double least = kSoundEdge * least_edge(to.fit);
+  for (const Ring& of : rings_of(out)) {
+    const auto begin = out.vertices.begin() + of.first, end = begin + of.nodes;
+    std::vector<Vec3> ring(begin, end);
+    // Along the ring first, which leaves its shape as it is; a ring too small for that is a
+    // tendon's.
+    for (int step = 1; step <= kSteps && shortest_edge(ring) < least; ++step) {
+      ring = spread(std::vector<Vec3>(begin, end), 1.0 * step / kSteps);
+    }
+    const double thicker = least / shortest_edge(ring);
+    if (thicker > 1.0 && thicker <= kMostThicker) {
+      const Vec3 middle = std::accumulate(begin, end, Vec3(Vec3::Zero())) / of.nodes;
+      for (Vec3& p : ring) p = middle + thicker * (p - middle);
+    }
+    std::copy(ring.begin(), ring.end(), begin);
+  }
+  return out;
 }
 
 namespace {

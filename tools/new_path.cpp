@@ -16,7 +16,7 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
     const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
     const double above = down.dot(elbow - from), below = down.dot(way) - above;
     if (above <= 0.0 || below <= 0.0) return;
-    const double near = fit.girth.mean(heights[i], y) * (heights[i] - y);
+    const double near = fit.across * fit.girth.mean(heights[i], y) * (heights[i] - y);
     if (near <= 0.0 || near >= kSlender * above) return;
     const Vec3 held = from + (above - near) / (above + below) * way;
     const int segment = static_cast<int>(i);

@@ -157,6 +157,9 @@ CLI::App* add_new(CLI::App& app, NewOptions& options, bool& json) {
         }
       },
       "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
+  command->add_option("--skin", options.skin, "a mesh around the arm, of several; else all are")
+      ->type_size(1)
+      ->allow_extra_args(false);
   command->add_flag("--force,--overwrite", options.force,
                     "replace a scene that is there, and files that Thew did not write");
   command->add_flag("--json", json, kJson);

@@ -33,7 +33,8 @@ void append_triangles(const std::filesystem::path& file, const aiMesh& part, boo
                       int first, std::vector<Triangle>& triangles);
 
 struct Character;
-/// The skeleton's names and parents alone; its frames come from `bind`. In metres times `scale`.
-Character read_character(const std::filesystem::path& file, double scale);
+/// FBX, Collada and BVH as a character: of the skeleton names and parents alone; its frames come
+/// from `bind`. In metres times `scale`. `with_mesh`: without one it is Error(kInput).
+Character read_assimp_character(const std::filesystem::path& file, double scale, bool with_mesh);
 
 }  // namespace thew

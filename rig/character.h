@@ -65,6 +65,15 @@ struct SkinWeights {
   std::vector<double> weight;  ///< by influence, of a vertex they sum to 1
 };
 
+/// A run of a character's vertices, up to the next one's first: a mesh of the file or, where
+/// materials part it, a piece of one. Of a glTF (.glb, .vrm) alone the run's vertex i is item i of
+/// `meshes[mesh_index].primitives[primitive]`; other formats are triangulated by their reader.
+struct MeshPart {
+  std::string mesh, node, material;  ///< names; "" where the file gives none
+  int mesh_index = -1, primitive = -1;
+  int first_vertex = 0;
+};
+
 /// A character as a file has it; metres, y up.
 struct Character {
   Skeleton skeleton;         ///< in the bind pose; all joints fixed, frames without stretch
@@ -74,9 +83,15 @@ struct Character {
   TriMesh mesh;               ///< in the bind pose; vertices in the order of the importer
   std::vector<int> map_back;  ///< of each vertex the first one at the same place
   SkinWeights skin;
-  std::vector<std::string> parts;  ///< names of the meshes ...
-  std::vector<int> first_vertex;   ///< ... and where each begins
+  std::vector<MeshPart> parts;
+  /// A bone by VRM's word for it ("rightUpperArm"), where the file says which body that is.
+  struct HumanBone {
+    std::string bone;
+    int body = -1;
+  };
+  std::vector<HumanBone> humanoid;
   std::vector<std::string> warnings;
+  std::string size_doubt;  ///< a warning, unless it is as large as a person
 };
 
 /// World transforms of all bodies at `time` (s) of the animation, stretch included.

@@ -3,16 +3,15 @@
 // What assimp makes of a file, as a Character. Runs in the child process.
 #include <assimp/anim.h>
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/mesh.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "rig/assimp_scene.h"
-#include "rig/character.h"
-#include "rig/gltf_curves.h"
+#include "rig/character_parts.h"
 #include "rig/text.h"
 
 namespace thew {
@@ -21,8 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kTicksPerSecond = 25.0;  // where a file names no rate, assimp's convention
-constexpr int kDeepest = 10000;           // bodies
-
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ExitCode::kInput, file.string() + ": " + what + "; export the character again");
 }
@@ -43,20 +40,19 @@ struct Nodes {
 };
 
 // Where a mesh and a bone share a name, as Blender lets them, the bone is meant.
-void name_bodies(Nodes& nodes, std::vector<std::string>& names) {
-  names.resize(nodes.nodes.size());
-  std::set<std::string> taken;
+void name_nodes(Nodes& nodes, Skeleton& skeleton) {
+  std::vector<std::string> names;
+  std::vector<char> has_mesh;
+  for (const aiNode* node : nodes.nodes) {
+    names.emplace_back(node->mName.C_Str());
+    if (names.back().empty()) names.back() = "node_" + std::to_string(names.size() - 1);
+    has_mesh.push_back(node->mNumMeshes > 0 ? 1 : 0);
+  }
+  name_bodies(names, has_mesh, skeleton);
   for (const bool of_meshes : {false, true}) {
     for (size_t i = 0; i < names.size(); ++i) {
-      const aiNode& node = *nodes.nodes[i];
-      if ((node.mNumMeshes > 0) != of_meshes) continue;
-      nodes.by_name.emplace(node.mName.C_Str(), static_cast<int>(i));
-      std::string plain = node.mName.C_Str();
-      if (plain.empty()) plain = "node_" + std::to_string(i);
-      names[i] = plain;
-      for (int k = 2; !taken.insert(names[i]).second; ++k) {
-        names[i] = plain + "_" + std::to_string(k);
-      }
+      if ((has_mesh[i] != 0) != of_meshes) continue;
+      nodes.by_name.emplace(nodes.nodes[i]->mName.C_Str(), static_cast<int>(i));
     }
   }
 }
@@ -69,7 +65,8 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
     const auto [node, parent] = open.back();
     open.pop_back();
     const int index = static_cast<int>(out.nodes.size());
-    if (index > kDeepest) refuse(file, "has more than " + std::to_string(kDeepest) + " nodes");
+    if (index > kMostBodies)
+      refuse(file, "has more than " + std::to_string(kMostBodies) + " nodes");
     Affine local = to_affine(node->mTransformation);
     if (parent < 0) local = Eigen::Scaling(scale) * local;
     if (!local.matrix().allFinite() || local.linear().determinant() == 0.0) {
@@ -81,12 +78,9 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
     character.skeleton.parent.push_back(parent);
     for (unsigned i = node->mNumChildren; i-- > 0;) open.emplace_back(node->mChildren[i], index);
   }
-  name_bodies(out, character.skeleton.body_names);
+  name_nodes(out, character.skeleton);
   return out;
 }
-
-// By vertex: (link, weight).
-using Influences = std::vector<std::vector<std::pair<int, double>>>;
 
 // `place`: of the mesh, in the bind pose.
 void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes,
@@ -115,84 +109,35 @@ void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes
   }
 }
 
-// Where the joints at rest put what is bound to the first of them, root before limbs: the bind pose
-// stands as the rest pose does.
-Affine place_by_joints(const aiMesh& part, const Nodes& nodes) {
-  int first = static_cast<int>(nodes.nodes.size());
-  Affine place = Affine::Identity();
-  for (unsigned b = 0; b < part.mNumBones; ++b) {
-    const auto joint = nodes.by_name.find(part.mBones[b]->mName.C_Str());
-    if (joint == nodes.by_name.end() || joint->second >= first) continue;
-    first = joint->second;
-    place = nodes.world[first] * to_affine(part.mBones[b]->mOffsetMatrix);
+// A mesh at a node: its vertices go to where the bind pose has them.
+void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part, const Nodes& nodes,
+                 int node, Influences& influences, Character& character) {
+  MeshPart about;
+  about.node = nodes.nodes[node]->mName.C_Str();
+  about.mesh = part.mName.length > 0 ? part.mName.C_Str() : about.node;
+  if (part.mMaterialIndex < scene.mNumMaterials) {
+    about.material = scene.mMaterials[part.mMaterialIndex]->GetName().C_Str();
   }
-  return place;
+  std::vector<Vec3> vertices;
+  for (unsigned i = 0; i < part.mNumVertices; ++i) vertices.push_back(to_vec(part.mVertices[i]));
+  std::vector<Triangle> triangles;
+  append_triangles(file, part, false, 0, triangles);
+  const int first =
+      append_part(file, about, vertices, triangles, nodes.world[node], influences, character);
+  append_weights(file, part, nodes, nodes.world[node], first, influences, character);
+  hold_unweighted(file, first, node, nodes.world[node], part.mNumBones > 0, influences, character);
 }
 
-// A mesh at a node: its vertices go to where the bind pose has them. A skinned mesh of glTF is
-// placed by its joints alone: the transform of its own node is to be ignored (glTF 2.0, 3.7.3.3).
-// Blender hangs it under its armature, of any scale and turn.
-void append_mesh(const fs::path& file, const aiMesh& part, const Nodes& nodes, int node, bool gltf,
-                 Influences& influences, Character& character) {
-  const Affine place =
-      gltf && part.mNumBones > 0 ? place_by_joints(part, nodes) : nodes.world[node];
-  if (!place.matrix().allFinite() || place.linear().determinant() == 0.0) {
-    refuse(file, "mesh \"" + std::string(part.mName.C_Str()) + "\" has no sound bind matrices");
-  }
-  const int first = static_cast<int>(character.mesh.vertices.size());
-  character.parts.push_back(part.mName.length > 0 ? part.mName.C_Str()
-                                                  : nodes.nodes[node]->mName.C_Str());
-  character.first_vertex.push_back(first);
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    character.mesh.vertices.push_back(place * to_vec(part.mVertices[i]));
-    if (character.mesh.vertices.back().allFinite()) continue;
-    refuse(file, "mesh \"" + character.parts.back() + "\", vertex " + std::to_string(i) +
-                     " is not finite");
-  }
-  influences.resize(character.mesh.vertices.size());
-  append_triangles(file, part, place.linear().determinant() < 0.0, first, character.mesh.triangles);
-  append_weights(file, part, nodes, place, first, influences, character);
-  // What nobody weighted goes with its node.
-  int own = -1;
-  for (size_t i = first; i < influences.size(); ++i) {
-    if (!influences[i].empty()) continue;
-    if (own < 0) {
-      own = static_cast<int>(character.skin.links.size());
-      character.skin.links.push_back({node, nodes.world[node].inverse()});
-    }
-    influences[i].push_back({own, 1.0});
-  }
-  if (own >= 0 && part.mNumBones > 0) {
-    character.warnings.push_back(file.string() + ": mesh \"" + character.parts.back() +
-                                 "\" has vertices without weights; they go with its node");
-  }
-}
-
-void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes, bool gltf,
+void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes,
                   Character& character) {
   Influences influences;
   for (size_t n = 0; n < nodes.nodes.size(); ++n) {
     for (unsigned i = 0; i < nodes.nodes[n]->mNumMeshes; ++i) {
-      append_mesh(file, *scene.mMeshes[nodes.nodes[n]->mMeshes[i]], nodes, static_cast<int>(n),
-                  gltf, influences, character);
+      append_mesh(file, scene, *scene.mMeshes[nodes.nodes[n]->mMeshes[i]], nodes,
+                  static_cast<int>(n), influences, character);
     }
   }
-  int uneven = 0;
-  character.skin.first.push_back(0);
-  for (const auto& of_vertex : influences) {
-    double sum = 0.0;
-    for (const auto& [link, weight] : of_vertex) sum += weight;
-    uneven += sum < 0.99 || sum > 1.01;
-    for (const auto& [link, weight] : of_vertex) {
-      character.skin.link.push_back(link);
-      character.skin.weight.push_back(weight / sum);
-    }
-    character.skin.first.push_back(static_cast<int>(character.skin.link.size()));
-  }
-  if (uneven > 0) {
-    character.warnings.push_back(file.string() + ": the weights of " + std::to_string(uneven) +
-                                 " vertices did not sum to 1; they were scaled");
-  }
+  put_weights(file, influences, character);
 }
 
 // Bodies that bones of the skin name are where their bind matrices say, the others as at rest from
@@ -274,40 +219,18 @@ void collect_animations(const fs::path& file, const aiScene& scene, const Nodes&
   }
 }
 
-void warn_of_size(const fs::path& file, Character& character) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : character.mesh.vertices) box.extend(p);
-  if (box.isEmpty()) return;
-  const double extent = box.sizes().maxCoeff();
-  if (extent >= 0.3 && extent <= 3.0) return;
-  character.warnings.push_back(
-      file.string() + ": is " + number_text(extent) +
-      " m large, a person is 1.5 to 2; if its unit is another, give [rig] scale (" +
-      number_text(1.7 / extent) + " makes it 1.7 m)");
-}
-
 }  // namespace
 
-Character read_character(const fs::path& file, double scale) {
-  const bool motion = lower_ending(file) == "bvh";
+Character read_assimp_character(const fs::path& file, double scale, bool with_mesh) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene& scene = read_assimp_scene(file, !motion, importer);
+  const aiScene& scene = read_assimp_scene(file, with_mesh, importer);
   Character character;
   const Nodes nodes = collect_bodies(file, scene, scale, character);
-  const std::string ending = lower_ending(file);
-  const bool gltf = ending == "gltf" || ending == "glb";
-  collect_skin(file, scene, nodes, gltf, character);
+  collect_skin(file, scene, nodes, character);
   set_bind_pose(nodes, character);
   collect_animations(file, scene, nodes, scale, character);
-  if (gltf) {
-    const auto body_of = [&](const std::string& name) {
-      const auto found = nodes.by_name.find(name);
-      return found == nodes.by_name.end() ? -1 : found->second;
-    };
-    mend_gltf_curves(file, scale, body_of, character);
-  }
-  if (!motion) warn_of_size(file, character);
+  if (with_mesh) note_size(file, character);
   return character;
 }
 

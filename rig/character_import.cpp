@@ -7,6 +7,7 @@
 
 #include "rig/assimp_scene.h"
 #include "rig/child.h"
+#include "rig/gltf_character.h"
 #include "rig/limits.h"
 #include "rig/packed.h"
 #include "rig/text.h"
@@ -79,9 +80,20 @@ void walk(Archive& archive, Character& c) {
   archive.list(c.skin.first);
   archive.list(c.skin.link);
   archive.list(c.skin.weight);
-  archive.each(c.parts, text);
-  archive.list(c.first_vertex);
+  archive.each(c.parts, [](Archive& a, MeshPart& part) {
+    a.list(part.mesh);
+    a.list(part.node);
+    a.list(part.material);
+    a.number(part.mesh_index);
+    a.number(part.primitive);
+    a.number(part.first_vertex);
+  });
+  archive.each(c.humanoid, [](Archive& a, Character::HumanBone& bone) {
+    a.list(bone.bone);
+    a.number(bone.body);
+  });
   archive.each(c.warnings, text);
+  archive.list(c.size_doubt);
 }
 
 // What the child sent is no better than what it may have become: indices within their lists.
@@ -106,7 +118,8 @@ bool is_sound(const Character& c) {
                std::is_sorted(c.skin.first.begin(), c.skin.first.end()) && c.skin.first[0] == 0 &&
                c.skin.weight.size() == c.skin.link.size() &&
                within(c.skin.link, c.skin.links.size()) &&
-               std::all_of(c.skin.links.begin(), c.skin.links.end(), body_known);
+               std::all_of(c.skin.links.begin(), c.skin.links.end(), body_known) &&
+               std::all_of(c.humanoid.begin(), c.humanoid.end(), body_known);
   for (size_t i = 0; sound && i < bodies; ++i) {
     sound = c.skeleton.parent[i] >= -1 && c.skeleton.parent[i] < static_cast<int>(i);
   }
@@ -159,8 +172,8 @@ void check_animations(const fs::path& file, const Character& c, double farthest)
 }
 
 // Motion alone has no unit, and places that nothing takes over: it may be in millimetres.
-void check_numbers(const fs::path& file, const Character& c) {
-  const double farthest = lower_ending(file) == "bvh" ? 1e3 * kFarthest : kFarthest;
+void check_numbers(const fs::path& file, const Character& c, bool with_mesh) {
+  const double farthest = with_mesh ? kFarthest : 1e3 * kFarthest;
   const auto fail = [&](const std::string& what) {
     throw Error(ExitCode::kInput,
                 file.string() + ": " + what +
@@ -206,25 +219,14 @@ void complete_skeleton(Character& character) {
   }
 }
 
-}  // namespace
-
-bool names_character(const fs::path& file) {
-  const std::string ending = lower_ending(file);
-  return ending == "gltf" || ending == "glb" || ending == "fbx" || ending == "dae";
-}
-
-Character import_character(const fs::path& file, double scale) {
-  if (!names_character(file) && lower_ending(file) != "bvh") {
-    throw Error(ExitCode::kInput, file.string() +
-                                      ": characters are read from glTF, FBX and Collada, motion "
-                                      "from BVH as well; export it as one of these");
-  }
+Character import_any(const fs::path& file, double scale, bool with_mesh) {
   check_readable(file, kAssimpFileLimit);
   Child child(file, "export it again, for instance as glTF", [&](std::string_view) {
     if (lower_ending(file) == "bvh") {
       check_text_numbers(file, read_in_child(file_of_child(), kAssimpFileLimit));
     }
-    Character character = read_character(file, scale);
+    Character character = names_gltf(file) ? read_gltf_character(file, scale, with_mesh)
+                                           : read_assimp_character(file, scale, with_mesh);
     Packer packer;
     walk(packer, character);
     return packer.bytes;
@@ -234,10 +236,45 @@ Character import_character(const fs::path& file, double scale) {
   Unpacker unpacker{bytes};
   walk(unpacker, character);
   if (!unpacker.finished() || !is_sound(character)) child.refuse("its reader sent nonsense");
-  check_numbers(file, character);
+  check_numbers(file, character, with_mesh);
   complete_skeleton(character);
   character.map_back = first_at_place(character.mesh);
   return character;
+}
+
+[[noreturn]] void refuse_ending(const fs::path& file, const char* instead) {
+  const bool opensim = lower_ending(file) == "osim";
+  throw Error(ExitCode::kInput,
+              file.string() + ": " +
+                  (opensim ? "is an OpenSim model, whose muscles Thew does not read; its motion "
+                             "it does, from .mot and .sto"
+                           : instead));
+}
+
+}  // namespace
+
+bool names_character(const fs::path& file) {
+  const std::string ending = lower_ending(file);
+  return names_gltf(file) || ending == "fbx" || ending == "dae";
+}
+
+bool names_motion(const fs::path& file) {
+  return names_character(file) || lower_ending(file) == "bvh";
+}
+
+Character import_character(const fs::path& file, double scale) {
+  if (lower_ending(file) == "bvh") return import_any(file, scale, false);
+  if (names_character(file)) return import_any(file, scale, true);
+  refuse_ending(file,
+                "characters are read from glTF (.gltf, .glb, .vrm), FBX and Collada; export "
+                "it as one of these");
+}
+
+Character import_motion(const fs::path& file) {
+  if (names_motion(file)) return import_any(file, 1.0, false);
+  refuse_ending(file,
+                "motion of bodies is read from BVH, glTF (.gltf, .glb, .vrm), FBX and "
+                "Collada; export it as one of these");
 }
 
 }  // namespace thew

@@ -1,239 +1,138 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/gltf_curves.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <map>
-#include <nlohmann/json.hpp>
-
-#include "rig/assimp_scene.h"
-#include "rig/child.h"
-#include "rig/json_number.h"
-#include "rig/text.h"
 
 namespace thew {
 namespace {
 
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using Json = GltfFile::Json;
 
-// What a curve lacks to be read; the curve stays as assimp has it.
-struct Lost {};
+constexpr double kLongest = 1e9;  // s, either way
 
-void need(bool condition) {
-  if (!condition) throw Lost();
-}
-
-std::string from_base64(std::string_view text) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  std::uint32_t value = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    const size_t digit = kDigits.find(c);
-    need(digit != std::string_view::npos);
-    value = value << 6 | static_cast<std::uint32_t>(digit);
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    out.push_back(static_cast<char>(value >> bits & 255u));
-  }
-  return out;
-}
-
-// A glTF's JSON and its buffers, read when they are asked for.
-class Gltf {
- public:
-  Gltf() : bytes_(read_in_child(file_of_child(), kAssimpFileLimit)) {
-    std::string_view text = bytes_;
-    if (text.substr(0, 4) == "glTF" && text.size() > 20) {  // chunks: length, kind, bytes
-      std::uint32_t length = 0;
-      std::memcpy(&length, text.data() + 12, sizeof length);
-      if (text.size() - 20 > size_t{length} + 8) binary_ = text.substr(20 + size_t{length} + 8);
-      text = text.substr(20, length);
-    }
-    json = Json::parse(text, nullptr, false);
-  }
-
-  static size_t count_of(const Json& value) {
-    const auto number = whole_number(value);
-    need(number && *number >= 0);
-    return static_cast<size_t>(*number);
-  }
-
-  /// Numbers of an accessor, `width` to an item.
-  std::vector<double> numbers(size_t accessor, size_t width) {
-    const Json& a = json.at("accessors").at(accessor);
-    need(!a.contains("sparse") && a.contains("bufferView"));
-    static const std::map<std::string, size_t> kWidths = {
-        {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
-    const auto found = kWidths.find(a.at("type").get<std::string>());
-    need(found != kWidths.end() && found->second == width);
-    const size_t type = count_of(a.at("componentType"));
-    const size_t size = type == 5126 ? 4 : type == 5122 || type == 5123 ? 2 : 1;
-    need(size > 1 || type == 5120 || type == 5121);
-    const Json& view = json.at("bufferViews").at(count_of(a.at("bufferView")));
-    const std::string_view whole = buffer(count_of(view.at("buffer")));
-    const size_t begin = count_of(view.value("byteOffset", Json(0))),
-                 bytes = count_of(view.at("byteLength"));
-    need(begin <= whole.size() && bytes <= whole.size() - begin);
-    const std::string_view from = whole.substr(begin, bytes);
-    const size_t stride = count_of(view.value("byteStride", Json(width * size))),
-                 count = count_of(a.at("count"));
-    const size_t first = count_of(a.value("byteOffset", Json(0)));
-    need(count > 0 && stride >= width * size && stride <= 252 && first <= from.size() &&
-         width * size <= from.size() - first &&
-         (count - 1) <= (from.size() - first - width * size) / stride);
-    std::vector<double> out;
-    for (size_t i = 0; i < count; ++i) {
-      for (size_t k = 0; k < width; ++k) {
-        out.push_back(number(from.data() + first + i * stride + k * size, type));
-        need(std::isfinite(out.back()));
-      }
-    }
-    return out;
-  }
-
-  Json json;
-
- private:
-  // Integers are shares of their largest, as glTF has it.
-  static double number(const char* at, size_t type) {
-    const auto as = [at](auto value) {
-      std::memcpy(&value, at, sizeof value);
-      return static_cast<double>(value);
-    };
-    switch (type) {
-      case 5120:
-        return std::max(as(std::int8_t{}) / 127.0, -1.0);
-      case 5121:
-        return as(std::uint8_t{}) / 255.0;
-      case 5122:
-        return std::max(as(std::int16_t{}) / 32767.0, -1.0);
-      case 5123:
-        return as(std::uint16_t{}) / 65535.0;
-      default:
-        return as(float{});
-    }
-  }
-
-  std::string_view buffer(size_t index) {
-    if (const auto found = buffers_.find(index); found != buffers_.end()) return found->second;
-    const Json& entry = json.at("buffers").at(index);
-    if (!entry.contains("uri")) {
-      need(index == 0);
-      return binary_;
-    }
-    const std::string uri = entry.at("uri");
-    std::string& bytes = buffers_[index];
-    if (uri.starts_with("data:")) {
-      const size_t comma = uri.find(";base64,");
-      need(comma != std::string::npos);
-      bytes = from_base64(std::string_view(uri).substr(comma + 8));
-      return bytes;
-    }
-    try {
-      bytes = read_in_child(uri, kAssimpFileLimit);
-    } catch (const Error&) {
-      throw Lost();
-    }
-    return bytes;
-  }
-
-  std::string bytes_;
-  std::string_view binary_;
-  std::map<size_t, std::string> buffers_;
-};
-
-// The place of a vector, or of a quaternion, in flat numbers.
 Vec3 value_at(const double* from, const Vec3*) { return {from[0], from[1], from[2]}; }
 Eigen::Quaterniond value_at(const double* from, const Eigen::Quaterniond*) {
   return {from[3], from[0], from[1], from[2]};
 }
 
+// A key that is not after the one before, or lies beyond any time, is left out.
 template <typename Value>
-Curve<Value> read_curve(Gltf& gltf, const Json& sampler, bool cubic, double size) {
+Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, double size,
+                        const std::string& place) {
   const Value* const kind = nullptr;
-  const size_t width = std::is_same_v<Value, Vec3> ? 3 : 4;
-  Curve<Value> curve;
-  curve.way = cubic ? CurveWay::kCubic : CurveWay::kStep;
-  curve.times = gltf.numbers(Gltf::count_of(sampler.at("input")), 1);
-  for (size_t k = 1; k < curve.times.size(); ++k) need(curve.times[k] > curve.times[k - 1]);
-  std::vector<double> flat = gltf.numbers(Gltf::count_of(sampler.at("output")), width);
-  need(flat.size() == curve.times.size() * width * (cubic ? 3 : 1));
+  constexpr size_t kWidth = std::is_same_v<Value, Vec3> ? 3 : 4;
+  const bool cubic = way == CurveWay::kCubic;
+  const std::vector<double> times = gltf.numbers(gltf.index_of(sampler, "input", place), 1);
+  std::vector<double> flat =
+      gltf.numbers(gltf.index_of(sampler, "output", place), kWidth, kWidth == 4);
+  const size_t stride = kWidth * (cubic ? 3 : 1);  // in-tangent, value, out-tangent
+  if (flat.size() != times.size() * stride) {
+    gltf.refuse(place + " has " + std::to_string(times.size()) + " times and " +
+                std::to_string(flat.size() / kWidth) + " values");
+  }
   for (double& number : flat) number *= size;
-  for (size_t k = 0; k < curve.times.size(); ++k) {
-    const double* from = flat.data() + k * width * (cubic ? 3 : 1);
+  Curve<Value> curve;
+  curve.way = way;
+  for (size_t k = 0; k < times.size(); ++k) {
+    if (!(std::abs(times[k]) < kLongest)) continue;
+    if (!curve.times.empty() && times[k] <= curve.times.back()) continue;
+    const double* from = flat.data() + k * stride;
     if (cubic) {
       curve.slopes_in.push_back(value_at(from, kind));
-      curve.slopes_out.push_back(value_at(from + 2 * width, kind));
-      from += width;
+      curve.slopes_out.push_back(value_at(from + 2 * kWidth, kind));
+      from += kWidth;
     }
+    curve.times.push_back(times[k]);
     curve.values.push_back(value_at(from, kind));
-    if constexpr (!std::is_same_v<Value, Vec3>) {
-      need(curve.values.back().norm() > 1e-6);
+    if constexpr (kWidth == 4) {
+      if (!(curve.values.back().norm() > 1e-6)) {
+        gltf.refuse(place + ", key " + std::to_string(k) + ", is a rotation of length 0");
+      }
       if (!cubic) curve.values.back().normalize();
     }
   }
   return curve;
 }
 
-void mend_channel(Gltf& gltf, const Json& channel, const Json& sampler, double scale,
-                  const std::function<int(const std::string&)>& body_of, BodyClip& clip) {
-  const bool cubic = sampler.at("interpolation") == "CUBICSPLINE";
-  const Json& target = channel.at("target");
-  const size_t index = Gltf::count_of(target.at("node"));
-  std::string name = gltf.json.at("nodes").at(index).value("name", std::string());
-  if (name.empty()) name = "nodes[" + std::to_string(index) + "]";  // as assimp calls it
-  const int body = body_of(name);
-  const std::string path = target.at("path");
-  const double size = body == 0 ? scale : 1.0;
-  for (BodyTrack& track : clip.tracks) {
-    if (track.body != body) continue;
-    if (path == "rotation") {
-      track.rotation = read_curve<Eigen::Quaterniond>(gltf, sampler, cubic, 1.0);
-    } else {
-      (path == "scale" ? track.scale : track.translation) =
-          read_curve<Vec3>(gltf, sampler, cubic, size);
-    }
-    return;
+struct Channel {
+  const Json* sampler;
+  std::string place, path;
+  int body;
+  CurveWay way;
+};
+
+// False for what moves no body: morph targets, what an extension means.
+bool read_channel(const GltfFile& gltf, const Json& animation, const std::string& place,
+                  const Json& channel, const std::vector<int>& body, Channel& out, int& strange) {
+  const auto target = channel.is_object() ? channel.find("target") : channel.end();
+  const auto samplers = animation.find("samplers");
+  if (!channel.is_object() || target == channel.end() || !target->is_object() ||
+      samplers == animation.end() || !samplers->is_array()) {
+    gltf.refuse(place + " has a channel without a target or a sampler");
   }
-  throw Lost();
+  out.path = GltfFile::text_of(*target, "path");
+  if (out.path != "translation" && out.path != "rotation" && out.path != "scale") return false;
+  if (!target->contains("node")) return false;
+  const size_t node = gltf.index_of(*target, "node", place);
+  gltf.item("nodes", node, place);
+  out.body = body[node];
+  const size_t index = gltf.index_of(channel, "sampler", place);
+  if (index >= samplers->size() || !(*samplers)[index].is_object()) {
+    gltf.refuse(place + " names samplers[" + std::to_string(index) + "] of " +
+                std::to_string(samplers->size()));
+  }
+  out.sampler = &(*samplers)[index];
+  out.place = place + ".samplers[" + std::to_string(index) + "]";
+  const std::string way = GltfFile::text_of(*out.sampler, "interpolation");
+  out.way = way == "STEP"          ? CurveWay::kStep
+            : way == "CUBICSPLINE" ? CurveWay::kCubic
+                                   : CurveWay::kLinear;
+  strange += out.way == CurveWay::kLinear && way != "LINEAR" && !way.empty();
+  return out.body >= 0;
 }
 
 }  // namespace
 
-void mend_gltf_curves(const fs::path& file, double scale,
-                      const std::function<int(const std::string&)>& body_of, Character& character) {
-  Gltf gltf;
-  if (!gltf.json.is_object() || !gltf.json.contains("animations")) return;
-  int lost = 0;
-  size_t index = 0;
-  for (const Json& animation : gltf.json["animations"]) {
-    const size_t clip = index++;
-    if (!animation.is_object() || !animation.contains("channels")) continue;
-    for (const Json& channel : animation["channels"]) {
-      try {
-        const Json& sampler = animation.at("samplers").at(Gltf::count_of(channel.at("sampler")));
-        const std::string way = sampler.value("interpolation", std::string("LINEAR"));
-        if (way == "LINEAR" || channel.at("target").value("path", "") == "weights") continue;
-        need((way == "STEP" || way == "CUBICSPLINE") && clip < character.animations.size());
-        mend_channel(gltf, channel, sampler, scale, body_of, character.animations[clip]);
-      } catch (const Lost&) {
-        ++lost;
-      } catch (const Json::exception&) {
-        ++lost;
+void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double scale,
+                          Character& character) {
+  int strange = 0;
+  const Json& animations = gltf.list("animations");
+  for (size_t a = 0; a < animations.size(); ++a) {
+    const std::string place = "animations[" + std::to_string(a) + "]";
+    const Json& animation = gltf.item("animations", a, "the file");
+    BodyClip clip;
+    clip.name = GltfFile::text_of(animation, "name");
+    if (clip.name.empty()) clip.name = "animation_" + std::to_string(a + 1);
+    const auto channels = animation.find("channels");
+    if (channels == animation.end() || !channels->is_array())
+      gltf.refuse(place + " has no channels");
+    std::vector<int> track_of(character.skeleton.parent.size(), -1);
+    for (const Json& one : *channels) {
+      Channel channel;
+      if (!read_channel(gltf, animation, place, one, body, channel, strange)) continue;
+      if (track_of[channel.body] < 0) {
+        track_of[channel.body] = static_cast<int>(clip.tracks.size());
+        clip.tracks.emplace_back().body = channel.body;
       }
+      BodyTrack& track = clip.tracks[track_of[channel.body]];
+      const double size = channel.body == 0 ? scale : 1.0;  // the root bears the file's scale
+      const auto put = [&](auto& curve, double by) {
+        using Value = std::decay_t<decltype(curve.values[0])>;
+        curve = read_curve<Value>(gltf, *channel.sampler, channel.way, by, channel.place);
+        if (!curve.times.empty()) clip.duration = std::max(clip.duration, curve.times.back());
+      };
+      if (channel.path == "rotation") put(track.rotation, 1.0);
+      if (channel.path == "translation") put(track.translation, size);
+      if (channel.path == "scale") put(track.scale, size);
     }
+    character.animations.push_back(std::move(clip));
   }
-  if (lost == 0) return;
-  character.warnings.push_back(file.string() + ": " + std::to_string(lost) +
-                               " animated curves that are no straight lines cannot be read, and "
-                               "are taken for such between their keys; export with the animation "
-                               "sampled at every frame");
+  if (strange == 0) return;
+  character.warnings.push_back(gltf.file().string() + ": " + std::to_string(strange) +
+                               " animated curves are of no interpolation that glTF has, and are "
+                               "taken for straight lines between their keys; export with the "
+                               "animation sampled at every frame");
 }
 
 }  // namespace thew

@@ -98,6 +98,7 @@ Found inspect_character(const Character& character) {
   found.facts["bodies"] = bodies;
   found.facts["animations"] = animations;
   found.facts["warnings"] = character.warnings;
+  if (!character.size_doubt.empty()) found.facts["warnings"].push_back(character.size_doubt);
   return found;
 }
 

@@ -307,7 +307,7 @@ TEST(Character, ScaleScalesAllOfIt) {
   for (size_t i = 0; i < x.size(); ++i) {
     ASSERT_LT((0.5 * to_vec(x[i]) - to_vec(y[i])).norm(), 1e-12);
   }
-  EXPECT_FALSE(one.warnings.empty());  // it is 4.5 m high
+  EXPECT_FALSE(one.size_doubt.empty());  // it is 4.5 m high
 }
 
 TEST(Character, BlendsBetweenPosesAndKeepsItsEnds) {

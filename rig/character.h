@@ -109,9 +109,13 @@ Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_
 void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
                      std::vector<Affine>& of_links);
 
-/// Motion of another skeleton (BVH) carried over by names: each body turns as its namesake turns
-/// from its own rest pose, both rest poses taken for the same. `names`: that body -> this body;
-/// where it is silent, equal names. Adds what was left out to `warnings`.
+/// Motion of another skeleton carried over: each body turns as its counterpart turns from its own
+/// bind pose, in the character's own axes. Counterparts are, in this order, those of `names` (that
+/// body -> this body), those that are the same bone of a person (character_bones.h), those of equal
+/// names, a namespace apart. Where upper arms, forearms, thighs or shins point elsewhere in one
+/// bind pose than in the other (A and T), the difference is taken out. Keys are where the motion
+/// has some and at 60 a second between those that are farther apart. Adds what was done to
+/// `warnings`.
 BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
                   const std::vector<std::array<std::string, 2>>& names, const std::string& place,
                   std::vector<std::string>& warnings);

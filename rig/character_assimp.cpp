@@ -2,6 +2,7 @@
 //
 // What assimp makes of a file, as a Character. Runs in the child process.
 #include <assimp/anim.h>
+#include <assimp/commonMetaData.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/mesh.h>
@@ -109,7 +110,30 @@ void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes
   }
 }
 
-// A mesh at a node: its vertices go to where the bind pose has them.
+// Where the joints at rest put what is bound to the first of them, root before limbs: the bind pose
+// stands as the rest pose does.
+Affine place_by_joints(const aiMesh& part, const Nodes& nodes) {
+  int first = static_cast<int>(nodes.nodes.size());
+  Affine place = Affine::Identity();
+  for (unsigned b = 0; b < part.mNumBones; ++b) {
+    const auto joint = nodes.by_name.find(part.mBones[b]->mName.C_Str());
+    if (joint == nodes.by_name.end() || joint->second >= first) continue;
+    first = joint->second;
+    place = nodes.world[first] * to_affine(part.mBones[b]->mOffsetMatrix);
+  }
+  return place;
+}
+
+bool is_of_blender(const aiScene& scene) {
+  aiString tool;
+  return scene.mMetaData && scene.mMetaData->Get(AI_METADATA_SOURCE_GENERATOR, tool) &&
+         std::string_view(tool.C_Str()).starts_with("Blender");
+}
+
+// A mesh at a node: its vertices go to where the bind pose has them. FBX's skinned meshes are
+// placed by their node, as their clusters are, Collada's by their joints alone (1.4.1, 4-7). But
+// Blender, of 3.4, writes as bind shape not where a mesh lies but where it lies on its parent: of
+// its files, the node's own place comes before that.
 void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part, const Nodes& nodes,
                  int node, Influences& influences, Character& character) {
   MeshPart about;
@@ -122,9 +146,14 @@ void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part,
   for (unsigned i = 0; i < part.mNumVertices; ++i) vertices.push_back(to_vec(part.mVertices[i]));
   std::vector<Triangle> triangles;
   append_triangles(file, part, false, 0, triangles);
-  const int first =
-      append_part(file, about, vertices, triangles, nodes.world[node], influences, character);
-  append_weights(file, part, nodes, nodes.world[node], first, influences, character);
+  const bool by_joints = part.mNumBones > 0 && lower_ending(file) == "dae";
+  const Affine bound = by_joints ? place_by_joints(part, nodes) : nodes.world[node];
+  Affine place = bound;
+  if (by_joints && is_of_blender(scene)) {
+    place = nodes.world[node] * nodes.world[0].inverse() * bound;
+  }
+  const int first = append_part(file, about, vertices, triangles, place, influences, character);
+  append_weights(file, part, nodes, bound, first, influences, character);
   hold_unweighted(file, first, node, nodes.world[node], part.mNumBones > 0, influences, character);
 }
 

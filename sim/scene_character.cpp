@@ -56,7 +56,8 @@ Forearm add_forearm(const SceneHinge& hinge, Skeleton& skeleton) {
   return {body, ulna, add_body(of.radius, body, hinge.place, skeleton), of.head, of.wrist};
 }
 
-BodyClip named_animation(const Scene& scene, const Character& character) {
+BodyClip named_animation(const Scene& scene, const std::filesystem::path& file,
+                         const Character& character) {
   std::vector<std::string> names;
   for (const BodyClip& clip : character.animations) {
     if (clip.name == scene.character.animation) return clip;
@@ -65,20 +66,22 @@ BodyClip named_animation(const Scene& scene, const Character& character) {
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   throw Error(ExitCode::kUsage, scene.clip_place + ": animation \"" + scene.character.animation +
-                                    "\" is not in " + scene.rig.string() +
+                                    "\" is not in " + file.string() +
                                     did_you_mean(scene.character.animation, names) +
                                     "; it has: " + (all.empty() ? "none" : all));
 }
 
 BodyClip motion_of(const Scene& scene, const Character& character,
                    std::vector<std::string>& warnings) {
-  const Character motion = import_character(scene.character.motion);
+  const Character motion = import_motion(scene.character.motion);
   if (motion.animations.empty()) {
     throw Error(ExitCode::kInput,
                 scene.character.motion.string() + ": holds no motion; export it with its frames");
   }
-  return retarget(motion, motion.animations[0], character, scene.character.motion_names,
-                  scene.clip_place, warnings);
+  const bool named = !scene.character.animation.empty();
+  return retarget(
+      motion, named ? named_animation(scene, scene.character.motion, motion) : motion.animations[0],
+      character, scene.character.motion_names, scene.clip_place, warnings);
 }
 
 }  // namespace
@@ -89,10 +92,14 @@ CharacterRig define_character(const Scene& scene, Skeleton& skeleton,
   rig.character = import_character(scene.rig, scene.character.scale);
   const Character& character = rig.character;
   warnings.insert(warnings.end(), character.warnings.begin(), character.warnings.end());
+  if (!character.size_doubt.empty()) warnings.push_back(character.size_doubt);
   skeleton = character.skeleton;
   for (const SceneHinge& hinge : scene.character.hinges) add_hinge(hinge, skeleton);
-  if (!scene.character.animation.empty()) rig.clip = named_animation(scene, character);
-  if (!scene.character.motion.empty()) rig.clip = motion_of(scene, character, warnings);
+  if (!scene.character.motion.empty()) {
+    rig.clip = motion_of(scene, character, warnings);
+  } else if (!scene.character.animation.empty()) {
+    rig.clip = named_animation(scene, scene.rig, character);
+  }
   for (const SceneHinge& hinge : scene.character.hinges) {
     if (hinge.forearm) rig.forearms.push_back(add_forearm(hinge, skeleton));
   }

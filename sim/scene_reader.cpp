@@ -125,6 +125,9 @@ Clip read_clip_file(TomlValue& value, TomlValue* columns, const Folders& folders
   const std::string ending = file.extension().string();
   if (ending == ".csv") return read_csv(file, map);
   if (ending == ".mot" || ending == ".sto") return read_mot(file, map);
+  if (ending == ".osim") {
+    refuse(value, "give its motion, a .mot or .sto", ", but muscles of OpenSim are not read");
+  }
   refuse(value, "give a .mot, .sto or .csv file");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/scene_rig.h"
 
+#include "rig/character_import.h"
 #include "rig/math.h"
 
 namespace thew {
@@ -57,18 +58,21 @@ void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) 
 
 bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene) {
   SceneCharacter& character = scene.character;
+  TomlValue* file = find(table, "file");
+  const bool is_text = file && file->type == TomlValue::Type::kText;
+  const bool motion = is_text && names_motion(file->text);
   if (const TomlValue* name = find(table, "animation")) {
     character.animation = text_of(*name);
     scene.clip_place = name->place;
     for (const char* other : {"keys", "file"}) {
-      if (TomlValue* both = find(table, other)) {
-        refuse(*both, "remove it, or the animation at " + name->place);
-      }
+      TomlValue* both = find(table, other);
+      // Of another character's file, it says which.
+      if (!both || (both == file && is_text && names_character(file->text))) continue;
+      refuse(*both, "remove it, or the animation at " + name->place);
     }
-    return true;
+    if (!motion) return true;
   }
-  TomlValue* file = find(table, "file");
-  if (!file || file->type != TomlValue::Type::kText || !file->text.ends_with(".bvh")) return false;
+  if (!motion) return false;
   scene.clip_place = file->place;
   character.motion = file_of(*file, folders);
   if (TomlValue* columns = find(table, "columns")) {

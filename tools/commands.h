@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,7 +77,7 @@ struct NewOptions {
   std::map<std::string, std::string> map;  ///< part of the arm -> body
   std::vector<std::string> skin;           ///< meshes around the arms; empty: all
   std::string side = "both";               ///< left | right | both
-  double scale = 1.0;
+  std::optional<double> scale;             ///< none: as a person's humerus asks for
   bool force = false, json = false;
 };
 /// Character -> a scene with the template's muscles on it.

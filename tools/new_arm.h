@@ -9,6 +9,7 @@
 
 #include "muscles/path.h"
 #include "rig/character.h"
+#include "rig/character_bones.h"
 
 namespace thew {
 
@@ -31,9 +32,6 @@ using BoneMap = std::map<std::string, std::string>;
 std::vector<ArmBodies> find_arms(const Character& character, const std::string& side,
                                  const BoneMap& map, const std::string& place,
                                  std::vector<std::string>& notes);
-
-/// Whether a body is the ancestor or below it.
-bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 
 /// Unit and horizontal, at right angles to the line of the shoulders: where the feet point to, seen
 /// from the ankles; zero where the character has no feet.

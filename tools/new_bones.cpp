@@ -2,76 +2,21 @@
 //
 // Which bodies of a character are its arms.
 #include <algorithm>
-#include <cctype>
 
+#include "rig/character_bones.h"
 #include "rig/text.h"
 #include "tools/new_arm.h"
 
 namespace thew {
 namespace {
 
-enum class Part { kNone, kClavicle, kHumerus, kForearm, kHand };
-
-bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
-bool is_small(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
-
-// "mixamorig:LeftForeArm" -> "mixamorig", "left", "fore", "arm"
-std::vector<std::string> words_of(const std::string& name) {
-  std::vector<std::string> words;
-  std::string word;
-  const auto end = [&] {
-    if (!word.empty()) words.push_back(word);
-    word.clear();
-  };
-  for (size_t i = 0; i < name.size(); ++i) {
-    const char c = name[i];
-    if (!is_letter(c)) {
-      end();
-      continue;
-    }
-    if (!is_small(c) && i > 0 && is_small(name[i - 1])) end();
-    word.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
-  }
-  end();
-  return words;
-}
-
-// -1 right, 1 left, 0 neither.
-int side_of(const std::vector<std::string>& words) {
-  for (const std::string& word : words) {
-    if (word == "l" || word.starts_with("left")) return 1;
-    if (word == "r" || word.starts_with("right")) return -1;
-  }
-  return 0;
-}
-
-Part part_of(const std::vector<std::string>& words) {
-  std::string all;
-  for (const std::string& word : words) all += word;
-  // Blender's Collada puts the armature's name before each bone's.
-  for (size_t at; (at = all.find("armature")) != std::string::npos;) all.erase(at, 8);
-  const auto has = [&](std::initializer_list<const char*> parts) {
-    return std::any_of(parts.begin(), parts.end(),
-                       [&](const char* part) { return all.find(part) != std::string::npos; });
-  };
-  if (has({"twist", "roll", "target", "pole", "thumb", "finger", "index", "middle", "ring", "pinky",
-           "assimpfbx"})) {
-    return Part::kNone;
-  }
-  if (words.end() != std::find(words.begin(), words.end(), "ik")) return Part::kNone;
-  if (has({"clavicle", "collar", "scapula", "shoulder"})) return Part::kClavicle;
-  if (has({"forearm", "lowerarm", "lowarm", "loarm", "armlower", "elbow", "ulna", "radius"})) {
-    return Part::kForearm;
-  }
-  if (has({"hand", "wrist", "palm"})) return Part::kHand;
-  return has({"arm", "humerus", "shldr"}) ? Part::kHumerus : Part::kNone;  // Daz: rShldrBend
-}
-
 Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
 
+// Past what FBX's reader puts between two bodies.
 int first_child(const Skeleton& skeleton, int body) {
   for (int i = body + 1; i < skeleton.size(); ++i) {
-    if (skeleton.parent[i] == body) return i;
+    if (skeleton.parent[i] != body) continue;
+    return is_pivot(skeleton.body_names[i]) ? first_child(skeleton, i) : i;
   }
   return -1;
 }
@@ -92,24 +37,34 @@ int by_map(const Character& character, const BoneMap& map, const std::string& pl
   return -1;
 }
 
-// The first body of a part on a side whose place in the tree fits; the skin hangs on it.
-void by_name(const Character& character, ArmBodies& arm) {
+// The first body of a kind on a side whose place in the tree fits; the skin hangs on it. VRM's own
+// map has the first word. `side`: 1 left, -1 right, 0 where names tell none.
+void by_name(const Character& character, int side, ArmBodies& arm) {
   const Skeleton& skeleton = character.skeleton;
   std::vector<char> of_skin(skeleton.size(), 0);
   for (const SkinWeights::Link& link : character.skin.links) of_skin[link.body] = 1;
-  const auto seek = [&](Part part, int on) {
+  const auto fits = [&](const BoneName& name, BoneKind kind, int body, int on) {
+    return name.kind == kind && name.side == side &&
+           (on < 0 || (body != on && hangs_on(skeleton, body, on)));
+  };
+  const auto seek = [&](BoneKind kind, int on) {
+    for (const Character::HumanBone& bone : character.humanoid) {
+      if (fits(read_bone_name(bone.bone), kind, bone.body, on)) return bone.body;
+    }
     for (int i = 0; i < skeleton.size(); ++i) {
-      if (!of_skin[i]) continue;
-      const auto words = words_of(skeleton.body_names[i]);
-      if (part_of(words) != part || side_of(words) != (arm.left ? 1 : -1)) continue;
-      if (on < 0 || (i != on && hangs_on(skeleton, i, on))) return i;
+      if (of_skin[i] && fits(read_bone_name(skeleton.body_names[i]), kind, i, on)) return i;
     }
     return -1;
   };
-  if (arm.humerus < 0) arm.humerus = seek(Part::kHumerus, -1);
+  if (arm.humerus < 0) arm.humerus = seek(BoneKind::kHumerus, -1);
+  if (arm.humerus < 0) {  // where the shoulder is the arm
+    const HumanBodies bodies = human_bodies(character);
+    const auto found = bodies.find({BoneKind::kHumerus, side});
+    if (found != bodies.end() && of_skin[found->second]) arm.humerus = found->second;
+  }
   if (arm.humerus < 0) return;
-  if (arm.forearm < 0) arm.forearm = seek(Part::kForearm, arm.humerus);
-  if (arm.forearm >= 0 && arm.hand < 0) arm.hand = seek(Part::kHand, arm.forearm);
+  if (arm.forearm < 0) arm.forearm = seek(BoneKind::kForearm, arm.humerus);
+  if (arm.forearm >= 0 && arm.hand < 0) arm.hand = seek(BoneKind::kHand, arm.forearm);
 }
 
 // Upper arm, forearm, hand, begun at a body that hangs on a trunk.
@@ -183,10 +138,42 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
 
 }  // namespace
 
-bool hangs_on(const Skeleton& skeleton, int body, int ancestor) {
-  while (body > ancestor) body = skeleton.parent[body];
-  return body == ancestor;
+namespace {
+
+// All but what was told, by names, else by shape; a note where it was the shape.
+void complete_arm(const Character& character, bool one_side, const std::string& place,
+                  ArmBodies& arm, std::vector<std::string>& notes) {
+  const Skeleton& skeleton = character.skeleton;
+  const std::vector<std::string>& names = skeleton.body_names;
+  std::string guessed;
+  const auto guess = [&](const char* what, int body) {
+    guessed += (guessed.empty() ? "" : ", ") + std::string(what) + " " + names[body];
+  };
+  by_name(character, arm.left ? 1 : -1, arm);
+  if (arm.humerus < 0 && one_side) by_name(character, 0, arm);  // its only arm, or either
+  const ArmBodies named = arm;
+  if (arm.humerus < 0) by_shape(character, arm.left, arm);
+  if (arm.humerus < 0) refuse_doubt(character, place, "humerus", arm.left);
+  if (arm.forearm < 0) arm.forearm = first_child(skeleton, arm.humerus);
+  if (arm.forearm < 0) refuse_doubt(character, place, "forearm", arm.left);
+  if (arm.hand < 0) arm.hand = first_child(skeleton, arm.forearm);
+  if (arm.hand < 0) refuse_doubt(character, place, "hand", arm.left);
+  for (int body = arm.humerus; arm.clavicle < 0 && skeleton.parent[body] >= 0;) {
+    body = skeleton.parent[body];
+    if (!is_pivot(names[body])) arm.clavicle = body;
+  }
+  if (arm.clavicle < 0) refuse_doubt(character, place, "clavicle", arm.left);
+  if (named.humerus < 0) guess("humerus", arm.humerus);
+  if (named.forearm < 0) guess("forearm", arm.forearm);
+  if (named.hand < 0) guess("hand", arm.hand);
+  if (guessed.empty()) return;
+  notes.push_back(std::string(arm.left ? "left" : "right") +
+                  " arm by the skeleton's shape, where names do not tell: " + guessed +
+                  (named.humerus < 0 ? "; left and right by the feet" : "") +
+                  "; if that is wrong, use --map");
 }
+
+}  // namespace
 
 std::vector<ArmBodies> find_arms(const Character& character, const std::string& side,
                                  const BoneMap& map, const std::string& place,
@@ -223,24 +210,8 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
     arm.humerus = told("humerus");
     arm.forearm = told("forearm");
     arm.hand = told("hand");
-    by_name(character, arm);
-    if (arm.humerus < 0) {
-      by_shape(character, left, arm);
-      if (arm.humerus >= 0) {
-        notes.push_back(
-            std::string(left ? "left" : "right") +
-            " arm found by the skeleton's shape, left and right by the feet; if that is "
-            "wrong, use --map");
-      }
-    }
+    complete_arm(character, side != "both", place, arm, notes);
     const Skeleton& skeleton = character.skeleton;
-    if (arm.humerus < 0) refuse_doubt(character, place, "humerus", left);
-    if (arm.forearm < 0) arm.forearm = first_child(skeleton, arm.humerus);
-    if (arm.forearm < 0) refuse_doubt(character, place, "forearm", left);
-    if (arm.hand < 0) arm.hand = first_child(skeleton, arm.forearm);
-    if (arm.hand < 0) refuse_doubt(character, place, "hand", left);
-    if (arm.clavicle < 0) arm.clavicle = skeleton.parent[arm.humerus];
-    if (arm.clavicle < 0) refuse_doubt(character, place, "clavicle", left);
     if (!hangs_on(skeleton, arm.forearm, arm.humerus) ||
         !hangs_on(skeleton, arm.hand, arm.forearm)) {
       throw Error(ExitCode::kUsage,

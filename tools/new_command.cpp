@@ -20,8 +20,10 @@
 #include "sim/scene.h"
 #include "sim/scene_model.h"
 #include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 #include "sim/step.h"
 #include "tools/commands.h"
+#include "tools/new_scale.h"
 #include "tools/new_target.h"
 #include "tools/obj_text.h"
 #include "tools/options.h"
@@ -32,9 +34,6 @@ namespace thew {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A person's, from the shoulder's centre to the elbow's (platform of adults' anatomy), m.
-constexpr double kShortestHumerus = 0.25, kLongestHumerus = 0.40;
 
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
@@ -128,7 +127,7 @@ std::string format(const char* how, Values... values) {
   return text;
 }
 
-void say_fit(const Target& to, double scale, Said& said) {
+void say_fit(const Target& to, Said& said) {
   const Skeleton& skeleton = to.character.skeleton;
   const double length = to.fit.along_upper * to.from.arm.elbow.norm();
   const auto [upper, fore] = thickness_of(to);
@@ -161,11 +160,6 @@ void say_fit(const Target& to, double scale, Said& said) {
               " forearm by more than the 80 deg that an arm's turns, and wrings the muscles on its "
               "radius; if a bake of it ends with exit 5 there, set contact.enabled=false");
   }
-  if (length >= kShortestHumerus && length <= kLongestHumerus) return;
-  said.warn(
-      format("a humerus of %.3f m, that of an adult is 0.25 to 0.40; if the file's unit is "
-             "not the metre, give --scale %.3g",
-             length, scale * 0.32 / length));
 }
 
 void say_flesh(const NewArms& written, Said& said) {
@@ -219,9 +213,7 @@ std::string why_threads(const std::vector<std::string>& threads) {
   create_folders(folder);
   claim_file(picture, options.out.filename().string(), options.force);
   write_durably(picture, why_picture(from, fit, skin, why), options.out.filename().string());
-  std::vector<std::string> meshes = character.parts;
-  std::sort(meshes.begin(), meshes.end());
-  meshes.erase(std::unique(meshes.begin(), meshes.end()), meshes.end());
+  const std::vector<std::string> meshes = mesh_names(character);
   std::string all;
   for (const std::string& mesh : meshes) all += (all.empty() ? "" : ", ") + mesh;
   throw Error(ExitCode::kInput, options.character.string() + ": " + why + "; " + picture.string() +
@@ -263,23 +255,22 @@ ExitCode new_command(const NewOptions& options) {
                                       ": exists already, and may have been edited; give another "
                                       "name, or --force to replace it");
   }
-  if (!(options.scale >= kLeastScale && options.scale <= kMostScale)) {
+  if (options.scale && !(*options.scale >= kLeastScale && *options.scale <= kMostScale)) {
     throw Error(ExitCode::kUsage,
-                "--scale is " + number_text(options.scale) + "; give a number from 1e-6 to 1e6");
+                "--scale is " + number_text(*options.scale) + "; give a number from 1e-6 to 1e6");
   }
   claim({options.out}, options.force);
   const Template from = read_template();
   if (!names_character(options.character)) {
-    throw Error(ExitCode::kInput,
-                options.character.string() + ": give a skinned character as glTF, FBX or Collada");
+    throw Error(ExitCode::kInput, options.character.string() +
+                                      ": give a skinned character as glTF, VRM, FBX or Collada");
   }
-  Character character = import_character(options.character, options.scale);
   Said said;
-  for (const std::string& warning : character.warnings) {
-    said.warn(warning);
-  }
-  std::vector<ArmBodies> arms =
-      find_arms(character, options.side, options.map, options.character.string(), said.notes);
+  double scale = 1.0;
+  std::vector<ArmBodies> arms;
+  std::vector<std::string> warnings;
+  const Character character = read_in_metres(options, scale, arms, said.notes, warnings);
+  for (const std::string& warning : warnings) said.warn(warning);
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
   Pose rest = rest_pose_of(character, arms, fits);
@@ -307,7 +298,7 @@ ExitCode new_command(const NewOptions& options) {
       refuse(options, character, from.arm, fits[i], skin, why);
     }
     const Target to{from, character, rest, limb, body, hand, arms[i], fits[i], side};
-    say_fit(to, options.scale, said);
+    say_fit(to, said);
     add_arm(to, written);
     if (!written.threads.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why_threads(written.threads));
@@ -323,7 +314,7 @@ ExitCode new_command(const NewOptions& options) {
   for (const NewFile& one : written.files) {
     write_durably(folder / one.file, obj_text(one.heading, one.mesh, Vec3::Zero()), scene);
   }
-  const std::string text = scene_text(options.out.stem().string(), file, options.scale, character,
+  const std::string text = scene_text(options.out.stem().string(), file, scale, character,
                                       from.scene.contact.settings, written, *views);
   check_scene(options.character, options.out, text);
   write_durably(options.out, text, scene);

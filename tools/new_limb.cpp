@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "rig/math.h"
 #include "rig/text.h"
@@ -204,16 +205,30 @@ std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm) {
   return bodies;
 }
 
+namespace {
+
+bool is_named(const MeshPart& part, const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    return name == part.mesh || name == part.node;
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> mesh_names(const Character& character) {
+  std::set<std::string> names;
+  for (const MeshPart& part : character.parts)
+    names.insert(part.node.empty() ? part.mesh : part.node);
+  return {names.begin(), names.end()};
+}
+
 TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
                     const std::vector<std::string>& meshes, const Rows& x,
                     const std::string& place) {
   for (const std::string& name : meshes) {
-    if (std::find(character.parts.begin(), character.parts.end(), name) != character.parts.end()) {
-      continue;
-    }
-    std::vector<std::string> each = character.parts;
-    std::sort(each.begin(), each.end());
-    each.erase(std::unique(each.begin(), each.end()), each.end());
+    const auto has_name = [&](const MeshPart& part) { return is_named(part, {name}); };
+    if (std::any_of(character.parts.begin(), character.parts.end(), has_name)) continue;
+    const std::vector<std::string> each = mesh_names(character);
     std::string all;
     for (const std::string& part : each) all += (all.empty() ? "" : ", ") + part;
     throw Error(ExitCode::kUsage, "--skin " + name + ": is no mesh of " + place +
@@ -230,11 +245,11 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
     }
   }
   for (size_t m = 0; m < character.parts.size() && !meshes.empty(); ++m) {
-    const bool take = std::find(meshes.begin(), meshes.end(), character.parts[m]) != meshes.end();
+    const bool take = is_named(character.parts[m], meshes);
     const size_t end = m + 1 < character.parts.size()
-                           ? static_cast<size_t>(character.first_vertex[m + 1])
+                           ? static_cast<size_t>(character.parts[m + 1].first_vertex)
                            : x.size();
-    for (size_t i = character.first_vertex[m]; i < end; ++i) chosen[i] = take;
+    for (size_t i = character.parts[m].first_vertex; i < end; ++i) chosen[i] = take;
   }
   TriMesh out;
   for (const Row& row : x) out.vertices.push_back(to_vec(row));

@@ -139,13 +139,13 @@ void add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
 
 CLI::App* add_new(CLI::App& app, NewOptions& options, bool& json) {
   CLI::App* command = app.add_subcommand("new", "a scene for another character");
-  command->add_option("CHARACTER", options.character, "glTF, FBX or Collada")->required();
+  command->add_option("CHARACTER", options.character, "glTF, VRM, FBX or Collada")->required();
   command->add_option("--out", options.out, "the scene, SCENE.toml")->required();
   command->add_option("--template", "what is put on it")->check(CLI::IsMember({"arm"}));
   command->add_option("--side", options.side, "whose arm")
       ->check(CLI::IsMember({"left", "right", "both"}))
       ->capture_default_str();
-  command->add_option("--scale", options.scale, "times all lengths of the file")
+  command->add_option("--scale", options.scale, "times all lengths of the file; 1: as they are")
       ->check(CLI::Range(1e-6, 1e6));
   command->add_option_function<std::vector<std::string>>(
       "--map",

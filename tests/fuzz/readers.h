@@ -12,6 +12,7 @@
 #include "rig/mesh_import.h"
 #include "rig/skeleton.h"
 #include "rig/urdf_import.h"
+#include "sim/cache.h"
 #include "sim/cache_parts.h"
 #include "sim/hash.h"
 #include "sim/scene.h"

@@ -73,13 +73,12 @@ struct Walker {
 
   // From the bind pose into the clip's first and through the clip.
   void follow_clip() {
-    const Scene& scene = model.scene;
-    const int settling = static_cast<int>(scene.settle * scene.fps) * kParts;
-    const int last = (scene.last_frame - scene.first_frame) * kParts;
+    const int settling = static_cast<int>(model.settle * model.fps) * kParts;
+    const int last = (model.last_frame - model.first_frame) * kParts;
     for (int k = -settling; k <= last; ++k) {
-      const double time = k / (kParts * scene.fps);
+      const double time = k / (kParts * model.fps);
       drive_bones(model, time, state);
-      look(scene.first_frame + time * scene.fps);
+      look(model.first_frame + time * model.fps);
     }
   }
 };
@@ -127,9 +126,8 @@ ArmAngles between(const ArmAngles& a, const ArmAngles& b, double t) {
 
 // Of the figure's right arm, whose bodies lie in the bind pose as the world does: from one of
 // `keys` random poses to the next in half a second.
-BodyClip random_motion(const Model& model, unsigned seed, int keys) {
+BodyClip random_motion(const Model& model, const SceneHinge& elbow, unsigned seed, int keys) {
   constexpr int kPieces = 24;  // from key to key, so that angles and not turns are interpolated
-  const SceneHinge& elbow = model.character.hinges.at(0);
   std::mt19937 random(seed);
   BodyClip clip;
   clip.tracks.resize(2);
@@ -159,11 +157,12 @@ BodyClip random_motion(const Model& model, unsigned seed, int keys) {
 
 TEST_F(NewScene, TargetsOfRandomMotionsDoNotLeap) {
   ASSERT_EQ(new_command(asked(kFigure, "right")), ExitCode::kDone);
-  Model model = build_model(read_scene(folder / "character.toml", {"skin.enabled=false"}));
+  const Scene scene = read_scene(folder / "character.toml", {"skin.enabled=false"});
+  Model model = build_model(scene);
   constexpr int kMotions = 40, kKeys = 5;
   Walk all;
   for (unsigned seed = 1; seed <= kMotions; ++seed) {
-    model.character->clip = random_motion(model, seed, kKeys);
+    model.character->clip = random_motion(model, scene.character.hinges.at(0), seed, kKeys);
     model.last_frame = model.first_frame + (kKeys - 1) * 12;
     Walker walker(model);
     walker.prints = std::getenv("THEW_WALK") != nullptr;

@@ -8,6 +8,9 @@
 
 #include "rig/text.h"
 #include "rig/urdf_import.h"
+#include "sim/scene_model.h"
+#include "sim/scene_reader.h"
+#include "sim/state_archive.h"
 
 namespace thew {
 namespace {
@@ -58,9 +61,9 @@ int outside(const Model& model, const TriMesh& shell) {
 // The first mesh that the scene's character has, at rest.
 TriMesh shell_of(const Model& model, size_t mesh) {
   const Character& character = model.character->character;
-  const int first = character.first_vertex[mesh];
-  const int end = mesh + 1 < character.first_vertex.size()
-                      ? character.first_vertex[mesh + 1]
+  const int first = character.parts[mesh].first_vertex;
+  const int end = mesh + 1 < character.parts.size()
+                      ? character.parts[mesh + 1].first_vertex
                       : static_cast<int>(character.mesh.vertices.size());
   TriMesh shell;
   for (const Row& x : model.skinned->rest) shell.vertices.push_back(to_vec(x));
@@ -88,8 +91,8 @@ TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
   bare.skin = {"Body"};
   EXPECT_LT(volume_of(made(bare)) / plain, 0.25);
   bare.skin = {"Boddy"};
-  EXPECT_HAS(refusal(NewOptions{bare.character, folder / "none.toml", {}, {"Boddy"}}),
-             "did you mean \"Body\"");
+  bare.out = folder / "none.toml";
+  EXPECT_HAS(refusal(bare), "did you mean \"Body\"");
 }
 
 // Holes all over, each with the wall of an inner tube behind it.
@@ -153,7 +156,7 @@ TEST_F(NewFigure, ChildAndGiantAreTheSameArm) {
     Figure figure;
     figure.place([&](const Vec3& p) { return Vec3(size * p); });
     const Model model = made(options(figure));
-    EXPECT_NEAR(model.scene.size, size * length_of_arm(), 0.01 * size);
+    EXPECT_NEAR(model.size, size * length_of_arm(), 0.01 * size);
     for (size_t m = 0; m < model.muscles.size(); ++m) {
       const double ratio = model.muscles[m].rest_volume / plain.muscles[m].rest_volume;
       EXPECT_NEAR(ratio / (size * size * size), 1.0, 1e-3) << model.muscles[m].name;
@@ -163,7 +166,7 @@ TEST_F(NewFigure, ChildAndGiantAreTheSameArm) {
 
 // A grown person's arm needs no size, and in the scene there is none.
 TEST_F(NewFigure, APersonsArmIsAsLargeAsTheTemplates) {
-  EXPECT_EQ(made(options(Figure())).scene.size, 1.0);
+  EXPECT_EQ(made(options(Figure())).size, 1.0);
 }
 
 TEST_F(NewFigure, UnitsAreTheUsersToName) {

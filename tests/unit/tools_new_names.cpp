@@ -63,6 +63,22 @@ TEST(NewNames, OfTheToolsThatMakeCharacters) {
        1,
        3,
        5},
+      {"VRoid, as VRM 0.x",
+       {"J_Bip_R_Shoulder", "J_Bip_R_UpperArm", "J_Bip_R_LowerArm", "J_Bip_R_Hand"}},
+      {"Mixamo, no prefix", {"RightShoulder", "RightArm", "RightForeArm", "RightHand"}},
+      {"Rigify's halves",
+       {"DEF-shoulder.R", "DEF-upper_arm.R", "DEF-upper_arm.R.001", "DEF-forearm.R",
+        "DEF-forearm.R.001", "DEF-hand.R", "DEF-f_index.01.R"},
+       1,
+       3,
+       5},
+      {"Biped, of 3ds Max 2010",
+       {"Bip001 R Clavicle", "Bip001 R UpperArm", "Bip001 R Forearm", "Bip001 R Hand"}},
+      {"Daz, Genesis 3", {"rCollar", "rShldrBend", "rForearmBend", "rHand"}},
+      {"Poser", {"RightCollar", "RightShoulder", "RightElbow", "RightWrist"}},
+      {"Poser, short", {"rCollar", "rShldr", "rForeArm", "rHand"}},
+      {"capitals", {"RShoulder", "RArm", "RForeArm", "RHand"}},
+      {"the side between", {"clavicle_right", "arm_right_upper", "arm_right_lower", "hand_right"}},
       {"Biped", {"Bip01 R Clavicle", "Bip01 R UpperArm", "Bip01 R Forearm", "Bip01 R Hand"}},
       {"Daz",
        {"rCollar", "rShldrBend", "rShldrTwist", "rForearmBend", "rForearmTwist", "rHand"},
@@ -89,6 +105,45 @@ TEST(NewNames, OfTheToolsThatMakeCharacters) {
     EXPECT_EQ(arms[0].hand, hand + 1);
     EXPECT_TRUE(notes.empty()) << notes[0];  // by name, not by shape
   }
+}
+
+TEST(NewNames, OneArmOfPlainNames) {
+  const Character character = chain_of({"Shoulder", "UpperArm", "Forearm", "Hand"});
+  std::vector<std::string> notes;
+  for (const char* side : {"right", "left"}) {
+    const auto arms = find_arms(character, side, {}, "arm.glb", notes);
+    ASSERT_EQ(arms.size(), 1u);
+    EXPECT_EQ(arms[0].humerus, 2);
+    EXPECT_EQ(arms[0].forearm, 3);
+    EXPECT_EQ(arms[0].hand, 4);
+  }
+  EXPECT_TRUE(notes.empty()) << notes[0];
+  EXPECT_THROW(find_arms(character, "both", {}, "arm.glb", notes), Error);
+  // One that has a side is not the other's.
+  EXPECT_THROW(find_arms(chain_of({"LeftArm", "LeftForeArm", "LeftHand"}), "right", {}, "x", notes),
+               Error);
+}
+
+TEST(NewNames, VrmsMapBeforeNames) {
+  Character character = chain_of({"RightArm", "a", "b", "c", "d"});
+  character.humanoid = {{"rightHand", 5}, {"rightLowerArm", 4}, {"rightUpperArm", 3}};
+  std::vector<std::string> notes;
+  const auto arms = find_arms(character, "right", {}, "x.vrm", notes);
+  EXPECT_EQ(arms[0].humerus, 3);
+  EXPECT_EQ(arms[0].forearm, 4);
+  EXPECT_EQ(arms[0].hand, 5);
+  EXPECT_TRUE(notes.empty()) << notes[0];
+}
+
+TEST(NewNames, WhatTheShapeDecidesIsSaidInOneLine) {
+  const Character character =
+      chain_of({"RightShoulder", "RightArm", "RightFore_$AssimpFbx$_PreRotation", "limb", "end"});
+  std::vector<std::string> notes;
+  const auto arms = find_arms(character, "right", {}, "x", notes);
+  EXPECT_EQ(arms[0].forearm, 4);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("names do not tell: forearm limb, hand end;"), std::string::npos)
+      << notes[0];
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ constexpr double kTaper = 0.15;  // of the belly, at either end, where a scale s
 
 // Samples at points, with frames that are transported and then turned: from
 // sample `from` on the shared twist besides, evenly.
-void set_samples(const std::vector<Vec3> &points, const CurveFrames &frames, const Twist &twist,
-                 int from, CarryCurve &curve) {
+void set_samples(const std::vector<Vec3>& points, const CurveFrames& frames, const Twist& twist,
+                 int from, CarryCurve& curve) {
   const int n = static_cast<int>(points.size());
   const SinCos step = sin_cos(twist.shared / (n - 1 - from));
   SinCos turn = sin_cos(twist.at_origin);
@@ -35,7 +35,7 @@ void set_samples(const std::vector<Vec3> &points, const CurveFrames &frames, con
   }
 }
 
-std::vector<Vec3> rounded_points(const TracedPath &path, double corner) {
+std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
   std::vector<Vec3> points = resample(path.points, kSamples);
   const double spacing = path.length / (kSamples - 1);
   round_corners(points, spacing, std::min(corner, 0.1 * path.length));
@@ -43,7 +43,7 @@ std::vector<Vec3> rounded_points(const TracedPath &path, double corner) {
 }
 
 // Interpolated, so only nearly orthonormal: the same at rest and later.
-[[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve &curve, double part) {
+[[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve& curve, double part) {
   const double at = std::min(std::max(part, 0.0), 1.0) * (kSamples - 1);
   const int i = std::min(static_cast<int>(at), kSamples - 2);
   const double t = at - i;
@@ -52,19 +52,19 @@ std::vector<Vec3> rounded_points(const TracedPath &path, double corner) {
           a.normal + t * (b.normal - a.normal), a.binormal + t * (b.binormal - a.binormal)};
 }
 
-Mat3 frame_of(const CurveSample &sample) {
+Mat3 frame_of(const CurveSample& sample) {
   Mat3 frame;
   frame << to_vec(sample.tangent), to_vec(sample.normal), to_vec(sample.binormal);
   return frame;
 }
 
 // x in a sample's frame.
-Vec3 place_in(const CurveSample &sample, const Row &x) {
+Vec3 place_in(const CurveSample& sample, const Row& x) {
   return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
 // Part of the curve's length at which it is nearest to x.
-double nearest_part(const CarryCurve &curve, const Vec3 &x) {
+double nearest_part(const CarryCurve& curve, const Vec3& x) {
   double best = std::numeric_limits<double>::infinity(), part = 0.0;
   for (int i = 0; i + 1 < kSamples; ++i) {
     const Vec3 p = to_vec(curve.samples[i].point), d = to_vec(curve.samples[i + 1].point) - p;
@@ -105,7 +105,7 @@ struct StretchProfile {
 namespace {
 
 // The path at rest as a curve; its frames turn from any that fits the origin.
-CarryCurve rest_curve(const TracedPath &traced, double corner) {
+CarryCurve rest_curve(const TracedPath& traced, double corner) {
   const std::vector<Vec3> points = rounded_points(traced, corner);
   const Vec3 t = tangent_at(points, 0);
   const Vec3 n = t.unitOrthogonal();
@@ -117,7 +117,7 @@ CarryCurve rest_curve(const TracedPath &traced, double corner) {
 }
 
 // Samples before the point k of the path, as the traced path has it.
-double sample_of_point(const TracedPath &traced, int k) {
+double sample_of_point(const TracedPath& traced, int k) {
   double before = 0.0, all = 0.0;
   for (int i = 1; i < static_cast<int>(traced.points.size()); ++i) {
     all += (traced.points[i] - traced.points[i - 1]).norm();
@@ -127,9 +127,9 @@ double sample_of_point(const TracedPath &traced, int k) {
 }
 
 // The bodies that carry the path, and what lies between them at rest.
-void set_runs(const TracedPath &traced, const Pose &rest_pose, CarriedShape &shape) {
-  const std::vector<PathPoint> &points = shape.path.points;
-  const auto same = [&](const PathPoint &a, const PathPoint &b) {
+void set_runs(const TracedPath& traced, const Pose& rest_pose, CarriedShape& shape) {
+  const std::vector<PathPoint>& points = shape.path.points;
+  const auto same = [&](const PathPoint& a, const PathPoint& b) {
     return a.body == b.body && a.with == b.with && a.share == b.share;
   };
   const double middle = 0.5 * (shape.belly[0] + shape.belly[1]) / traced.length * (kSamples - 1);
@@ -150,33 +150,33 @@ void set_runs(const TracedPath &traced, const Pose &rest_pose, CarriedShape &sha
   }
 }
 
-StretchProfile stretch_profile(const CarriedShape &shape) {
+StretchProfile stretch_profile(const CarriedShape& shape) {
   const double length = shape.belly[1] - shape.belly[0];
   return {shape.belly[0], shape.belly[1], std::min(shape.lengths.junction, 0.25 * length)};
 }
 
-double coordinate_in(const std::array<double, 2> &belly, double along) {
+double coordinate_in(const std::array<double, 2>& belly, double along) {
   return std::clamp((along - belly[0]) / (belly[1] - belly[0]), 0.0, 1.0);
 }
 
 }  // namespace
 
-std::vector<double> belly_coordinates(const TriMesh &mesh, const MusclePath &path,
-                                      const Pose &rest_pose, const std::array<double, 2> &belly,
-                                      const Lengths &lengths) {
+std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& path,
+                                      const Pose& rest_pose, const std::array<double, 2>& belly,
+                                      const Lengths& lengths) {
   const TracedPath traced = trace_path(path, rest_pose);
   const CarryCurve curve = rest_curve(traced, lengths.corner);
   std::vector<double> coordinates;
-  for (const Vec3 &p : mesh.vertices) {
+  for (const Vec3& p : mesh.vertices) {
     coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
   }
   return coordinates;
 }
 
-CarriedShape make_carried_shape(const TriMesh &mesh, const MusclePath &path, const Pose &rest_pose,
-                                const std::array<double, 2> &belly,
-                                const std::vector<double> &weights, double twist_from,
-                                const Lengths &lengths) {
+CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, const Pose& rest_pose,
+                                const std::array<double, 2>& belly,
+                                const std::vector<double>& weights, double twist_from,
+                                const Lengths& lengths) {
   assert(weights.size() == mesh.vertices.size());
   CarriedShape shape;
   shape.path = path;
@@ -186,11 +186,11 @@ CarriedShape make_carried_shape(const TriMesh &mesh, const MusclePath &path, con
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   shape.twist_from = twist_from;
-  const Transform &origin = rest_pose[path.points.front().body];
-  const Transform &insertion = rest_pose[path.points.back().body];
+  const Transform& origin = rest_pose[path.points.front().body];
+  const Transform& insertion = rest_pose[path.points.back().body];
   shape.rest_end_frames = {origin.rotation().transpose() * frame_of(curve.samples.front()),
                            insertion.rotation().transpose() * frame_of(curve.samples.back())};
-  for (const CurveSample &sample : curve.samples) {
+  for (const CurveSample& sample : curve.samples) {
     shape.rest.tangent.push_back(to_vec(sample.tangent));
     shape.rest.normal.push_back(to_vec(sample.normal));
   }
@@ -220,7 +220,7 @@ CarriedShape make_carried_shape(const TriMesh &mesh, const MusclePath &path, con
   // where the sections A are weighed by the share of the volume that each
   // node's triangles enclose.
   double plain = 0.0, weighted = 0.0;
-  for (const Triangle &tri : mesh.triangles) {
+  for (const Triangle& tri : mesh.triangles) {
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
@@ -232,23 +232,23 @@ CarriedShape make_carried_shape(const TriMesh &mesh, const MusclePath &path, con
     }
   }
   const double b = weighted > 0.0 ? plain / weighted : 0.0;
-  for (double &w : shape.bulge) w *= b;
+  for (double& w : shape.bulge) w *= b;
   return shape;
 }
 
-CarriedShape make_held_shape(const TriMesh &mesh, const std::vector<int> &held,
-                             const Pose &rest_pose) {
+CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
+                             const Pose& rest_pose) {
   CarriedShape shape;
   const size_t nodes = mesh.vertices.size();
   shape.belly = {0.0, 1.0};
   shape.rest_path_length = 1.0;
   shape.held = held;
-  for (std::vector<double> *values :
+  for (std::vector<double>* values :
        {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge, &shape.inner}) {
     values->assign(nodes, 0.0);
   }
   for (size_t i = 0; i < nodes; ++i) {
-    const Vec3 &p = mesh.vertices[i];
+    const Vec3& p = mesh.vertices[i];
     shape.offset.push_back(held[i] < 0 ? p : rest_pose[held[i]].inverse() * p);
   }
   return shape;
@@ -257,15 +257,15 @@ CarriedShape make_held_shape(const TriMesh &mesh, const std::vector<int> &held,
 namespace {
 
 // The bodies along the path now, and the twists between them.
-std::vector<FrameBody> bodies_along(const CarriedShape &shape, const TracedPath &traced,
-                                    const Pose &pose, std::vector<double> &twists) {
+std::vector<FrameBody> bodies_along(const CarriedShape& shape, const TracedPath& traced,
+                                    const Pose& pose, std::vector<double>& twists) {
   std::vector<FrameBody> bodies;
-  for (const CarriedShape::Run &run : shape.runs) {
+  for (const CarriedShape::Run& run : shape.runs) {
     const Mat3 now = place_of(shape.path.points[run.first], pose).linear();
     FrameBody body{now * run.at_rest.transpose(), 0.0, sample_of_point(traced, run.first),
                    sample_of_point(traced, run.last)};
     if (!bodies.empty()) {
-      const FrameBody &before = bodies.back();
+      const FrameBody& before = bodies.back();
       twists.push_back(turn_about(run.along, before.turn.transpose() * body.turn));
       body.twist = before.twist + twists.back();
     }
@@ -275,7 +275,7 @@ std::vector<FrameBody> bodies_along(const CarriedShape &shape, const TracedPath 
 }
 
 // The least cosine between neighbouring tangents.
-double sharpest_bend(const CurveFrames &frames) {
+double sharpest_bend(const CurveFrames& frames) {
   double least = 1.0;
   for (int i = 1; i < kSamples; ++i) {
     least = std::min(least, frames.tangent[i - 1].dot(frames.tangent[i]));
@@ -293,10 +293,10 @@ double share_of_bodies(double end, double bend, double doubt) {
                    smoothstep(kDoubt[0], kDoubt[1], doubt)});
 }
 
-void follow_bodies(const std::vector<FrameBody> &bodies, const CurveFrames &rest,
-                   const Twist &twist, int from, double share, CarryCurve &curve) {
+void follow_bodies(const std::vector<FrameBody>& bodies, const CurveFrames& rest,
+                   const Twist& twist, int from, double share, CarryCurve& curve) {
   for (int i = 0; i < kSamples; ++i) {
-    CurveSample &sample = curve.samples[i];
+    CurveSample& sample = curve.samples[i];
     const double angle =
         twist.at_origin + twist.shared_of_bodies * std::max(i - from, 0) / (kSamples - 1 - from);
     const Vec3 t = to_vec(sample.tangent), by_bodies = carried_normal(bodies, rest, i, t, angle);
@@ -308,7 +308,7 @@ void follow_bodies(const std::vector<FrameBody> &bodies, const CurveFrames &rest
 
 }  // namespace
 
-CarriedPose carry_pose(const CarriedShape &shape, const Pose &pose) {
+CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
   CarriedPose out;
   if (!shape.held.empty()) {
     out.bodies = pose;
@@ -319,7 +319,7 @@ CarriedPose carry_pose(const CarriedShape &shape, const Pose &pose) {
   const std::vector<Vec3> points = rounded_points(traced, shape.lengths.corner);
   out.change = traced.length - shape.rest_path_length;
   const auto carried_end = [&](int end) {
-    const auto &point = end == 0 ? shape.path.points.front() : shape.path.points.back();
+    const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
     return Mat3(pose[point.body].rotation() * shape.rest_end_frames[end]);
   };
   const Mat3 first = carried_end(0), last = carried_end(1);
@@ -340,7 +340,7 @@ CarriedPose carry_pose(const CarriedShape &shape, const Pose &pose) {
   return out;
 }
 
-double stretch_at(const CarriedShape &shape, const CarriedPose &pose, int node) {
+double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) {
   // A belly shortened to nothing would turn inside out: 0.2 is far below any
   // living fibre.
   return std::max(1.0 + shape.stretch_rate[node] * pose.change, 0.2);
@@ -354,8 +354,8 @@ struct CarriedNode {
   CurveSample at;
   double swelling;
 };
-[[gnu::always_inline]] inline CarriedNode carry_node(const CarriedShape &shape,
-                                                     const CarriedPose &pose, bool swell,
+[[gnu::always_inline]] inline CarriedNode carry_node(const CarriedShape& shape,
+                                                     const CarriedPose& pose, bool swell,
                                                      size_t i) {
   const double s = shape.along[i] + shape.stretch_share[i] * pose.change;
   double g = 1.0;
@@ -369,8 +369,8 @@ struct CarriedNode {
 }  // namespace
 
 THEW_VECTORISED
-void carried_positions(const CarriedShape &shape, const CarriedPose &pose, bool swell,
-                       Rows &positions, double scale, Rows *scaled) {
+void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                       Rows& positions, double scale, Rows* scaled) {
   const size_t nodes = shape.along.size();
   positions.resize(nodes);
   for (size_t i = 0; i < nodes && !shape.held.empty(); ++i) {
@@ -381,7 +381,7 @@ void carried_positions(const CarriedShape &shape, const CarriedPose &pose, bool 
   if (scaled) scaled->resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const auto [at, swelling] = carry_node(shape, pose, swell, i);
-    const Vec3 &offset = shape.offset[i];
+    const Vec3& offset = shape.offset[i];
     const Row axis = at.point + offset.x() * at.tangent;
     const Row away = swelling * (offset.y() * at.normal + offset.z() * at.binormal);
     positions[i] = axis + away;
@@ -389,22 +389,22 @@ void carried_positions(const CarriedShape &shape, const CarriedPose &pose, bool 
   }
 }
 
-std::vector<Vec3> profile_offsets(const CarriedShape &shape, const CarriedPose &pose, bool swell,
-                                  const Rows &x) {
+std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                                  const Rows& x) {
   std::vector<Vec3> offsets;
   for (size_t i = 0; i < x.size(); ++i) {
     const auto [at, g] = carry_node(shape, pose, swell, i);
-    const Vec3 &offset = shape.offset[i];
+    const Vec3& offset = shape.offset[i];
     offsets.push_back(place_in(at, x[i]) - Vec3(offset.x(), g * offset.y(), g * offset.z()));
   }
   return offsets;
 }
 
 THEW_VECTORISED
-void profiled_positions(const CarriedShape &shape, const CarriedPose &pose, bool swell,
-                        const CarriedProfile &profile, Rows &positions) {
+void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
+                        const CarriedProfile& profile, Rows& positions) {
   const size_t nodes = shape.along.size();
-  const std::vector<double> &knots = profile.change;
+  const std::vector<double>& knots = profile.change;
   const auto after = std::upper_bound(knots.begin(), knots.end(), pose.change);
   const size_t high = std::min<size_t>(after - knots.begin(), knots.size() - 1);
   const size_t low = after == knots.begin() ? high : after - knots.begin() - 1;
@@ -419,19 +419,19 @@ void profiled_positions(const CarriedShape &shape, const CarriedPose &pose, bool
   }
 }
 
-double belly_coordinate(const CarriedShape &shape, int node) {
+double belly_coordinate(const CarriedShape& shape, int node) {
   return coordinate_in(shape.belly, shape.along[node]);
 }
 
-std::array<double, 3> fibre_coordinates(const CarriedShape &shape, int node) {
+std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node) {
   const double u = belly_coordinate(shape, node);
   return {shape.along[node] / shape.rest_path_length,
           arc_tan2(shape.offset[node].z(), shape.offset[node].y()),
           smoothstep(0.0, 0.12, u) * smoothstep(0.0, 0.12, 1.0 - u)};
 }
 
-void curve_at(const CarriedShape &shape, const CarriedPose &pose, double along, Vec3 &point,
-              Vec3 &tangent) {
+void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
+              Vec3& tangent) {
   const StretchProfile profile = stretch_profile(shape);
   const CurveSample at =
       interpolate(pose.curve, (along + profile.share(along) * pose.change) / pose.path_length);

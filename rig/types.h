@@ -18,8 +18,10 @@ using Mat3 = Eigen::Matrix3d;
 using Transform = Eigen::Isometry3d;
 using Triangle = std::array<int, 3>;
 
-/// One node per row: x, y, z and a zero, so that a node is one aligned load.
-using Row = double __attribute__((vector_size(32)));
+/// One node per row: x, y, z and a zero, so that a node is one aligned load. The alignment is said,
+/// since without AVX the compiler would give half of it to what lies on the stack, and a function
+/// compiled for wider vectors counts on all of it.
+using Row = double __attribute__((vector_size(32), aligned(32)));
 
 /// Memory aligned for the widest vectors, whatever the translation unit is compiled for.
 template <typename T>

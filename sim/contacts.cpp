@@ -74,7 +74,8 @@ void place_colliders(const Model& model, State& state) {
   state.colliders = colliders_of(model, state);
   for (int c = 0; c < model.colliders(); ++c) {
     Collider& it = state.colliders[c];
-    it.box = box_of(*it.x);
+    const NodeBox box = box_of(*it.x);
+    it.box = box;
     it.soft = c < state.count();
     it.seen = it.soft ? &state.muscles[c].seen : it.x;
     if (it.soft) it.start = &state.muscles[c].start;

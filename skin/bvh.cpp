@@ -185,7 +185,8 @@ bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& nea
 
 }  // namespace
 
-THEW_VECTORISED
+// Not for wider vectors: what it returns may lie on half of their alignment, since the compiler
+// does not align what a call alone needs of the stack.
 NodeBox box_of(const Rows& x) {
   NodeBox box = empty_box();
   for (const Row& p : x) grow(box, p, p);

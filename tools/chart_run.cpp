@@ -15,7 +15,6 @@
 #include "sim/scene_reader.h"
 #include "sim/state_archive.h"
 #include "sim/step.h"
-#include "tools/commands.h"
 #include "tools/paper_run.h"
 #include "tools/signals.h"
 

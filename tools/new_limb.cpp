@@ -218,7 +218,7 @@ bool is_named(const MeshPart& part, const std::vector<std::string>& names) {
 std::vector<std::string> mesh_names(const Character& character) {
   std::set<std::string> names;
   for (const MeshPart& part : character.parts)
-    names.insert(part.node.empty() ? part.mesh : part.node);
+    names.insert(part.mesh.empty() ? part.node : part.mesh);
   return {names.begin(), names.end()};
 }
 

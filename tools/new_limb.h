@@ -46,7 +46,7 @@ class Limb {
 
 /// The hand, and fingers that hang on the forearm beside it.
 std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm);
-/// By their objects' names or, without these, their own; each once.
+/// By their own names or, without these, their objects'; each once.
 std::vector<std::string> mesh_names(const Character& character);
 /// Triangles, of the meshes named (empty: of all), that mostly hang on the bodies and what is below
 /// them; in the rest pose, `x`. Error(kUsage) for a name that is no mesh's.

@@ -156,8 +156,8 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
   }
 }
 
-// Of the faces that have a free corner: no other can give way.
-THEW_VECTORISED
+// Of the faces that have a free corner: no other can give way. See box_of() for why it is not made
+// for wider vectors.
 NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
   NodeBox box = empty_box();
   for (const auto& [i, j, k] : surface.triangles) {

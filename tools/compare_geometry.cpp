@@ -37,7 +37,8 @@ Farthest farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
 
 template <typename T>
 bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+  if (a.size() != b.size()) return false;
+  return a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
 
 bool same_surface(const BakeMesh& a, const BakeMesh& b, double tolerance) {

@@ -130,7 +130,8 @@ std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs
                                                       {BoneKind::kThigh, BoneKind::kShin},
                                                       {BoneKind::kShin, BoneKind::kFoot}};
   std::vector<std::array<Vec3, 2>> along(to.skeleton.size(), {Vec3::Zero(), Vec3::Zero()});
-  for (const auto& [limb, end] : kLimbs) {
+  for (const auto& pair : kLimbs) {
+    const BoneKind limb = pair.first, end = pair.second;  // a lambda may not capture a binding
     for (const int side : {-1, 1}) {
       const auto direction = [&](const Character& of, const HumanBodies& bodies, Vec3& out) {
         const auto a = bodies.find({limb, side}), b = bodies.find({end, side});

@@ -165,7 +165,9 @@ GltfFile::GltfFile(std::filesystem::path file)
   try {
     json_ = Json::parse(text);
   } catch (const Json::exception& error) {
-    refuse(std::string("is no glTF, its JSON cannot be read (") + printable(error.what()) + ")");
+    const std::string what = error.what();  // it goes on with all that was last read
+    refuse("is no glTF, its JSON cannot be read (" +
+           printable(what.substr(0, std::min<size_t>(what.find("; last read"), 300))) + ")");
   }
   if (!json_.is_object()) refuse("is no glTF, its JSON is no object");
   const auto asset = json_.find("asset");

@@ -308,7 +308,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/new_", {{"new"}}},
       {"tools/paper_", {{"paper"}}},
       {"sim/cache_parts.cpp", {{"bake"}}},  // read where a bake is resumed only
-      {"sim/state.cpp", {{"bake"}}}};
+      {"sim/state_archive.cpp", {{"bake"}}}};
   // Places in a scene that the command line set; and what reads the option named.
   const std::map<std::string, std::set<std::string>> own = {
       {"sim/scene_toml.cpp", {"--set"}},

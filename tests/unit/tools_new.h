@@ -96,4 +96,20 @@ inline double distance(const TriMesh& mesh, const Vec3& p) {
   return least;
 }
 
+inline std::string from_base64(const std::string& text) {
+  const std::string_view digits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned value = 0;
+  int bits = 0;
+  for (size_t i = 0; i < text.size() && text[i] != '='; ++i) {
+    value = value << 6 | static_cast<unsigned>(digits.find(text[i]));
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes.push_back(static_cast<char>(value >> bits & 255));
+  }
+  return bytes;
+}
+
 }  // namespace thew

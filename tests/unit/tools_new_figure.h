@@ -79,27 +79,11 @@ inline void Figure::thin(double share, Mesh& mesh) {
   }
 }
 
-inline std::string decoded(const std::string& text) {
-  const std::string_view digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned value = 0;
-  int bits = 0;
-  for (size_t i = 0; i < text.size() && text[i] != '='; ++i) {
-    value = value << 6 | static_cast<unsigned>(digits.find(text[i]));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes.push_back(static_cast<char>(value >> bits & 255));
-  }
-  return bytes;
-}
-
 inline Figure::Figure() {
   std::ifstream in(kFigure);
   const nlohmann::json json = nlohmann::json::parse(in);
   const std::string uri = json["buffers"][0]["uri"];
-  const std::string bytes = decoded(uri.substr(uri.find(',') + 1));
+  const std::string bytes = from_base64(uri.substr(uri.find(',') + 1));
   const auto read = [&](const nlohmann::json& index, auto& out) {
     const nlohmann::json& accessor = json["accessors"][index.get<size_t>()];
     const nlohmann::json& view = json["bufferViews"][accessor["bufferView"].get<size_t>()];

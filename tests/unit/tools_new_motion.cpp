@@ -18,22 +18,6 @@
 namespace thew {
 namespace {
 
-std::string from_base64(const std::string& text) {
-  const std::string_view digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned value = 0;
-  int bits = 0;
-  for (size_t i = 0; i < text.size() && text[i] != '='; ++i) {
-    value = value << 6 | static_cast<unsigned>(digits.find(text[i]));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes.push_back(static_cast<char>(value >> bits & 255));
-  }
-  return bytes;
-}
-
 // The point of the figure's left arm's line, shoulder to wrist, that is nearest.
 Vec3 on_arm(const Vec3& p) {
   const Vec3 joints[] = {{0.17, 1.38, -0.02}, {0.37, 1.21, -0.035}, {0.53, 1.075, 0.02}};

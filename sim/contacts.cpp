@@ -69,13 +69,14 @@ Followed& followed(State& state, int c) {
   return c < state.count() ? state.muscles[c].followed : state.bones[c - state.count()].followed;
 }
 
-// As the step's searches and solves see them all.
+}  // namespace
+
 void place_colliders(const Model& model, State& state) {
+  if (!model.contact.enabled) return;
   state.colliders = colliders_of(model, state);
   for (int c = 0; c < model.colliders(); ++c) {
     Collider& it = state.colliders[c];
-    const NodeBox box = box_of(*it.x);
-    it.box = box;
+    it.box = box_of(*it.x);
     it.soft = c < state.count();
     it.seen = it.soft ? &state.muscles[c].seen : it.x;
     if (it.soft) it.start = &state.muscles[c].start;
@@ -85,6 +86,8 @@ void place_colliders(const Model& model, State& state) {
     it.back = state.pose_before[body] * state.pose[body].inverse();
   }
 }
+
+namespace {
 
 // Contacts of muscle m with those `near`, from what the step before left.
 void find_contacts_of(const Model& model, int m, const ContactSettings& settings,
@@ -111,7 +114,6 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   bool any = false;
   for (int m = 0; m < state.count(); ++m) any = any || searches(m);
   if (!model.contact.enabled || !any) return;
-  place_colliders(model, state);
   ContactSettings settings = model.contact.settings;
   double thickest = 0.0;
   for (const Collider& collider : state.colliders) {
@@ -147,7 +149,6 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
   if (!model.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
   const double depth = model.contact.settings.max_depth;
   std::optional<Trouble> worst;
-  place_colliders(model, state);
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     if (!has_forces(now.level)) continue;

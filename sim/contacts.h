@@ -17,6 +17,9 @@ void fit_bone(const Model& model, int b, State& state);
 /// The trees that both look into.
 void refit_all(const Model& model, Parallel& parallel, State& state);
 
+/// Sets state.colliders as the searches and solves of this step see them, once the rig has moved:
+/// before the next two.
+void place_colliders(const Model& model, State& state);
 /// Contacts of every muscle with the others and the bones; one that goes on keeps its multiplier.
 void find_all_contacts(const Model& model, Parallel& parallel, State& state);
 

@@ -72,6 +72,7 @@ std::optional<Trouble> step(const Model& model, double time, double h, Parallel&
   }
   {
     StopWatch watch(seconds.contact);
+    place_colliders(model, state);
     if (auto leap = find_leap(model, state)) return leap;
     find_all_contacts(model, parallel, state);
   }

@@ -183,13 +183,19 @@ bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& nea
   return across.dot(p - corner[0]) > 0.0;
 }
 
+THEW_VECTORISED
+void grow_over(const Rows& x, NodeBox& box) {
+  for (const Row& p : x) grow(box, p, p);
+}
+
 }  // namespace
 
-// Not for wider vectors: what it returns may lie on half of their alignment, since the compiler
-// does not align what a call alone needs of the stack.
+// Grown in a place of its own: what is returned may lie on half of a row's alignment, since the
+// compiler does not align what a call alone needs of the stack.
 NodeBox box_of(const Rows& x) {
-  NodeBox box = empty_box();
-  for (const Row& p : x) grow(box, p, p);
+  NodeBox grown = empty_box();
+  grow_over(x, grown);
+  const NodeBox box = grown;
   return box;
 }
 

@@ -156,14 +156,21 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
   }
 }
 
-// Of the faces that have a free corner: no other can give way. See box_of() for why it is not made
-// for wider vectors.
-NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
-  NodeBox box = empty_box();
+THEW_VECTORISED
+void grow_over_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free,
+                    NodeBox& box) {
   for (const auto& [i, j, k] : surface.triangles) {
     if (!is_free[i] && !is_free[j] && !is_free[k]) continue;
     for (const int node : {i, j, k}) grow(box, x[node], x[node]);
   }
+}
+
+// Of the faces that have a free corner: no other can give way. See box_of() for why it is grown in
+// a place of its own.
+NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
+  NodeBox grown = empty_box();
+  grow_over_free(surface, x, is_free, grown);
+  const NodeBox box = grown;
   return box;
 }
 

@@ -312,7 +312,13 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
       if (on_frame) on_frame();
     }
     hash = packing.finish();
-    verify(temporary, data.info, data.parts_folder, data.parts);
+    try {
+      verify(temporary, data.info, data.parts_folder, data.parts);
+    } catch (const Error& unread) {
+      if (unread.code() != ExitCode::kInput) throw;  // it is our own file that cannot be read
+      throw Error(ExitCode::kOutput,
+                  temporary.string() + ": could not be read back; check the disk and run again");
+    }
     place_durably(temporary, file, {fs::file_size(temporary), "", hash});
   } catch (...) {
     ::unlink(temporary.c_str());  // a full disk gets its space back

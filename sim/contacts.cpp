@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/rungs.h"
 #include "skin/contact/face_contact.h"
 #include "skin/contact/self_contact.h"
 #include "skin/contact/sweep.h"
@@ -101,7 +102,7 @@ void find_contacts_of(const Model& model, int m, const ContactSettings& settings
   find_contacts(state.colliders, m, near, settings, now.pressing, now.memory, now.contacts);
   find_face_contacts(state.colliders, m, near, settings, now.pressing, now.face_memory,
                      now.contacts);
-  if (!model.ignore[m][m]) {
+  if (!model.ignore[m][m] && !lets_pass(state, m, m)) {
     find_self_contacts(state.colliders[m], m, settings, now.touched.contacts, now.contacts);
   }
   keep_multipliers(now.touched, model.contact.friction > 0.0, now);
@@ -130,7 +131,9 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
     if (!model.ignore[m][m]) wanted[m] = 1;
-    std::erase_if(near[m], [&](int other) { return model.ignore[m][other] != 0; });
+    std::erase_if(near[m], [&](int other) {
+      return model.ignore[m][other] != 0 || lets_pass(state, m, other);
+    });
     for (const int other : near[m]) wanted[m] = wanted[other] = 1;
   }
   parallel.each(model.colliders(), [&](int c) {
@@ -154,8 +157,8 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
     if (!has_forces(now.level)) continue;
     const BodyWay way = way_of(now.start, now.x);
     for (size_t b = 0; b < model.bones.size(); ++b) {
-      const size_t c = state.muscles.size() + b;
-      if (model.ignore[m][c]) continue;
+      const int c = state.count() + static_cast<int>(b);
+      if (model.ignore[m][c] || lets_pass(state, m, c)) continue;
       if (!may_leap(way, state.colliders[c], state.bones[b].moved, depth)) continue;
       fit_bone(model, static_cast<int>(b), state);
       const Leap leap = find_leap(now.start, now.x, model.muscles[m].free_nodes, state.colliders[c],
@@ -163,10 +166,12 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
       if (leap.inside <= (worst ? worst->value : depth)) continue;
       worst = Trouble{"muscle \"" + model.muscles[m].name + "\"",
                       leap.node,
-                      "way into a bone in one step",
+                      Cause::kWayIntoBone,
                       leap.inside,
                       depth,
-                      "m"};
+                      m,
+                      c};
+      worst->way = leap.way;
       worst->parts = static_cast<int>(std::ceil(std::min(leap.way / depth, 1e6)));
     }
   }

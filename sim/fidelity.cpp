@@ -74,7 +74,7 @@ bool is_quasi_static(const Model& model, int m) {
 
 void choose_levels(const Model& model, double h, State& state) {
   if (!model.fidelity) {
-    for (MuscleState& now : state.muscles) now.highest = Level::kDynamic;
+    for (MuscleState& now : state.muscles) now.level = now.highest = Level::kDynamic;
     return;
   }
   std::vector<Level> levels(state.count());
@@ -101,9 +101,7 @@ void choose_levels(const Model& model, double h, State& state) {
   }
 }
 
-bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
-                   VolumeWork& work, Rows& x) {
-  profiled_positions(muscle.shape, pose, muscle.swells, profile, x);
+bool reach_volume(const Muscle& muscle, VolumeWork& work, Rows& x) {
   volume_gradient(x, muscle.rest.triangles, work.gradient);
   work.direction.resize(x.size());
   for (const bool even : {false, true}) {  // even weights where the authored ones fail
@@ -114,6 +112,12 @@ bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedP
     if (restore_exactly(muscle, work.direction, x)) return true;
   }
   return false;
+}
+
+bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
+                   VolumeWork& work, Rows& x) {
+  profiled_positions(muscle.shape, pose, muscle.swells, profile, x);
+  return reach_volume(muscle, work, x);
 }
 
 void shape_muscle(const Model& model, int m, double h, State& state) {

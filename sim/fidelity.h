@@ -14,8 +14,9 @@ bool is_quasi_static(const Model& model, int m);
 /// Sets how each muscle is treated in this step; the bones are where they go.
 void choose_levels(const Model& model, double h, State& state);
 
-/// The carried shape with its profile at the exact volume, into x. False where no motion along
-/// the volume's gradient reaches it.
+/// Moves x to the exact volume. False where no motion along the volume's gradient reaches it.
+bool reach_volume(const Muscle& muscle, VolumeWork& work, Rows& x);
+/// The carried shape with its profile at the exact volume, into x; the same.
 bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
                    VolumeWork& work, Rows& x);
 /// kGeometric: puts the muscle where it belongs in state.pose and restores its volume.

@@ -81,7 +81,8 @@ class Hdf5File {
   std::vector<std::string> names(hid_t group) const;
   bool has(hid_t group, const std::string& name) const;
   bool has_attribute(hid_t object, const std::string& name) const;
-  /// Each group and dataset of a file that is read, once: links may go in circles, and make much of little.
+  /// Each group and dataset of a file that is read, once: links may go in circles, and make much of
+  /// little.
   Hdf5Id open_group(hid_t parent, const std::string& name) const;
   /// Refuses another type (unless one of `types`), rank, layout, filter or block, and sizes that
   /// the file is too short for. `rows` as it was created with; 0: all in one chunk.

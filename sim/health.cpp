@@ -8,6 +8,7 @@
 #include "rig/text.h"
 #include "rig/vectorise.h"
 #include "sim/fidelity.h"
+#include "sim/rungs.h"
 
 namespace thew {
 namespace {
@@ -26,9 +27,22 @@ double extent_of(const Model& model, const State& state) {
   return extent;
 }
 
-Trouble trouble_at(const Model& model, int m, int node, const char* quantity, double value,
-                   double limit, const char* unit) {
-  return {"muscle \"" + model.muscles[m].name + "\"", node, quantity, value, limit, unit};
+// The one that presses most.
+int strongest_contact(const Muscle& muscle, const MuscleState& now) {
+  double most = 0.0;
+  int other = -1;
+  for (size_t c = 0; c < now.normal_multiplier.size(); ++c) {
+    const double push = now.normal_multiplier[c] * muscle.contact_stiffness[now.contacts[c].node];
+    if (push > most) most = push, other = now.contacts[c].other;
+  }
+  return other;
+}
+
+Trouble trouble_at(const Model& model, const State& state, int m, int node, Cause cause,
+                   double value, double limit) {
+  const Muscle& muscle = model.muscles[m];
+  const int other = strongest_contact(muscle, state.muscles[m]);
+  return {"muscle \"" + muscle.name + "\"", node, cause, value, limit, m, other};
 }
 
 int frame_at(const Model& model, double time) {
@@ -44,10 +58,11 @@ std::string text_of(const Model& model, double time, const Trouble& trouble, int
     when +=
         " (substep " + std::to_string(trouble.substep) + " of " + std::to_string(substeps) + ")";
   }
-  const auto figure = [&](double value) { return number_text(value) + " " + trouble.unit; };
+  const CauseWords& words = words_of(trouble.cause);
+  const auto figure = [&](double value) { return number_text(value) + " " + words.unit; };
   return when + ": " + trouble.part + ", node " + std::to_string(trouble.node) + ": " +
-         trouble.quantity + " is " + figure(trouble.value) + ", the limit is " +
-         figure(trouble.limit) + "; use more substeps or softer material";
+         words.quantity + " is " + figure(trouble.value) + ", the limit is " +
+         figure(trouble.limit) + "; " + words.next;
 }
 
 double stretch_energy(double stiffness, double length, double rest) {
@@ -140,11 +155,11 @@ std::optional<Trouble> find_bad_node(const Model& model, double h, double extent
     const int node = static_cast<int>(i);
     const double distance = norm(now.x[i]);
     if (!(distance <= reach)) {  // also where it is not a number
-      return trouble_at(model, m, node, "distance from the root", distance, reach, "m");
+      return trouble_at(model, state, m, node, Cause::kDistance, distance, reach);
     }
     for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
       if (!(speed <= fastest)) {
-        return trouble_at(model, m, node, "speed", speed, fastest, "m/s");
+        return trouble_at(model, state, m, node, Cause::kSpeed, speed, fastest);
       }
     }
   }
@@ -177,7 +192,7 @@ std::optional<Trouble> find_long_edge(const Model& model, const State& state, in
     const auto& [a, b] = springs.nodes[k];
     const double length = norm(now.x[a] - now.x[b]);
     const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
-    if (!(length <= limit)) return trouble_at(model, m, a, "length of an edge", length, limit, "m");
+    if (!(length <= limit)) return trouble_at(model, state, m, a, Cause::kEdge, length, limit);
   }
   return {};
 }
@@ -205,28 +220,48 @@ std::optional<Trouble> find_bad_shape(const Model& model, double h, const State&
   if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
     const double volume = enclosed_volume(now.x, muscle.rest.triangles);
     if (!(volume > 0.0) && enclosed_volume(now.frame_before.x, muscle.rest.triangles) > 0.0) {
-      return trouble_at(model, m, most_strained(muscle, now), "enclosed volume", volume, 0.0,
-                        "m^3");
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kVolume, volume, 0.0);
     }
   }
   if (has_path && strain.reversed > kReversed * springs.structural) {
     const double over = turned_over(muscle, now.x, now.target);
     const MuscleMotion& before = now.frame_before;
     if (over > kTurnedOver && over > turned_over(muscle, before.x, before.target)) {
-      return trouble_at(model, m, most_strained(muscle, now),
-                        "part of its surface turned inside out", over, kTurnedOver, "of 1");
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kTurnedOver, over,
+                        kTurnedOver);
     }
   }
   if (!(energy <= strain.usual)) {
     const double limit = energy_limit(model, h, state);
     if (!(energy <= limit)) {
-      return trouble_at(model, m, most_strained(muscle, now), "energy", energy, limit, "J");
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kEnergy, energy, limit);
     }
   }
   return {};
 }
 
 }  // namespace
+
+const CauseWords& words_of(Cause cause) {
+  static constexpr const char* kMotion = "see the motion and the scale of the rig in this frame";
+  static constexpr const char* kPath =
+      "see its path, its wraps and the joints round it in this frame";
+  static constexpr const char* kMaterial = "use more substeps or softer material";
+  // By Cause.
+  static constexpr CauseWords kWords[] = {
+      {"", "", "", ""},
+      {"solution", "", "the solver found no solution", kMaterial},
+      {"distance from the root", "m", "it left the rig's surroundings", kMotion},
+      {"speed", "m/s", "it became faster than any part of the rig", kMotion},
+      {"length of an edge", "m", "an edge of it was torn", kMaterial},
+      {"enclosed volume", "m^3", "it was emptied", kMaterial},
+      {"part of its surface turned inside out", "of 1", "its surface turned inside out", kPath},
+      {"energy", "J", "it gained more energy than anything gave it", kMaterial},
+      {"way into a bone in one step", "m", "it would have passed into a bone in one step", kMotion},
+      {"way into a bone, however short the step", "m",
+       "it jumps into a bone, however short the step", kPath}};
+  return kWords[static_cast<int>(cause)];
+}
 
 StepFailure::StepFailure(const Model& model, double time, const Trouble& of, int steps)
     : Error(ExitCode::kSolver, text_of(model, time, of, steps)),
@@ -254,7 +289,8 @@ void remember(MuscleState& muscle) {
 
 }  // namespace
 
-void begin_frame(State& state) {
+void begin_frame(const Model& model, State& state) {
+  leave_rungs(model, state);
   for (MuscleState& muscle : state.muscles) {
     muscle.volume_error = muscle.substep_volume_error = 0.0;
     muscle.unreached = muscle.weight_fallbacks = muscle.zone_fallbacks = 0;
@@ -278,9 +314,10 @@ void take_back(State& state) {
 std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>()>& step) {
   try {
     return step();
-  } catch (const Error& error) {
-    if (error.code() != ExitCode::kSolver) throw;
-    return Trouble{error.what()};
+  } catch (const NoSolution& none) {
+    Trouble trouble{none.what()};
+    trouble.muscle = none.muscle;
+    return trouble;
   }
 }
 
@@ -301,18 +338,13 @@ std::optional<Trouble> find_skin_trouble(const Model& model, const State& state)
   const double reach = kBox * extent_of(model, state);
   const SkinMotion& skin = state.skin;
   for (size_t i = 0; i < skin.x.size(); ++i) {
-    for (const auto& [rows, quantity] : {std::pair(&skin.x, "distance from the root"),
-                                         std::pair(&skin.offset, "distance from the elastic shape"),
-                                         std::pair(&skin.slip, "distance from the bound shape"),
-                                         std::pair(&skin.force, "pull of the flesh")}) {
-      if (i >= rows->size()) continue;
-      const double value = norm((*rows)[i]);
-      if (!(value <= reach)) {
-        return Trouble{"skin", static_cast<int>(i), quantity, value, reach, "m"};
-      }
+    const auto is_beyond = [&](double value) { return !(value <= reach); };
+    for (const Rows* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {
+      if (i >= rows->size() || !is_beyond(norm((*rows)[i]))) continue;
+      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
     }
-    if (i < skin.moved.size() && !(skin.moved[i] <= reach)) {
-      return Trouble{"skin", static_cast<int>(i), "way of the passes", skin.moved[i], reach, "m"};
+    if (i < skin.moved.size() && is_beyond(skin.moved[i])) {
+      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, skin.moved[i], reach};
     }
   }
   return {};

@@ -3,22 +3,11 @@
 
 #include <functional>
 #include <optional>
-#include <string>
 
 #include "sim/state.h"
+#include "sim/trouble.h"
 
 namespace thew {
-
-/// What a step must not leave behind: which quantity of what is beyond which limit.
-struct Trouble {
-  std::string part;  ///< muscle "NAME", or skin; the whole message where there is no node
-  int node = -1;
-  const char* quantity = "";
-  double value = 0.0, limit = 0.0;
-  const char* unit = "";
-  int substep = 0;  ///< of the frame, counted from 1; of the skin, which is stepped once, 0
-  int parts = 0;    ///< in how many the step has to be taken, where that is known
-};
 
 /// A frame that could not be done. Its message has all that failure.json has.
 class StepFailure : public Error {
@@ -31,7 +20,7 @@ class StepFailure : public Error {
 };
 
 /// Clears the measures of the frame before and keeps what a failed step takes back.
-void begin_frame(State& state);
+void begin_frame(const Model& model, State& state);
 void take_back(State& state);
 
 /// What the step says, or the solver by an Error, of what it cannot do; other errors go on.

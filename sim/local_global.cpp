@@ -6,6 +6,7 @@
 #include "rig/vectorise.h"
 #include "sim/fidelity.h"
 #include "sim/muscle_step.h"
+#include "sim/trouble.h"
 #include "sim/volume_rule.h"
 #include "skin/contact/implicit_contact.h"
 
@@ -81,13 +82,14 @@ void set_base(const Muscle& muscle, double h, double inertia, double damping, co
 namespace {
 
 // A^-1 stands as long as the diagonal does.
-void factorise_step(const Muscle& muscle, LocalGlobalWork& work) {
+void factorise_step(const Model& model, int m, LocalGlobalWork& work) {
+  const Muscle& muscle = model.muscles[m];
   if (work.diagonal == work.factored_diagonal) return;
   work.factored_diagonal.clear();  // a factor that fails is of no diagonal
   if (!factorise(muscle.stiffness, work.diagonal, work.factor)) {
-    throw Error(ExitCode::kSolver, "muscle \"" + muscle.name +
-                                       "\": the step's matrix is not positive definite; check "
-                                       "its material and time step");
+    throw NoSolution(m, "muscle \"" + muscle.name +
+                            "\": the step's matrix is not positive definite; check its material "
+                            "and time step");
   }
   work.factored_diagonal = work.diagonal;
 }
@@ -129,7 +131,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
     const int node = now.contacts[c].node;
     work.diagonal[matrix.position[node]] += muscle.contact_stiffness[node];
   }
-  factorise_step(muscle, work);
+  factorise_step(model, m, work);
   now.volume.gradient.resize(now.x.size());
   now.volume.direction.resize(now.x.size(), Row{});  // where driven it stays 0
   begin_contacts(model, m, h, state, work);

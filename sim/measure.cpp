@@ -184,6 +184,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.area_ratio =
         rest_areas[m] > 0.0 ? area / rest_areas[m] : 1.0;  // its path runs past it
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
+    measures.rung = now.ladder.taken;
+    measures.because = now.ladder.because;
     if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
     if (!model.contact.enabled) return;
     const Rows free = free_nodes(muscle, now.x);
@@ -204,6 +206,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     }
   });
   for (int m = 0; m < count; ++m) {
+    out.muscles[m].penetration = deepest[m];
     out.contact_penetration = std::max(out.contact_penetration, deepest[m]);
     out.intersecting_pairs += pairs[m];
     out.unreached += state.muscles[m].unreached;
@@ -247,6 +250,11 @@ namespace {
 // Names and values from one list, so that they cannot differ.
 template <typename Visit>
 void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit&& number) {
+  const auto whole = [&](const std::string& name, auto& value) {
+    double real = static_cast<double>(value);
+    number(name, real);
+    value = static_cast<std::decay_t<decltype(value)>>(static_cast<int>(real));
+  };
   for (size_t m = 0; m < names.size(); ++m) {
     MuscleMeasures& muscle = measures.muscles[m];
     number("volume_error/" + names[m], muscle.volume_error);
@@ -256,12 +264,10 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     number("length/" + names[m], muscle.length);
     number("area_ratio/" + names[m], muscle.area_ratio);
     number("attachment_gap/" + names[m], muscle.attachment_gap);
+    number("penetration/" + names[m], muscle.penetration);
+    whole("rung/" + names[m], muscle.rung);
+    whole("rung_because/" + names[m], muscle.because);
   }
-  const auto whole = [&](const std::string& name, int& value) {
-    double real = value;
-    number(name, real);
-    value = static_cast<int>(real);
-  };
   number("skin_penetration", measures.skin.max_penetration);
   number("skin_poke_through", measures.skin.max_poke_through);
   whole("skin_intersecting_pairs", measures.skin.intersecting_pairs);
@@ -310,6 +316,13 @@ FrameMeasures unflatten(const Model& model, const std::vector<std::string>& name
     }
     value = found->second;
   });
+  for (const MuscleMeasures& muscle : measures.muscles) {
+    if (muscle.rung < Rung::kNone || muscle.rung > Rung::kCarried ||
+        muscle.because < Cause::kNone || muscle.because > Cause::kJump) {
+      throw Error(ExitCode::kInput,
+                  "the bake has a rung that no version of Thew takes; bake it anew");
+    }
+  }
   return measures;
 }
 

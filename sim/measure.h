@@ -20,6 +20,9 @@ struct MuscleMeasures {
   double length = 0.0;                ///< m, musculotendon path
   double area_ratio = 1.0;            ///< mean belly section over the rest's
   double attachment_gap = 0.0;        ///< m, poles against origin and insertion on their bones
+  double penetration = 0.0;           ///< m, of its free nodes, in another muscle or a bone
+  Rung rung = Rung::kNone;            ///< of the frame
+  Cause because = Cause::kNone;       ///< of the rung
 };
 struct FrameMeasures {
   std::vector<MuscleMeasures> muscles;

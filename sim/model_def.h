@@ -52,6 +52,7 @@ struct SolverSettings {
   VolumeMethod volume = VolumeMethod::kExact;
   int substeps = 1;  ///< a frame; explicit: each in as many as its stability asks for
   int iterations = 3;
+  bool rungs = true;  ///< see rungs.h; false: what cannot be solved is StepFailure
   /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
   std::optional<Tolerance> tolerance;
 };

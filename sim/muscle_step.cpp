@@ -8,7 +8,9 @@
 
 #include "muscles/volume.h"
 #include "muscles/zone.h"
+#include "rig/text.h"
 #include "rig/vectorise.h"
+#include "sim/trouble.h"
 #include "sim/volume_rule.h"
 
 namespace thew {
@@ -23,7 +25,7 @@ bool has_iterated(const Model& model, int iterations, const State&) {
 
 bool has_stepped(const Model&, int iterations, const State&) { return iterations > 0; }
 
-// As many more as it takes until no node moves. Error(kSolver) with muscle, time and motion where
+// As many more as it takes until no node moves. NoSolution with muscle, time and motion where
 // none are enough.
 bool has_come_to_rest(const Model& model, int iterations, const State& state) {
   constexpr int kMost = 20000;
@@ -32,14 +34,13 @@ bool has_come_to_rest(const Model& model, int iterations, const State& state) {
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
     if (moved <= model.lengths.converged) continue;
-    if (iterations < kMost) return false;
+    if (iterations < kMost && std::isfinite(moved)) return false;
     char numbers[200];
-    std::snprintf(
-        numbers, sizeof numbers,
-        "\" at %.4f s: an iteration still moves a node by %.3g m after %d of them; let it "
-        "move with inertia, by local_global",
-        state.time, moved, iterations);
-    throw Error(ExitCode::kSolver, "muscle \"" + model.muscles[m].name + numbers);
+    std::snprintf(numbers, sizeof numbers,
+                  "\" at %.4f s: an iteration still moves a node by %s m after %d of them; let it "
+                  "move with inertia, by local_global",
+                  state.time, number_text(moved).c_str(), iterations);
+    throw NoSolution(m, "muscle \"" + model.muscles[m].name + numbers);
   }
   return true;
 }

@@ -6,6 +6,7 @@
 
 #include "muscles/carry.h"
 #include "sim/model.h"
+#include "sim/trouble.h"
 #include "sim/workspace.h"
 #include "skin/contact/contact_memory.h"
 #include "skin/contact/multipliers.h"
@@ -31,6 +32,18 @@ struct SolverMeasures {
   int zone_fallbacks = 0;             ///< iterations in which the whole volume alone was held
   ContactImpulse given;               ///< by contact since the start (explicit)
 };
+/// What stands in for a muscle's solve where that fails, see rungs.h.
+enum class Rung { kNone, kSubsteps, kPairLetPass, kCarried };
+/// As report.json says it.
+inline constexpr const char* kRungs[] = {"none", "substeps", "pair_let_pass", "carried"};
+/// Where a muscle stands. Saved with the motion; a step that is taken back does not change it.
+struct LadderMotion {
+  Rung rung = Rung::kNone;   ///< kPairLetPass or kCarried
+  double since = 0.0;        ///< s
+  int passes = -1;           ///< kPairLetPass: the collider
+  Rung taken = Rung::kNone;  ///< in the last frame
+  Cause because = Cause::kNone;
+};
 /// All of a muscle that a step reads of the step before, and a failed one takes back; a bake's
 /// parts hold it whole.
 struct MuscleMotion : NodeMotion, CarriedMotion, ContactMotion, SolverMeasures {};
@@ -43,6 +56,7 @@ struct MuscleSearches {
 };
 
 struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
+  LadderMotion ladder;
   Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
   Bvh bvh;

@@ -149,11 +149,18 @@ void walk(Archive& archive, MuscleSearches& searches) {
 }
 
 template <typename Archive>
+void walk(Archive& archive, LadderMotion& ladder) {
+  auto& [rung, since, passes, taken, because] = ladder;
+  walk_all(archive, rung, since, passes, taken, because);
+}
+
+template <typename Archive>
 void walk(Archive& archive, State& state) {
   walk(archive, state.time);
   for (MuscleState& muscle : state.muscles) {
     walk(archive, static_cast<MuscleMotion&>(muscle));
     walk(archive, static_cast<MuscleSearches&>(muscle));
+    walk(archive, muscle.ladder);
   }
   for (BoneState& bone : state.bones) walk(archive, bone.followed);
   walk(archive, static_cast<SkinMotion&>(state.skin));
@@ -229,7 +236,7 @@ bool fits(const State& state, const Model& model) {
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     const MuscleState& now = state.muscles[m];
     if (!fits(now, model, model.muscles[m]) || !fits(now.memory, model) ||
-        !fits(now.face_memory, model)) {
+        !fits(now.face_memory, model) || now.ladder.passes >= model.colliders()) {
       return false;
     }
   }

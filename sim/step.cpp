@@ -14,6 +14,7 @@
 #include "sim/fidelity.h"
 #include "sim/health.h"
 #include "sim/muscle_step.h"
+#include "sim/rungs.h"
 
 namespace thew {
 namespace {
@@ -39,11 +40,15 @@ void move_rig(const Model& model, double time, double h, Parallel& parallel, Sta
     if (!has_forces(level)) return;
     MuscleState& now = state.muscles[m];
     carry_muscle(model.muscles[m], state.pose, activation_at(model, m, time), h, now, now);
+    if (is_held(model, now, time)) {
+      now.level = Level::kGeometric;
+      return hold_carried(model, m, time, h, now);
+    }
     predict(model.muscles[m], h, now);
   });
 }
 
-void solve_muscles(const Model& model, double h, Parallel& parallel, State& state) {
+void solve_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
   const auto each = [&](const auto& work) {
     parallel.each(state.count(), [&](int m) {
       if (has_forces(state.muscles[m].level)) work(m);
@@ -60,7 +65,10 @@ void solve_muscles(const Model& model, double h, Parallel& parallel, State& stat
     });
     each(look);
   }
-  each([&](int m) { steps.finish(model, m, h, state); });
+  each([&](int m) {
+    steps.finish(model, m, h, state);
+    blend_carried(model, m, time, h, state.muscles[m]);
+  });
 }
 
 // What is wrong with the step before it is solved, or nothing.
@@ -77,7 +85,7 @@ std::optional<Trouble> step(const Model& model, double time, double h, Parallel&
     find_all_contacts(model, parallel, state);
   }
   StopWatch watch(seconds.muscles);
-  solve_muscles(model, h, parallel, state);
+  solve_muscles(model, time, h, parallel, state);
   return find_trouble(model, h, state);
 }
 
@@ -124,27 +132,44 @@ std::optional<Trouble> try_frame(const Model& model, double time, int substeps, 
   return {};
 }
 
+// A motion shrinks with the step; what does not is no motion.
+bool is_jump(const Trouble& whole, const Trouble& in_parts) {
+  constexpr double kShrinks = 0.7;  // in two parts or more
+  return in_parts.cause == Cause::kWayIntoBone && whole.muscle == in_parts.muscle &&
+         in_parts.way > kShrinks * whole.way;
+}
+
 }  // namespace
 
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
-  constexpr int kHalvings = 6, kMostParts = 1024;
+  constexpr int kHalvings = 4, kMostParts = 1024;
   const int skin = std::min(skin_steps(model, time, state), kMostParts);
-  int substeps = std::max(substeps_of(model), skin);
-  begin_frame(state);
+  const int whole = std::max(substeps_of(model), skin);
+  begin_frame(model, state);
   // What is too fast is taken in parts. All else once more as it was, since a fault of the machine
-  // does not come back; then in halves.
-  for (int tries = 1;; ++tries) {
-    const auto trouble = try_frame(model, time, substeps, skin, parallel, state, seconds);
-    if (!trouble) break;
+  // does not come back; then in halves; then on a rung.
+  int substeps = whole, halvings = -1;
+  std::optional<Trouble> too_fast;
+  while (auto trouble = try_frame(model, time, substeps, skin, parallel, state, seconds)) {
     take_back(state);
-    if (trouble->parts > 1 && substeps * trouble->parts <= kMostParts) {
+    const bool jumps = too_fast && is_jump(*too_fast, *trouble);
+    if (jumps) trouble->cause = Cause::kJump;
+    const bool divides = !jumps && trouble->cause != Cause::kNoSolution;
+    if (divides && trouble->parts > 1 && substeps * trouble->parts <= kMostParts) {
       substeps *= trouble->parts;
-      --tries;
-      continue;
+      too_fast = trouble;
+      note_split(*trouble, state);
+    } else if (divides && halvings < kHalvings) {
+      if (++halvings == 0) continue;
+      substeps *= 2;
+      note_split(*trouble, state);
+    } else if (take_rung(model, *trouble, state)) {
+      substeps = whole, halvings = 0;
+      too_fast.reset();
+    } else {
+      throw StepFailure(model, time, *trouble, substeps);
     }
-    if (tries == 2 + kHalvings) throw StepFailure(model, time, *trouble, substeps);
-    if (tries > 1) substeps *= 2;
   }
   state.time = time;
 }
@@ -157,6 +182,9 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
   while (state.time < -0.5 * frame && !settled.converged) {
     const double time = std::min(0.0, state.time + frame);
     step_frame(model, time, parallel, state, unused);
+    for (const MuscleState& muscle : state.muscles) {
+      settled.rungs += muscle.ladder.taken > Rung::kSubsteps;
+    }
     if (on_frame) on_frame();
     settled.seconds = time - begin;
     settled.speed = fastest_node(model, state);

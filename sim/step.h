@@ -15,8 +15,9 @@ struct StageSeconds {
 
 /// Advances bones, muscles and skin from state.time to `time` (s), in substeps_of(model) steps.
 /// Where the scene gives a tolerance model.fidelity holds what plan_fidelity() chose. What fails
-/// its health check is taken back and tried again, first as it was, then in halves, six times at
-/// most; then StepFailure, and the state is the one before the frame.
+/// its health check is taken back and tried again, first as it was, then in halves, four times at
+/// most; then its muscle takes a rung (rungs.h). Where there is none left, StepFailure, and the
+/// state is the one before the frame.
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds);
 
@@ -25,6 +26,7 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
 struct Settled {
   double seconds = 0.0;    ///< simulated
   double speed = 0.0;      ///< m/s, the fastest node at the end
+  int rungs = 0;           ///< frames of muscles that were not solved, see rungs.h
   bool converged = false;  ///< below Lengths::settled in a second
 };
 Settled settle(const Model& model, Parallel& parallel, State& state,

@@ -92,10 +92,10 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
   if (trouble.node >= 0) {
     json["part"] = trouble.part;
     json["nodes"] = {trouble.node};
-    json["quantity"] = trouble.quantity;
+    json["quantity"] = words_of(trouble.cause).quantity;
     json["value"] = trouble.value;
     json["limit"] = trouble.limit;
-    json["unit"] = trouble.unit;
+    json["unit"] = words_of(trouble.cause).unit;
   }
   write_durably(folder / "failure.json",
                 json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <ctime>
+#include <map>
 
 #include "tools/bake_warnings.h"
 
@@ -54,6 +55,29 @@ Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result)
   }
   row.max_volume_error_written = largest(row.volume_error_written);
   return row;
+}
+
+// By muscle, the rungs from the least on, and their causes.
+std::vector<Report::Rung> rungs_of(const Model& model, const std::vector<int>& frames,
+                                   const BakeResult& result) {
+  std::vector<Report::Rung> rows;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    std::map<std::pair<Rung, Cause>, Report::Rung> taken;
+    for (size_t f = 0; f < result.measures.size() && f < frames.size(); ++f) {
+      const MuscleMeasures& at = result.measures[f].muscles[m];
+      if (at.rung == Rung::kNone) continue;
+      Report::Rung& row = taken[{at.rung, at.because}];
+      row.frames.push_back(frames[f]);
+      row.max_penetration_m = std::max(row.max_penetration_m, at.penetration);
+    }
+    for (auto& [what, row] : taken) {
+      row.muscle = model.muscles[m].name;
+      row.rung = kRungs[static_cast<int>(what.first)];
+      row.because = words_of(what.second).happened;
+      rows.push_back(std::move(row));
+    }
+  }
+  return rows;
 }
 
 // The largest of the whole bake: of what is written, where that is another figure.
@@ -115,6 +139,7 @@ Report make_report(const Scene& scene, const Model& model, const CommandOptions&
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     report.muscles.push_back(muscle_of(model, m, result));
   }
+  report.rungs = rungs_of(model, frames, result);
   std::vector<double> volume_error, written;  // of a skin layer
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {

@@ -120,6 +120,25 @@ std::string skin_too_full(const Model& model, const std::vector<int>& frames,
   return line;
 }
 
+std::string muscles_on_rungs(const BakeResult& result) {
+  size_t frames = 0, all = 0;
+  for (const FrameMeasures& frame : result.measures) {
+    all += frame.muscles.size();
+    for (const MuscleMeasures& muscle : frame.muscles) frames += muscle.rung > Rung::kSubsteps;
+  }
+  std::string line;
+  if (frames > 0) {
+    line = std::to_string(frames) + " of " + std::to_string(all) +
+           " frames of a muscle could not be solved: contact let a pair pass, or the muscle was "
+           "its carried shape; the report has them under rungs";
+  }
+  if (result.settled.rungs > 0) {
+    line +=
+        (line.empty() ? "" : "; ") + std::to_string(result.settled.rungs) + " more while settling";
+  }
+  return line;
+}
+
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader) {
   std::vector<std::string> warnings = model.warnings;
@@ -136,8 +155,9 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
                   result.settled.seconds, result.settled.speed);
     warnings.push_back(line);
   }
-  for (const std::string& warning : {flesh_outside(model, frames, result, reader),
-                                     skin_too_full(model, frames, result.measures)}) {
+  for (const std::string& warning :
+       {muscles_on_rungs(result), flesh_outside(model, frames, result, reader),
+        skin_too_full(model, frames, result.measures)}) {
     if (!warning.empty()) warnings.push_back(warning);
   }
   int unreached = 0, fallbacks = 0, zones = 0;

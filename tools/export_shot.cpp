@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "rig/skeleton.h"
+#include "rig/text.h"
 #include "tools/commands.h"
 #include "tools/export_file.h"
 #include "tools/progress.h"
@@ -17,7 +18,7 @@ namespace {
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
   return text;
 }
 
@@ -32,9 +33,10 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
     const std::string near = nearest_name(name, names);
-    throw Error(ExitCode::kUsage, "--mesh " + name + ": the bake has no such mesh; " +
-                                      (near.empty() ? "" : "did you mean \"" + near + "\"? ") +
-                                      "it has " + joined(names));
+    throw Error(ExitCode::kUsage,
+                "--mesh " + name + ": the bake has no such mesh; " +
+                    (near.empty() ? "" : "did you mean \"" + printable(near) + "\"? ") + "it has " +
+                    joined(names));
   }
   return static_cast<int>(found - names.begin());
 }

@@ -97,6 +97,14 @@ std::string report_as_json(const Report& report) {
     skin["max_volume_error"] = *report.skin.max_volume_error;
     skin["max_volume_error_written"] = report.skin.max_volume_error_written;
   }
+  ordered_json rungs = ordered_json::array();
+  for (const Report::Rung& rung : report.rungs) {
+    rungs.push_back({{"muscle", rung.muscle},
+                     {"frames", rung.frames},
+                     {"rung", rung.rung},
+                     {"because", rung.because},
+                     {"max_penetration_m", rung.max_penetration_m}});
+  }
   const Report::Origin& from = report.origin;
   const ordered_json all = {
       {"thew", report.thew},
@@ -111,6 +119,7 @@ std::string report_as_json(const Report& report) {
       {"contact",
        {{"max_penetration_m", report.contact.max_penetration_m},
         {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},
+      {"rungs", rungs},
       {"origin",
        {{"scene", from.scene},
         {"scene_hash", from.scene_hash},

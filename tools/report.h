@@ -56,6 +56,15 @@ struct Report {
     std::vector<int> intersecting_triangle_pairs;  ///< by frame
   } contact;
 
+  /// What stood in for a muscle's solve, in frames of one rung and one cause.
+  struct Rung {
+    std::string muscle;
+    std::vector<int> frames;
+    std::string rung, because;
+    double max_penetration_m = 0.0;  ///< of the muscle, in these frames
+  };
+  std::vector<Rung> rungs;
+
   /// Wall seconds of the thread that bakes; the stages make up the total.
   struct Seconds {
     double total = 0.0, setup = 0.0, settle = 0.0, measure = 0.0, report = 0.0, rig = 0.0,

@@ -287,6 +287,35 @@ std::string contacts(const Report& report) {
   return html;
 }
 
+// "12–14, 20"
+std::string ranges(const std::vector<int>& frames) {
+  std::string text;
+  for (std::size_t i = 0; i < frames.size();) {
+    std::size_t last = i;
+    while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
+    text += (text.empty() ? "" : ", ") + std::to_string(frames[i]);
+    if (last > i) text += "–" + std::to_string(frames[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
+std::string rungs(const Report& report) {
+  if (report.rungs.empty()) return "";
+  std::string html =
+      "<h2>Rungs</h2>\n<p>Where a muscle could not be solved as elsewhere: its frame was taken in "
+      "smaller steps (substeps), contact let a pair of bodies pass (pair let pass), or it was its "
+      "carried shape at its exact volume, blended in and out (carried).</p>\n<div "
+      "class=\"wide\"><table><thead><tr><th>Muscle</th><th>Rung</th><th>Frames</th>"
+      "<th>Deepest in muscle<br>or bone, mm</th><th>Because</th></tr></thead><tbody>\n";
+  for (const Report::Rung& rung : report.rungs) {
+    html += "<tr>" + cell(escape_html(in_words(rung.muscle))) + cell(in_words(rung.rung)) +
+            cell(ranges(rung.frames)) + cell(readable(1e3 * rung.max_penetration_m)) +
+            cell(escape_html(rung.because)) + "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string origin(const Report& report) {
   const Report::Origin& from = report.origin;
   std::string html = "<h2>Origin</h2>\n<div class=\"wide\"><table class=\"named\"><tbody>\n";
@@ -331,7 +360,7 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
          "</style></head>\n<body><main>\n<h1>" + name +
          "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-         fidelity(report) + contacts(report) + warnings(report) + origin(report) +
+         fidelity(report) + contacts(report) + rungs(report) + warnings(report) + origin(report) +
          "<footer>The same numbers for programs: report.json. Volume errors as written are those "
          "of "
          "the cache's positions, " +

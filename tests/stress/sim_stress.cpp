@@ -130,7 +130,7 @@ Trouble found_after(Harm harm, const std::vector<std::string>& overrides = {}) {
   Motion run(overrides);
   run.go(2);
   State state = run.state;
-  begin_frame(state);
+  begin_frame(run.model, state);
   harm(run.model.muscles[0], state.muscles[0]);
   return find_trouble(run.model, 1.0 / 24, state).value_or(Trouble{});
 }
@@ -154,7 +154,7 @@ TEST(Stress, EnergyFromNowhereIsNamed) {
         }
       },
       {"muscle.flexor.material.young=10"});
-  EXPECT_STREQ(moving.quantity, "energy");
+  EXPECT_EQ(moving.cause, Cause::kEnergy);
   EXPECT_GT(moving.value, moving.limit);
   const Trouble stretched = found_after([](const Muscle& muscle, MuscleState& now) {
     Row centre = {};
@@ -163,7 +163,7 @@ TEST(Stress, EnergyFromNowhereIsNamed) {
       if (!muscle.driven[i]) now.x[i] += 1.8 * (now.x[i] - centre);
     }
   });
-  EXPECT_STREQ(stretched.quantity, "energy");
+  EXPECT_EQ(stretched.cause, Cause::kEnergy);
   EXPECT_EQ(stretched.part, "muscle \"flexor\"");
 }
 
@@ -175,8 +175,7 @@ TEST(Stress, AMuscleInsideOutIsNamed) {
       }
       now.volume_error = error;
     });
-    EXPECT_STREQ(mirrored.quantity,
-                 error > 0.0 ? "enclosed volume" : "part of its surface turned inside out");
+    EXPECT_EQ(mirrored.cause, error > 0.0 ? Cause::kVolume : Cause::kTurnedOver);
     EXPECT_EQ(mirrored.part, "muscle \"flexor\"");
   }
 }

@@ -35,11 +35,13 @@ void set_samples(const std::vector<Vec3>& points, const CurveFrames& frames, con
   }
 }
 
-std::vector<Vec3> rounded_points(const TracedPath& path, double corner) {
-  std::vector<Vec3> points = resample(path.points, kSamples);
+// Sets points, of the traced path.
+void round_path(double corner, CarryWork& work) {
+  const TracedPath& path = work.traced;
+  resample(path.points, kSamples, work.scratch, work.even);
   const double spacing = path.length / (kSamples - 1);
-  round_corners(points, spacing, std::min(corner, 0.1 * path.length));
-  return resample(points, kSamples);
+  round_corners(spacing, std::min(corner, 0.1 * path.length), work.scratch, work.even);
+  resample(work.even, kSamples, work.scratch, work.points);
 }
 
 // Interpolated, so only nearly orthonormal: the same at rest and later.
@@ -100,19 +102,18 @@ struct StretchProfile {
   }
 };
 
-}  // namespace
-
-namespace {
-
 // The path at rest as a curve; its frames turn from any that fits the origin.
 CarryCurve rest_curve(const TracedPath& traced, double corner) {
-  const std::vector<Vec3> points = rounded_points(traced, corner);
-  const Vec3 t = tangent_at(points, 0);
+  CarryWork work;
+  work.traced = traced;
+  round_path(corner, work);
+  const Vec3 t = tangent_at(work.points, 0);
   const Vec3 n = t.unitOrthogonal();
   Mat3 first;
   first << t, n, t.cross(n);
+  transport_frames(work.points, first, work.frames);
   CarryCurve curve;
-  set_samples(points, transported_frames(points, first), {}, 0, curve);
+  set_samples(work.points, work.frames, {}, 0, curve);
   return curve;
 }
 
@@ -256,10 +257,11 @@ CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
 
 namespace {
 
-// The bodies along the path now, and the twists between them.
-std::vector<FrameBody> bodies_along(const CarriedShape& shape, const TracedPath& traced,
-                                    const Pose& pose, std::vector<double>& twists) {
-  std::vector<FrameBody> bodies;
+// The bodies along the traced path now, and the twists between them.
+void find_bodies(const CarriedShape& shape, const Pose& pose, CarryWork& work) {
+  auto& [traced, even, points, frames, bodies, scratch, twists] = work;
+  bodies.clear();
+  twists.clear();
   for (const CarriedShape::Run& run : shape.runs) {
     const Mat3 now = place_of(shape.path.points[run.first], pose).linear();
     FrameBody body{now * run.at_rest.transpose(), 0.0, sample_of_point(traced, run.first),
@@ -271,7 +273,6 @@ std::vector<FrameBody> bodies_along(const CarriedShape& shape, const TracedPath&
     }
     bodies.push_back(body);
   }
-  return bodies;
 }
 
 // The least cosine between neighbouring tangents.
@@ -309,35 +310,41 @@ void follow_bodies(const std::vector<FrameBody>& bodies, const CurveFrames& rest
 }  // namespace
 
 CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
+  CarryWork work;
   CarriedPose out;
+  carry_pose(shape, pose, work, out);
+  return out;
+}
+
+void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, CarriedPose& out) {
   if (!shape.held.empty()) {
     out.bodies = pose;
-    return out;
+    return;
   }
-  const TracedPath traced = trace_path(shape.path, pose);
-  out.path_length = traced.length;
-  const std::vector<Vec3> points = rounded_points(traced, shape.lengths.corner);
-  out.change = traced.length - shape.rest_path_length;
+  trace_path(shape.path, pose, work.traced);
+  out.path_length = work.traced.length;
+  round_path(shape.lengths.corner, work);
+  const std::vector<Vec3>& points = work.points;
+  const CurveFrames& frames = work.frames;
+  out.change = out.path_length - shape.rest_path_length;
   const auto carried_end = [&](int end) {
     const auto& point = end == 0 ? shape.path.points.front() : shape.path.points.back();
     return Mat3(pose[point.body].rotation() * shape.rest_end_frames[end]);
   };
   const Mat3 first = carried_end(0), last = carried_end(1);
   const Vec3 begins = tangent_at(points, 0), ends = tangent_at(points, kSamples - 1);
-  const CurveFrames frames = transported_frames(points, fitted_frame(first, begins));
+  transport_frames(points, fitted_frame(first, begins), work.frames);
   const Vec3 wanted = fitted_frame(last, ends).col(1), binormal = ends.cross(frames.normal.back());
-  std::vector<double> twists;
-  const std::vector<FrameBody> bodies = bodies_along(shape, traced, pose, twists);
+  find_bodies(shape, pose, work);
   const Twist twist =
-      share_twist(twists, arc_tan2(wanted.dot(binormal), wanted.dot(frames.normal.back())),
+      share_twist(work.twists, arc_tan2(wanted.dot(binormal), wanted.dot(frames.normal.back())),
                   shape.twists_of_origin);
   const int from = std::min(
       static_cast<int>(shape.twist_from / shape.rest_path_length * (kSamples - 1)), kSamples - 2);
   set_samples(points, frames, twist, from, out.curve);
   const double off = std::min(first.col(0).dot(begins), last.col(0).dot(ends));
   const double share = share_of_bodies(off, sharpest_bend(frames), twist.doubt);
-  if (share > 0.0) follow_bodies(bodies, shape.rest, twist, from, share, out.curve);
-  return out;
+  if (share > 0.0) follow_bodies(work.bodies, shape.rest, twist, from, share, out.curve);
 }
 
 double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) {

@@ -84,6 +84,15 @@ CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
                              const Pose& rest_pose);
 
 CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose);
+/// What it works with: nothing goes from call to call but memory, so that a step does not allocate.
+struct CarryWork {
+  TracedPath traced;
+  std::vector<Vec3> even, points;  ///< at equal distances, with the corners and without, m
+  CurveFrames frames;
+  std::vector<FrameBody> bodies;
+  std::vector<double> scratch, twists;  ///< rad, between the bodies
+};
+void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, CarriedPose& out);
 
 /// Local stretch of the belly at a node, 1 in the tendons.
 double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);

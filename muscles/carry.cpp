@@ -66,7 +66,7 @@ void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, dou
                   CarriedMotion& motion, CarriedStep& step) {
   const double length_before = motion.path_length;
   step.target_velocity.swap(motion.target);  // the target before
-  step.pose = carry_pose(muscle.shape, pose);
+  carry_pose(muscle.shape, pose, step.carry, step.pose);
   motion.path_length = step.pose.path_length;
   carried_positions(muscle.shape, step.pose, muscle.swells, motion.target, kTightness,
                     muscle.swells ? &step.tight : nullptr);

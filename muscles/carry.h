@@ -17,6 +17,7 @@ struct CarriedStep {
   Rows target_velocity;             ///< m/s
   std::vector<double> rest_before;  ///< rest lengths a step before, m
   Rows tight;                       ///< the carried shape that springs rest in, m
+  CarryWork carry;
 };
 
 /// Carries the muscle's shape along its path in the pose: targets, their velocities over h (s),

@@ -7,19 +7,12 @@
 #include "rig/math.h"
 
 namespace thew {
-namespace {
 
-std::vector<double> arc_lengths(const std::vector<Vec3>& points) {
-  std::vector<double> s(points.size(), 0.0);
+void resample(const std::vector<Vec3>& points, int count, std::vector<double>& s,
+              std::vector<Vec3>& out) {
+  s.assign(points.size(), 0.0);
   for (size_t i = 1; i < points.size(); ++i) s[i] = s[i - 1] + (points[i] - points[i - 1]).norm();
-  return s;
-}
-
-}  // namespace
-
-std::vector<Vec3> resample(const std::vector<Vec3>& points, int count) {
-  const std::vector<double> s = arc_lengths(points);
-  std::vector<Vec3> out(count);
+  out.resize(count);
   size_t segment = 0;
   for (int i = 0; i < count; ++i) {
     const double at = s.back() * i / (count - 1);
@@ -30,23 +23,20 @@ std::vector<Vec3> resample(const std::vector<Vec3>& points, int count) {
   }
   out.front() = points.front();
   out.back() = points.back();
-  return out;
 }
 
 // Twice p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
 // unlike a count of averaging passes.
-void round_corners(std::vector<Vec3>& p, double spacing, double radius) {
+void round_corners(double spacing, double radius, std::vector<double>& inverse,
+                   std::vector<Vec3>& p) {
   constexpr int kPasses = 2;
   const double a = radius * radius / (spacing * spacing);
   const int n = static_cast<int>(p.size());
-  std::vector<double> inverse(n, 0.0), c(n, 0.0);
-  for (int i = 1; i + 1 < n; ++i) {
-    inverse[i] = 1.0 / (1.0 + 2.0 * a - a * c[i - 1]);
-    c[i] = a * inverse[i];
-  }
+  inverse.assign(n, 0.0);
+  for (int i = 1; i + 1 < n; ++i) inverse[i] = 1.0 / (1.0 + 2.0 * a - a * (a * inverse[i - 1]));
   for (int pass = 0; pass < kPasses; ++pass) {
     for (int i = 1; i + 1 < n; ++i) p[i] = inverse[i] * (p[i] + a * p[i - 1]);
-    for (int i = n - 2; i >= 1; --i) p[i] += c[i] * p[i + 1];
+    for (int i = n - 2; i >= 1; --i) p[i] += a * inverse[i] * p[i + 1];
   }
 }
 
@@ -55,9 +45,8 @@ Vec3 tangent_at(const std::vector<Vec3>& points, int i) {
   return (points[std::min(i + 1, last)] - points[std::max(i - 1, 0)]).normalized();
 }
 
-CurveFrames transported_frames(const std::vector<Vec3>& points, const Mat3& first) {
+void transport_frames(const std::vector<Vec3>& points, const Mat3& first, CurveFrames& frames) {
   const int n = static_cast<int>(points.size());
-  CurveFrames frames;
   frames.tangent.resize(n);
   frames.normal.resize(n);
   frames.tangent[0] = first.col(0);
@@ -68,7 +57,6 @@ CurveFrames transported_frames(const std::vector<Vec3>& points, const Mat3& firs
     frames.tangent[i] = t;
     frames.normal[i] = turned - turned.dot(t) / std::max(1.0 + before.dot(t), 1e-9) * (before + t);
   }
-  return frames;
 }
 
 Mat3 fitted_frame(const Mat3& frame, const Vec3& tangent) {

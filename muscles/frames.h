@@ -7,10 +7,13 @@
 
 namespace thew {
 
-/// Points at equal distances along a polyline, both ends included.
-std::vector<Vec3> resample(const std::vector<Vec3>& points, int count);
+/// Points at equal distances along a polyline, both ends included. `scratch` is any memory, here
+/// and below.
+void resample(const std::vector<Vec3>& points, int count, std::vector<double>& scratch,
+              std::vector<Vec3>& out);
 /// Rounds a polyline of equal pieces of `spacing`, about as an arc of `radius` (m) would.
-void round_corners(std::vector<Vec3>& p, double spacing, double radius);
+void round_corners(double spacing, double radius, std::vector<double>& scratch,
+                   std::vector<Vec3>& p);
 
 /// Frames along a curve, each turned from the one before by as little as its tangent asks for.
 struct CurveFrames {
@@ -19,7 +22,7 @@ struct CurveFrames {
 /// The direction of the curve at point i, unit.
 Vec3 tangent_at(const std::vector<Vec3>& points, int i);
 /// `first` is the frame at the first point: tangent, normal, binormal.
-CurveFrames transported_frames(const std::vector<Vec3>& points, const Mat3& first);
+void transport_frames(const std::vector<Vec3>& points, const Mat3& first, CurveFrames& frames);
 /// The smallest turn that brings the frame's first column to `tangent`, applied to it.
 Mat3 fitted_frame(const Mat3& frame, const Vec3& tangent);
 /// The angle (rad) of `turn` about the unit vector `axis`, the turn taken as this and then the

@@ -107,22 +107,28 @@ double trace_wrap(const Section& section, const Vec3& from, const Vec3& to,
   return straight > 0.0 ? round + straight * (along.norm() - round) : round;
 }
 
-// The wrap of each segment, null where there is none.
-std::vector<const WrapCylinder*> wraps_by_segment(const MusclePath& path) {
+// The wrap of a segment, null where there is none.
+const WrapCylinder* wrap_of(const MusclePath& path, int segment) {
+  const auto is_of = [&](const WrapCylinder& wrap) { return wrap.segment == segment; };
+  const auto found = std::find_if(path.wraps.begin(), path.wraps.end(), is_of);
+  return found == path.wraps.end() ? nullptr : &*found;
+}
+
+void check_path(const MusclePath& path) {
   const auto refuse = [](const std::string& what) {
     throw Error(ExitCode::kUsage, "muscle path: " + what);
   };
   if (path.points.size() < 2) refuse("it lacks an origin or an insertion; add path points");
-  std::vector<const WrapCylinder*> wraps(path.points.size() - 1, nullptr);
+  const int segments = static_cast<int>(path.points.size()) - 1;
   for (const WrapCylinder& wrap : path.wraps) {
-    const std::string segment = "segment " + std::to_string(wrap.segment);
-    if (wrap.segment < 0 || wrap.segment >= static_cast<int>(wraps.size())) {
-      refuse(segment + " has a wrap but does not exist; count segments from 0 at the origin");
+    const auto segment = [&] { return "segment " + std::to_string(wrap.segment); };
+    if (wrap.segment < 0 || wrap.segment >= segments) {
+      refuse(segment() + " has a wrap but does not exist; count segments from 0 at the origin");
     }
-    if (wraps[wrap.segment]) refuse(segment + " has two wraps; put a path point between them");
-    wraps[wrap.segment] = &wrap;
+    if (wrap_of(path, wrap.segment) != &wrap) {
+      refuse(segment() + " has two wraps; put a path point between them");
+    }
   }
-  return wraps;
 }
 
 // A turn's share: about the same axis, by less.
@@ -155,23 +161,27 @@ Transform place_of(const PathPoint& point, const Pose& pose) {
 }
 
 TracedPath trace_path(const MusclePath& path, const Pose& pose) {
-  const std::vector<const WrapCylinder*> wraps = wraps_by_segment(path);
+  TracedPath traced;
+  trace_path(path, pose, traced);
+  return traced;
+}
+
+void trace_path(const MusclePath& path, const Pose& pose, TracedPath& traced) {
+  check_path(path);
   const auto in_world = [&](size_t i) {
     return Vec3(place_of(path.points[i], pose) * path.points[i].position);
   };
-  TracedPath traced;
-  traced.points.reserve(path.points.size() + kArcPoints * path.wraps.size());
-  traced.points.push_back(in_world(0));
-  traced.of_point.push_back(0);
-  for (size_t i = 0; i < wraps.size(); ++i) {
+  traced.length = 0.0;
+  traced.points.assign(1, in_world(0));
+  traced.of_point.assign(1, 0);
+  for (size_t i = 0; i + 1 < path.points.size(); ++i) {
     const Vec3 from = traced.points.back(), to = in_world(i + 1);
-    traced.length +=
-        wraps[i] ? trace_wrap(section_of(*wraps[i], pose[wraps[i]->body]), from, to, traced.points)
-                 : (to - from).norm();
+    const WrapCylinder* wrap = wrap_of(path, static_cast<int>(i));
+    traced.length += wrap ? trace_wrap(section_of(*wrap, pose[wrap->body]), from, to, traced.points)
+                          : (to - from).norm();
     traced.of_point.push_back(static_cast<int>(traced.points.size()));
     traced.points.push_back(to);
   }
-  return traced;
 }
 
 }  // namespace thew

@@ -58,5 +58,6 @@ struct TracedPath {
   double length = 0.0;        ///< m
 };
 TracedPath trace_path(const MusclePath& path, const Pose& pose);
+void trace_path(const MusclePath& path, const Pose& pose, TracedPath& traced);
 
 }  // namespace thew

@@ -15,7 +15,10 @@ WeightProfile preset_profile(const std::string& name) {
 }
 
 double profile_weight(const WeightProfile& profile, double u) {
-  const auto& keys = profile.keys;
+  return keyed_value(profile.keys, u);
+}
+
+double keyed_value(const std::vector<std::array<double, 2>>& keys, double u) {
   if (u <= keys.front()[0]) return keys.front()[1];
   for (size_t i = 1; i < keys.size(); ++i) {
     if (u > keys[i][0]) continue;

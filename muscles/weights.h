@@ -18,6 +18,8 @@ struct WeightProfile {
 /// "left", "even" or "right"; throws std::invalid_argument otherwise.
 WeightProfile preset_profile(const std::string& name);
 double profile_weight(const WeightProfile& profile, double u);
+/// The same of any curve by its keys, of which there is one at least.
+double keyed_value(const std::vector<std::array<double, 2>>& keys, double at);
 /// By node, of nodes at these coordinates.
 std::vector<double> profile_weights(const WeightProfile& profile, const std::vector<double>& u);
 

@@ -25,19 +25,29 @@ void add_collider(const Model& model, int c, const Bvh& bvh, const Rows& x,
 
 std::vector<Collider> muscles_of(const Model& model, const State& state) {
   std::vector<Collider> colliders;
+  set_muscles(model, state, colliders);
+  return colliders;
+}
+
+void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders) {
+  colliders.clear();
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     add_collider(model, m, now.bvh, now.x, &model.muscles[m].free_nodes, colliders);
   }
-  return colliders;
 }
 
 std::vector<Collider> colliders_of(const Model& model, const State& state) {
-  std::vector<Collider> colliders = muscles_of(model, state);
+  std::vector<Collider> colliders;
+  set_colliders(model, state, colliders);
+  return colliders;
+}
+
+void set_colliders(const Model& model, const State& state, std::vector<Collider>& colliders) {
+  set_muscles(model, state, colliders);
   for (const BoneState& bone : state.bones) {
     add_collider(model, static_cast<int>(colliders.size()), bone.bvh, bone.x, nullptr, colliders);
   }
-  return colliders;
 }
 
 namespace {
@@ -74,7 +84,7 @@ Followed& followed(State& state, int c) {
 
 void place_colliders(const Model& model, State& state) {
   if (!model.contact.enabled) return;
-  state.colliders = colliders_of(model, state);
+  set_colliders(model, state, state.colliders);
   for (int c = 0; c < model.colliders(); ++c) {
     Collider& it = state.colliders[c];
     it.box = box_of(*it.x);
@@ -85,6 +95,7 @@ void place_colliders(const Model& model, State& state) {
     if (it.soft || !state.body_moved[body] || state.pose_before.size() != state.pose.size())
       continue;
     it.back = state.pose_before[body] * state.pose[body].inverse();
+    it.forth = it.back.inverse();
   }
 }
 
@@ -103,7 +114,8 @@ void find_contacts_of(const Model& model, int m, const ContactSettings& settings
   find_face_contacts(state.colliders, m, near, settings, now.pressing, now.face_memory,
                      now.contacts);
   if (!model.ignore[m][m] && !lets_pass(state, m, m)) {
-    find_self_contacts(state.colliders[m], m, settings, now.touched.contacts, now.contacts);
+    find_self_contacts(state.colliders[m], m, settings, now.touched.contacts, now.nearby,
+                       now.contacts);
   }
   keep_multipliers(now.touched, model.contact.friction > 0.0, now);
 }
@@ -126,20 +138,21 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     body.go_on(*state.colliders[c].x);
     state.colliders[c].followed = &body;
   }
-  std::vector<std::vector<int>> near = near_pairs(state.colliders, settings);
-  std::vector<char> wanted(state.colliders.size(), 0);
+  find_near_pairs(state.colliders, settings, state.near);
+  std::vector<std::vector<int>>& near = state.near.near;
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
-    if (!model.ignore[m][m]) wanted[m] = 1;
+    bool& wanted = state.colliders[m].wanted;
+    wanted = wanted || !model.ignore[m][m];
     std::erase_if(near[m], [&](int other) {
       return model.ignore[m][other] != 0 || lets_pass(state, m, other);
     });
-    for (const int other : near[m]) wanted[m] = wanted[other] = 1;
+    for (const int other : near[m]) wanted = state.colliders[other].wanted = true;
   }
   parallel.each(model.colliders(), [&](int c) {
-    if (!wanted[c]) return;
-    refit(model, c, state);
     const Collider& it = state.colliders[c];
+    if (!it.wanted) return;
+    refit(model, c, state);
     Followed& body = followed(state, c);
     note_parts(*it.surface, *it.bvh, *it.x, body.before, body.parts);
   });

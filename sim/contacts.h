@@ -8,10 +8,12 @@
 
 namespace thew {
 
-/// Muscles, then bones, as contact and skin see them.
+/// Muscles, then bones, as contact and skin see them; or into memory that is there.
 std::vector<Collider> colliders_of(const Model& model, const State& state);
+void set_colliders(const Model& model, const State& state, std::vector<Collider>& colliders);
 /// The muscles alone.
 std::vector<Collider> muscles_of(const Model& model, const State& state);
+void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders);
 /// The tree of a bone, where it is not of the surface now.
 void fit_bone(const Model& model, int b, State& state);
 /// The trees that both look into.

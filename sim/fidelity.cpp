@@ -77,7 +77,6 @@ void choose_levels(const Model& model, double h, State& state) {
     for (MuscleState& now : state.muscles) now.level = now.highest = Level::kDynamic;
     return;
   }
-  std::vector<Level> levels(state.count());
   for (int m = 0; m < state.count(); ++m) {
     if (!has_forces(model.fidelity->muscles[m].level)) continue;
     MuscleState& now = state.muscles[m];
@@ -88,16 +87,16 @@ void choose_levels(const Model& model, double h, State& state) {
     const bool moves =
         is_driven(model, m, state) ||
         (level == Level::kGeometric ? !state.muscles[m].shaped : !is_at_rest(model, m, h, state));
-    levels[m] = moves ? level : Level::kAsleep;
+    state.muscles[m].next = moves ? level : Level::kAsleep;
   }
   for (int m = 0; m < state.count(); ++m) {  // now that all have been looked at
     MuscleState& now = state.muscles[m];
-    if (levels[m] == Level::kAsleep && now.level != Level::kAsleep) {
+    if (now.next == Level::kAsleep && now.level != Level::kAsleep) {
       lie_down(model.surfaces[m].surface, now);
     }
-    now.level = levels[m];
+    now.level = now.next;
     if (now.level != Level::kAsleep) now.node_iterations += static_cast<std::int64_t>(now.x.size());
-    now.highest = std::max(now.highest, levels[m]);
+    now.highest = std::max(now.highest, now.level);
   }
 }
 
@@ -124,7 +123,7 @@ void shape_muscle(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   now.start.swap(now.x);
-  now.pose = carry_pose(muscle.shape, state.pose);
+  carry_pose(muscle.shape, state.pose, now.carry, now.pose);
   now.path_length = now.pose.path_length;
   const CarriedProfile& profile = model.fidelity->muscles[m].profile;
   if (!place_carried(muscle, now.pose, profile, now.volume, now.x)) ++now.unreached;

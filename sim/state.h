@@ -57,6 +57,7 @@ struct MuscleSearches {
 
 struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
   LadderMotion ladder;
+  Level next = Level::kDynamic;      ///< chosen, until all have been looked at
   Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
   Bvh bvh;
@@ -66,6 +67,7 @@ struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
   double moved = 0.0;             ///< m, the most that a node moved in the iteration before
   ContactMotion touched;          ///< contacts of the step before
   std::vector<Contact> pressing;  ///< those of them that bore a force
+  std::vector<int> nearby;        ///< scratch of the search for contacts with itself
   VolumeWork volume;
   IntegratorWork work;
 };
@@ -88,6 +90,7 @@ struct State {
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   std::vector<Collider> colliders;  ///< of the step: they point into this state
+  NearPairs near;                   ///< of them
   SkinState skin;
   SkinMotion skin_before;   ///< to go back to
   Pose frame_pose;          ///< the same

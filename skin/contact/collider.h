@@ -32,12 +32,14 @@ struct Collider {
   const std::vector<SurfacePoint>* held_points = nullptr;  ///< see face_contact.h
   double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
 
+  bool wanted = false;  ///< searched for in this step
+
   // In a step's solve.
   bool soft = false;            ///< gives way itself, and goes half of the way
   const Rows* seen = nullptr;   ///< where the others see it: in the iteration before, if it is soft
   const Rows* start = nullptr;  ///< soft: when the step began
-  /// Rigid: from where its points are to where they were when the step began.
-  Transform back = Transform::Identity();
+  /// Rigid: from where its points are to where they were when the step began, and from there.
+  Transform back = Transform::Identity(), forth = Transform::Identity();
 };
 
 }  // namespace thew

@@ -41,19 +41,13 @@ ContactSettings times(const ContactSettings& settings, double size) {
   return out;
 }
 
-std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face) {
-  std::vector<int> nodes;
-  for (const Contact& c : pressing) {
-    if (c.of_face == of_face && c.other == other) nodes.push_back(c.node);
-  }
-  return nodes;
-}
-
-std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
-                                         const ContactSettings& settings) {
+void find_near_pairs(const std::vector<Collider>& colliders, const ContactSettings& settings,
+                     NearPairs& pairs) {
   const double reach = std::max(settings.margin, settings.max_depth) + kBoxRounding;
-  std::vector<std::vector<int>> near(colliders.size());
-  std::vector<int> order;
+  auto& [near, order] = pairs;
+  near.resize(colliders.size());
+  for (std::vector<int>& others : near) others.clear();
+  order.clear();
   Row low{}, high{};
   for (size_t c = 0; c < colliders.size(); ++c) {
     const Row centre = 0.5 * (colliders[c].box.low + colliders[c].box.high);
@@ -76,12 +70,11 @@ std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
     }
   }
   for (std::vector<int>& others : near) std::sort(others.begin(), others.end());
-  return near;
 }
 
 void order_contacts(std::vector<Contact>& contacts) {
-  std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
-    return a.node != b.node ? a.node < b.node : a.other < b.other;
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return std::tie(a.node, a.other, a.point) < std::tie(b.node, b.other, b.point);
   });
 }
 
@@ -166,38 +159,37 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
     const Collider& target = colliders[other];
     ContactMemory::Other& known = memory.others[other];
     const Approach approach = recall(self, target, nodes, settings.margin, known);
-    const std::vector<int> pressed = pressed_nodes(pressing, other, false);
-    auto next_pressed = pressed.begin();  // not before the node
+    auto pressed = pressing.begin();  // not before the node
+    const auto is_passed = [&](const Contact& contact, int node) {
+      return contact.node < node || contact.other != other || contact.of_face;
+    };
     const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoft) * settings.max_depth;
     const double reach = std::max(settings.margin, deepest);
-    const std::ptrdiff_t others = std::ssize(contacts);
     for (int node = 0; node < nodes; ++node) {
       if (!(*self.free_nodes)[node]) continue;
       double& clear = known.clear[node];
       const double before = clear;
-      clear = lowered(approach, approach.nearing.empty() ? 0 : self.followed->parts.of_node[node],
-                      clear);
+      clear = lowered(approach, approach.by_parts ? self.followed->parts.of_node[node] : 0, clear);
       if (clear >= let_go) continue;
-      while (next_pressed != pressed.end() && *next_pressed < node) ++next_pressed;
-      const bool goes_on = next_pressed != pressed.end() && *next_pressed == node;
+      while (pressed != pressing.end() && is_passed(*pressed, node)) ++pressed;
+      const bool goes_on = pressed != pressing.end() && pressed->node == node;
       const double margin = goes_on ? let_go : settings.margin;
       if (clear >= margin) continue;
       const Row x = (*self.x)[node];
-      const Row way = approach.nearing.empty() ? Row{} : x - self.followed->before[node];
+      const Row way = approach.by_parts ? x - self.followed->before[node] : Row{};
       if (!may_be_near(approach, x, way, margin, before, clear)) continue;
       const Vec3 p = to_vec(x);
       ++memory.searches;
       const ClosestPoint found = look(target, p, margin, reach, node, known);
       if (found.triangle < 0 || found.distance >= margin || found.distance <= -deepest) continue;
       const Vec3 normal = normal_against(self, node, target, found, p, settings);
-      Contact contact{node, other, found.triangle, {}, normal, normal.dot(p - found.point)};
+      Contact contact{node, other, found.triangle, -1, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
       contact.offset = self.thickness + target.thickness;
       contacts.push_back(contact);
     }
-    const auto by_node = [](const Contact& a, const Contact& b) { return a.node < b.node; };
-    std::inplace_merge(contacts.begin(), contacts.begin() + others, contacts.end(), by_node);
   }
+  order_contacts(contacts);
 }
 
 }  // namespace thew

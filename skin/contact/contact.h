@@ -14,6 +14,7 @@ struct Contact {
   int node = -1;
   int other = -1;
   int triangle = -1;
+  int point = -1;  ///< of the other's held points, of a face's contact
   double barycentric[3] = {0, 0, 0};
   Vec3 normal = Vec3::UnitZ();  ///< out of the other surface
   double distance = 0.0;        ///< signed, when found
@@ -30,9 +31,6 @@ struct ContactSettings {
 };
 ContactSettings times(const ContactSettings& settings, double size);
 
-/// The nodes at which a contact with `other` bore a force, ascending.
-std::vector<int> pressed_nodes(const std::vector<Contact>& pressing, int other, bool of_face);
-
 /// Halfway between the other surface's normal and straight back into the mover, whose own normal
 /// does not flip.
 Vec3 steady_normal(const Vec3& own, const Vec3& normal);
@@ -43,7 +41,7 @@ Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const do
 /// `touching` (m).
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double touching);
 
-/// By node, then by collider; what there is of both in the order that it had.
+/// By node, then by collider, then by held point.
 void order_contacts(std::vector<Contact>& contacts);
 
 /// Contacts [c, end) hold as one: of a node's face or faces with held points of one other surface,
@@ -52,16 +50,19 @@ size_t end_of_one(const std::vector<Contact>& contacts, size_t c);
 /// That of them which presses, or the first.
 size_t pressing_one(const std::vector<double>& push, size_t c, size_t end);
 
-/// By collider: those others whose boxes are near enough for a contact, ascending. A sweep along
-/// the axis on which the boxes lie farthest apart.
-std::vector<std::vector<int>> near_pairs(const std::vector<Collider>& colliders,
-                                         const ContactSettings& settings);
+/// Which colliders may touch; memory that goes from call to call, so that none allocates.
+struct NearPairs {
+  /// By collider: those others whose boxes are near enough for a contact, ascending.
+  std::vector<std::vector<int>> near;
+  std::vector<int> order;  ///< of the sweep, along the axis on which the boxes lie farthest apart
+};
+void find_near_pairs(const std::vector<Collider>& colliders, const ContactSettings& settings,
+                     NearPairs& pairs);
 
 /// All contacts of the free nodes of `mover` with the colliders `near`, by node, then by collider.
-/// `pressing`: contacts
-/// of the step before that bore a force, in the same order; they are let go of beyond `max_depth`,
-/// not `margin`, so that no force vanishes in a step. `memory` goes from call to call (sized on
-/// first use).
+/// `pressing`: contacts of the step before that bore a force, in the same order; they are let go of
+/// beyond `max_depth`, not `margin`, so that no force vanishes in a step. `memory` goes from call
+/// to call (sized on first use).
 void find_contacts(const std::vector<Collider>& colliders, int mover, const std::vector<int>& near,
                    const ContactSettings& settings, const std::vector<Contact>& pressing,
                    ContactMemory& memory, std::vector<Contact>& contacts);

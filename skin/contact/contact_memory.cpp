@@ -26,10 +26,11 @@ Approach recall(const Collider& points_of, const Collider& surface, int points, 
                 ContactMemory::Other& known) {
   const Followed *a = points_of.followed, *b = surface.followed;
   const double travelled = a && b ? a->travelled + b->travelled : 0.0;
-  Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, {}, surface};
+  Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, surface};
   if (a && b && a->parts.known && b->parts.known &&
       known.travelled == a->travelled_before + b->travelled_before) {
-    approach.nearing = nearings(b->parts, a->parts, kEnough * margin);
+    approach.by_parts = true;
+    find_nearings(b->parts, a->parts, kEnough * margin, approach.nearing);
   }
   known.travelled = travelled;
   known.triangle.resize(points, -1);
@@ -38,7 +39,7 @@ Approach recall(const Collider& points_of, const Collider& surface, int points, 
 }
 
 double lowered(const Approach& approach, int part, double clear) {
-  if (!(clear > 0.0) || approach.nearing.empty()) return clear - approach.owed;
+  if (!(clear > 0.0) || !approach.by_parts) return clear - approach.owed;
   const Nearing& nearing = approach.nearing[part];
   return std::min(clear - nearing.owed, nearing.apart);
 }
@@ -51,7 +52,7 @@ void note_box(const Bvh& bvh, const Row& p, double& clear) {
 bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
                  double before, double& clear) {
   if (approach.surface.bvh->order.empty()) return false;
-  if (before > 0.0 && !approach.nearing.empty()) {
+  if (before > 0.0 && approach.by_parts) {
     const Nearing at =
         nearing(approach.surface.followed->parts, {p, p}, {way, way}, kEnough * margin);
     clear = std::max(clear, std::min(before - at.owed, at.apart));

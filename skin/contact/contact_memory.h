@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -26,9 +27,10 @@ struct ContactMemory {
 /// What may have come of the bounds of a collider's points against a surface since they were looked
 /// at last.
 struct Approach {
-  double owed = 0.0;             ///< m, what the two can have come nearer at most
-  std::vector<Nearing> nearing;  ///< by part of the points' collider; empty where it is not known
+  double owed = 0.0;  ///< m, what the two can have come nearer at most
   const Collider& surface;
+  bool by_parts = false;                                 ///< the next is known
+  std::array<Nearing, MovedParts::kParts> nearing = {};  ///< by part of the points' collider
 };
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known);

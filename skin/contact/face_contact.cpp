@@ -181,19 +181,33 @@ NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<cha
   return true;
 }
 
-// Of the triangles round nodes, and `reach` (m) beyond.
-NodeBox box_round(const Surface& surface, const Rows& x, const std::vector<int>& nodes,
-                  double reach) {
+bool is_with(const Contact& contact, int other) {
+  return contact.of_face && contact.other == other;
+}
+
+// Of the triangles round the nodes that press a held point of `other`, and `reach` (m) beyond.
+NodeBox box_round(const Surface& surface, const Rows& x, const std::vector<Contact>& pressing,
+                  int other, double reach) {
   NodeBox box = empty_box();
   const Row around = {reach, reach, reach, 0.0};
-  for (const int node : nodes) {
-    for (const int t : surface.vertex_triangles[node]) {
+  for (const Contact& contact : pressing) {
+    if (!is_with(contact, other)) continue;
+    for (const int t : surface.vertex_triangles[contact.node]) {
       for (const int corner : surface.triangles[t]) {
         grow(box, x[corner] - around, x[corner] + around);
       }
     }
   }
   return box;
+}
+
+bool presses_at(const std::vector<Contact>& pressing, int node, int other) {
+  auto at = std::lower_bound(pressing.begin(), pressing.end(), node,
+                             [](const Contact& contact, int n) { return contact.node < n; });
+  for (; at != pressing.end() && at->node == node; ++at) {
+    if (is_with(*at, other)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -225,16 +239,17 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
     ContactMemory::Other& known = memory.others[other];
     const Approach approach =
         recall(them, self, static_cast<int>(points.size()), settings.margin, known);
-    const std::vector<int> pressed = pressed_nodes(pressing, other, true);
-    const NodeBox goes_on_in = box_round(*self.surface, *self.x, pressed, reach);
+    const bool presses = std::any_of(pressing.begin(), pressing.end(), [&](const Contact& contact) {
+      return is_with(contact, other);
+    });
+    const NodeBox goes_on_in = box_round(*self.surface, *self.x, pressing, other, reach);
     for (size_t i = 0; i < points.size(); ++i) {
       double& clear = known.clear[i];
       const double before = clear;
-      clear = lowered(
-          approach,
-          approach.nearing.empty() ? 0 : them.followed->parts.of_triangle[points[i].triangle],
-          clear);
-      if (clear >= (pressed.empty() ? settings.margin : reach)) continue;
+      clear = lowered(approach,
+                      approach.by_parts ? them.followed->parts.of_triangle[points[i].triangle] : 0,
+                      clear);
+      if (clear >= (presses ? reach : settings.margin)) continue;
       const Row place = place_of(them, *them.x, points[i]);
       if (!is_in_reach(place)) {
         note_box(*self.bvh, place, clear);
@@ -242,24 +257,23 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       }
       const double farthest = is_within(goes_on_in, place) ? reach : settings.margin;
       if (clear >= farthest) continue;
-      const Row way = approach.nearing.empty()
-                          ? Row{}
-                          : place - place_of(them, them.followed->before, points[i]);
+      const Row way =
+          approach.by_parts ? place - place_of(them, them.followed->before, points[i]) : Row{};
       if (!may_be_near(approach, place, way, farthest, before, clear)) continue;
       const Vec3 y = to_vec(place);
       ++memory.searches;
       const ClosestPoint found = look(self, y, farthest, reach, static_cast<int>(i), known);
       if (found.triangle < 0) continue;
       const Triangle& t = self.surface->triangles[found.triangle];
-      const bool goes_on = std::any_of(t.begin(), t.end(), [&](int node) {
-        return std::binary_search(pressed.begin(), pressed.end(), node);
-      });
+      const bool goes_on = std::any_of(t.begin(), t.end(),
+                                       [&](int node) { return presses_at(pressing, node, other); });
       if (found.distance >= (goes_on ? reach : settings.margin)) continue;
       if (found.distance <= -kShallow * settings.max_depth) continue;
       const Vec3 out = smooth_normal(*self.surface, *self.x, found.triangle, found.barycentric);
       const Vec3 own = normal_at(them, points[i]);
       if (own.dot(out) > -0.5) continue;  // the far side of something thin
-      Contact with{-1, other, points[i].triangle, {}, -steady_normal(own, out)};
+      Contact with{
+          -1, other, points[i].triangle, static_cast<int>(i), {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
       with.offset = self.thickness + them.thickness;

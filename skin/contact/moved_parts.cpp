@@ -114,15 +114,14 @@ Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& w
 }
 
 THEW_VECTORISED
-std::vector<Nearing> nearings(const MovedParts& parts, const MovedParts& of, double enough) {
-  std::vector<Nearing> all(of.roots.size());
-  for (size_t k = 0; k < all.size(); ++k) {
+void find_nearings(const MovedParts& parts, const MovedParts& of, double enough,
+                   std::array<Nearing, kParts>& by_part) {
+  for (size_t k = 0; k < of.roots.size(); ++k) {
     const auto at = [&](const Lanes* lanes) {
       return Row{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
     };
-    all[k] = nearing_of(parts, {at(of.low), at(of.high)}, {at(of.least), at(of.most)}, enough);
+    by_part[k] = nearing_of(parts, {at(of.low), at(of.high)}, {at(of.least), at(of.most)}, enough);
   }
-  return all;
 }
 
 }  // namespace thew

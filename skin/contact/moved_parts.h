@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "skin/surface.h"
@@ -35,6 +36,7 @@ struct Nearing {
 /// they were `enough` (m) apart from all the time count by that, others by how they moved.
 Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& ways, double enough);
 /// The same of the points of each part.
-std::vector<Nearing> nearings(const MovedParts& parts, const MovedParts& of, double enough);
+void find_nearings(const MovedParts& parts, const MovedParts& of, double enough,
+                   std::array<Nearing, MovedParts::kParts>& by_part);
 
 }  // namespace thew

@@ -10,9 +10,9 @@ namespace {
 constexpr double kFacing = -0.3;  // cosine between the node's normal and the wall's
 
 // The nearest wall within `reach`, in front of the node or, where it `met` one, as deep behind it.
-ClosestPoint facing_wall(const Collider& self, const Rows& normals, int node, bool met,
-                         double reach, const std::vector<int>& nearby) {
-  const Vec3 p = to_vec((*self.x)[node]), own = to_vec(normals[node]);
+ClosestPoint facing_wall(const Collider& self, const Vec3& own, int node, bool met, double reach,
+                         const std::vector<int>& nearby) {
+  const Vec3 p = to_vec((*self.x)[node]);
   ClosestPoint best;
   double nearest = reach;
   for (const int t : nearby) {
@@ -33,26 +33,22 @@ ClosestPoint facing_wall(const Collider& self, const Rows& normals, int node, bo
 }  // namespace
 
 void find_self_contacts(const Collider& self, int mover, const ContactSettings& settings,
-                        const std::vector<Contact>& before, std::vector<Contact>& contacts) {
+                        const std::vector<Contact>& before, std::vector<int>& nearby,
+                        std::vector<Contact>& contacts) {
   const int nodes = static_cast<int>(self.x->size());
-  Rows normals(nodes);
-  for (int i = 0; i < nodes; ++i) normals[i] = to_row(node_normal(*self.surface, *self.x, i));
-  std::vector<char> met(nodes, 0);
-  for (const Contact& contact : before) {
-    if (contact.other == mover) met[contact.node] = 1;
-  }
-  std::vector<int> nearby;
+  auto known = before.begin();  // of itself, and not before the node
   const size_t others = contacts.size();
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;
-    const double reach =
-        met[node] ? std::max(settings.margin, settings.max_depth) : settings.margin;
-    const Vec3 p = to_vec((*self.x)[node]);
+    while (known != before.end() && (known->node < node || known->other != mover)) ++known;
+    const bool met = known != before.end() && known->node == node;
+    const double reach = met ? std::max(settings.margin, settings.max_depth) : settings.margin;
+    const Vec3 p = to_vec((*self.x)[node]), own = node_normal(*self.surface, *self.x, node);
     triangles_near(*self.bvh, p, reach, nearby);
-    const ClosestPoint wall = facing_wall(self, normals, node, met[node] != 0, reach, nearby);
+    const ClosestPoint wall = facing_wall(self, own, node, met, reach, nearby);
     if (wall.triangle < 0) continue;
-    const Vec3 normal = steady_normal(to_vec(normals[node]), wall.normal);
-    Contact contact{node, mover, wall.triangle, {}, normal, normal.dot(p - wall.point)};
+    const Vec3 normal = steady_normal(own, wall.normal);
+    Contact contact{node, mover, wall.triangle, -1, {}, normal, normal.dot(p - wall.point)};
     std::copy(wall.barycentric, wall.barycentric + 3, contact.barycentric);
     contact.offset = 2.0 * self.thickness;
     contacts.push_back(contact);

@@ -49,7 +49,7 @@ bool may_leap(const BodyWay& body, const Collider& rigid, double moved, double d
   if (!are_near(both, rigid.box, 2.0 * moved)) return false;
   // As the bone sees it where it is now: before, the body was elsewhere.
   double far = 0.0;
-  NodeBox swept = moved_box(body.before, rigid.back.inverse(), far);
+  NodeBox swept = moved_box(body.before, rigid.forth, far);
   grow(swept, body.after.low, body.after.high);
   return body.farthest + far > depth && are_near(swept, rigid.box, 0.0);
 }
@@ -57,10 +57,9 @@ bool may_leap(const BodyWay& body, const Collider& rigid, double moved, double d
 Leap find_leap(const Rows& start, const Rows& x, const std::vector<char>& free_nodes,
                const Collider& rigid, double depth, double least) {
   Leap worst;
-  const Transform since = rigid.back.inverse();
   for (size_t i = 0; i < x.size(); ++i) {
     if (!free_nodes[i]) continue;
-    const Vec3 from = since * to_vec(start[i]), to = to_vec(x[i]);
+    const Vec3 from = rigid.forth * to_vec(start[i]), to = to_vec(x[i]);
     const double way = (to - from).norm();
     if (way <= depth) continue;
     const double inside = way_inside(*rigid.surface, *rigid.bvh, *rigid.x, from, to, least);

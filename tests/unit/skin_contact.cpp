@@ -22,8 +22,9 @@ struct Pair {
     const std::vector<Collider> colliders{
         {&a.surface, &a.bvh, &a.x, &free_nodes, nullptr, box_of(a.x)},
         {&b.surface, &b.bvh, &b.x, nullptr, nullptr, box_of(b.x)}};
-    const std::vector<int> near = near_pairs(colliders, settings)[0];
-    find_contacts(colliders, 0, ignored ? std::vector<int>{} : near, settings, {}, memory,
+    NearPairs pairs;
+    find_near_pairs(colliders, settings, pairs);
+    find_contacts(colliders, 0, ignored ? std::vector<int>{} : pairs.near[0], settings, {}, memory,
                   contacts);
     return contacts;
   }
@@ -39,7 +40,9 @@ TEST(Contact, SweepFindsThePairsWhoseBoxesAreNear) {
   std::vector<Collider> colliders(points.size());
   for (size_t c = 0; c < points.size(); ++c) colliders[c].box = box_of(points[c]);
   const ContactSettings settings{0.02, 0.05, 0.0};
-  const auto near = near_pairs(colliders, settings);
+  NearPairs pairs;
+  for (int time = 0; time < 2; ++time) find_near_pairs(colliders, settings, pairs);  // anew
+  const auto& near = pairs.near;
   size_t found = 0;
   for (int a = 0; a < 60; ++a) {
     std::vector<int> expected;
@@ -155,14 +158,15 @@ TEST(Contact, NormalsTurnSlowlyOverASoftEdge) {
 
 TEST(Contact, HeldPointsOfOneSurfaceHoldANodeAsOne) {
   std::vector<Contact> contacts;
-  const auto add = [&](int node, int other, bool of_face) {
-    contacts.push_back({.node = node, .other = other, .of_face = of_face});
+  const auto add = [&](int node, int other, int point) {
+    contacts.push_back({.node = node, .other = other, .point = point, .of_face = point >= 0});
   };
-  add(3, 1, true), add(3, 0, false), add(3, 1, true), add(2, 1, true), add(3, 1, false);
+  add(3, 1, 7), add(3, 0, -1), add(3, 1, 4), add(2, 1, 4), add(3, 1, -1);
   order_contacts(contacts);
   std::vector<size_t> ends;
   for (size_t c = 0; c < contacts.size(); c = ends.back()) ends.push_back(end_of_one(contacts, c));
-  EXPECT_EQ(ends, (std::vector<size_t>{1, 2, 4, 5}));
+  EXPECT_EQ(ends, (std::vector<size_t>{1, 2, 3, 5}));
+  EXPECT_EQ(contacts[3].point, 4);
 }
 
 // A held ball of 0.1 m over the middle of a face of a free one, whose nodes are 0.3 m away.

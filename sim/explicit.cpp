@@ -297,6 +297,7 @@ void begin_explicit(const Model& model, int m, double h, State& state) {
   ExplicitWork& work = work_of<ExplicitWork>(now.work);
   const size_t nodes = now.start.size();
   now.x = now.start;
+  if (work.frame != h) work.substeps = explicit_substeps(model, m, h);
   work.frame = h;
   work.target = now.target;
   for (Rows* rows : {&work.forces, &now.volume.gradient, &now.volume.direction}) {
@@ -319,7 +320,7 @@ void iterate_explicit(const Model& model, int m, State& state) {
   const Body body{now, work, now.volume};
   const bool has_volume = rule.lambda != nullptr, has_path = muscle.has_path();
   const bool removes = has_volume && drifts(muscle, now);
-  const int substeps = explicit_substeps(model, m, work.frame);
+  const int substeps = work.substeps;
   const double h = work.frame / substeps;
   const Row gravity = to_row(model.gravity);
   const ExplicitNodes nodes = nodes_of(body);

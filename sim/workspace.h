@@ -45,6 +45,7 @@ struct XpbdWork {
 
 struct ExplicitWork {
   double frame = 0.0;                ///< s, of all substeps
+  int substeps = 0;                  ///< of a frame that is so long
   Rows forces;                       ///< N
   std::vector<double> inverse_mass;  ///< 1/kg
   std::vector<double> mobility;      ///< weight over mass, 1/kg

@@ -37,13 +37,11 @@ namespace {
 void drive_bodies(const Model& model, double time, State& state) {
   const CharacterRig& rig = *model.character;
   if (is_animated(model)) {
-    std::vector<Affine> now;
-    animated_bodies(rig.character, rig.clip, std::max(time, 0.0), now);
+    animated_bodies(rig.character, rig.clip, std::max(time, 0.0), state.bodies);
     const double share = time >= 0.0 ? 1.0 : smoothstep(-model.settle, -0.5 * model.settle, time);
     if (share < 1.0) {
+      const std::vector<Affine> now = state.bodies;
       blend_bodies(rig.character.skeleton, rig.rest, now, share, state.bodies);
-    } else {
-      state.bodies = std::move(now);
     }
     for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
     return;

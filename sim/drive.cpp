@@ -52,9 +52,8 @@ double place_bone(const Bone& bone, const Transform& place, Rows& x) {
 
 }  // namespace
 
-double turn_until(const Model& model, double time, const State& state) {
-  State then;
-  pose_bodies(model, time, then);
+double turn_until(const Model& model, double time, State& state) {
+  pose_bodies(model, time, state);
   double most = 0.0;
   for (int b = 0; b < model.skeleton.size(); ++b) {
     const int parent = model.skeleton.parent[b];
@@ -62,11 +61,12 @@ double turn_until(const Model& model, double time, const State& state) {
     const auto bend = [&](const Pose& pose) -> Mat3 {
       return pose[parent].linear().transpose() * pose[b].linear();
     };
-    const Mat3 turn = bend(state.pose).transpose() * bend(then.pose);
+    const Mat3 turn = bend(state.frame_pose).transpose() * bend(state.pose);
     const Vec3 twice_sine(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0),
                           turn(1, 0) - turn(0, 1));
     most = std::max(most, arc_tan2(0.5 * twice_sine.norm(), 0.5 * (turn.trace() - 1.0)));
   }
+  state.pose = state.frame_pose;
   return most;
 }
 
@@ -91,10 +91,8 @@ void drive_bones(const Model& model, double time, State& state) {
 }
 
 double activation_at(const Model& model, int m, double time) {
-  WeightProfile curve;
-  curve.keys = model.muscles[m].settings.activation;
-  if (curve.keys.empty()) return 0.0;
-  return profile_weight(curve, model.first_frame + time * model.fps);
+  const auto& keys = model.muscles[m].settings.activation;
+  return keys.empty() ? 0.0 : keyed_value(keys, model.first_frame + time * model.fps);
 }
 
 }  // namespace thew

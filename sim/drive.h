@@ -11,8 +11,9 @@ void joints_at(const Model& model, double time, std::vector<double>& joints);
 /// When that motion ends, s (not above 0).
 double bind_to_first_ends(const Model& model);
 
-/// rad, the most that a joint turns from where it is now until `time`.
-double turn_until(const Model& model, double time, const State& state);
+/// rad, the most that a joint turns in the frame that has begun and ends at `time`. The pose is
+/// what it was.
+double turn_until(const Model& model, double time, State& state);
 /// Poses the skeleton and moves the bones' surfaces.
 void drive_bones(const Model& model, double time, State& state);
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 
-#include "rig/math.h"
 #include "sim/contacts.h"
 #include "sim/drive.h"
 #include "sim/fidelity.h"
@@ -92,18 +92,19 @@ std::optional<Trouble> step(const Model& model, double time, double h, Parallel&
 void step_skin_of(const Model& model, Parallel& parallel, State& state) {
   refit_all(model, parallel, state);
   if (model.skinned) {
-    step_skinned(*model.skinned, state.bodies, muscles_of(model, state), state.skin);
+    set_muscles(model, state, state.colliders);
+    step_skinned(*model.skinned, state.bodies, state.colliders, state.skin);
     return;
   }
-  step_skin(model.skin, state.pose, colliders_of(model, state), state.skin);
+  set_colliders(model, state, state.colliders);
+  step_skin(model.skin, state.pose, state.colliders, state.skin);
 }
 
-// The walls of a fold part only so fast: where joints turn farther in a frame, the skin is stepped
-// as often as this.
-int skin_steps(const Model& model, double time, const State& state) {
-  constexpr double kMostTurn = 4.0 * kDegree;
+// In as many steps of the skin a frame is taken.
+int skin_steps(const Model& model, double time, State& state) {
   if (!model.has_skin || model.skinned) return 1;
-  return std::max(1, static_cast<int>(std::ceil(turn_until(model, time, state) / kMostTurn)));
+  const double turn = turn_until(model, time, state);
+  return std::max(1, static_cast<int>(std::ceil(turn / model.skin.settings.most_turn)));
 }
 
 // s. Frames of one length to the last bit, so that a factor of the step's matrix goes on to count.
@@ -118,8 +119,10 @@ std::optional<Trouble> try_frame(const Model& model, double time, int substeps, 
   const double frame = frame_length(model, time, state);
   for (int i = 1; i <= substeps; ++i) {
     const double left = frame * (substeps - i) / substeps;
-    auto trouble = solver_trouble(
-        [&] { return step(model, time - left, frame / substeps, parallel, state, seconds); });
+    const auto next = [&] {
+      return step(model, time - left, frame / substeps, parallel, state, seconds);
+    };
+    auto trouble = solver_trouble(std::ref(next));  // std::function would allocate to hold it
     if (trouble) {
       trouble->substep = i;
       return trouble;
@@ -144,9 +147,9 @@ bool is_jump(const Trouble& whole, const Trouble& in_parts) {
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
   constexpr int kHalvings = 4, kMostParts = 1024;
+  begin_frame(model, state);
   const int skin = std::min(skin_steps(model, time, state), kMostParts);
   const int whole = std::max(substeps_of(model), skin);
-  begin_frame(model, state);
   // What is too fast is taken in parts. All else once more as it was, since a fault of the machine
   // does not come back; then in halves; then on a rung.
   int substeps = whole, halvings = -1;

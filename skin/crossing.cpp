@@ -58,7 +58,14 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
                                                    const Rows& xa, const Surface& b,
                                                    const Bvh& bvh_b, const Rows& xb) {
   std::vector<std::array<int, 2>> pairs;
-  if (bvh_a.order.empty() || bvh_b.order.empty()) return pairs;
+  find_crossings(a, bvh_a, xa, b, bvh_b, xb, pairs);
+  return pairs;
+}
+
+void find_crossings(const Surface& a, const Bvh& bvh_a, const Rows& xa, const Surface& b,
+                    const Bvh& bvh_b, const Rows& xb, std::vector<std::array<int, 2>>& pairs) {
+  pairs.clear();
+  if (bvh_a.order.empty() || bvh_b.order.empty()) return;
   const bool itself = &a == &b && &xa == &xb;
   const auto test = [&](int i, int j) {
     if (itself && share_node(a.triangles[i], b.triangles[j])) return;
@@ -68,10 +75,15 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
     if (!cross(s, t)) return;
     pairs.push_back(itself ? std::array{std::min(i, j), std::max(i, j)} : std::array{i, j});
   };
-  std::vector<std::array<int, 2>> stack{{0, 0}};
-  while (!stack.empty()) {
-    const auto [n, m] = stack.back();
-    stack.pop_back();
+  // A step down either tree leaves two more at most, and no tree has more levels than 150
+  // (bvh.cpp).
+  constexpr int kStack = 1024;
+  std::array<int, 2> stack[kStack];
+  int top = 0;
+  const auto push = [&](int n, int m) { stack[top++] = {n, m}; };
+  push(0, 0);
+  while (top > 0) {
+    const auto [n, m] = stack[--top];
     const Bvh::Node &one = bvh_a.nodes[n], &two = bvh_b.nodes[m];
     if (!overlap(one, two)) continue;
     const bool same = itself && n == m;  // each pair within once
@@ -82,19 +94,18 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
         }
       }
     } else if (same) {
-      stack.push_back({one.first, one.first});
-      stack.push_back({one.first + 1, one.first + 1});
-      stack.push_back({one.first, one.first + 1});
+      push(one.first, one.first);
+      push(one.first + 1, one.first + 1);
+      push(one.first, one.first + 1);
     } else if (one.count == 0 && (two.count > 0 || n <= m)) {
-      stack.push_back({one.first, m});
-      stack.push_back({one.first + 1, m});
+      push(one.first, m);
+      push(one.first + 1, m);
     } else {
-      stack.push_back({n, two.first});
-      stack.push_back({n, two.first + 1});
+      push(n, two.first);
+      push(n, two.first + 1);
     }
   }
   std::sort(pairs.begin(), pairs.end());
-  return pairs;
 }
 
 }  // namespace thew

@@ -94,6 +94,12 @@ bool is_pierced(const SkinModel& model, const SkinState& state, const SkinPlane&
          cover.level - model.settings.lengths.cover;
 }
 
+void look_for_crossings(const SkinModel& model, SkinState& state) {
+  refit_bvh(model.surface, state.x, state.bvh);
+  find_crossings(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x,
+                 state.crossings);
+}
+
 // Nodes of crossing triangles and their neighbours.
 void mark(const SkinModel& model, const std::vector<std::array<int, 2>>& pairs,
           std::vector<char>& marked) {
@@ -238,13 +244,12 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kSweeps = 1;
-  std::vector<char> marked(state.x.size(), 0);
+  std::vector<char>& marked = state.marked;
+  marked.assign(state.x.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
-    refit_bvh(model.surface, state.x, state.bvh);
-    const auto pairs =
-        crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x);
-    if (pairs.empty()) return;
-    mark(model, pairs, marked);
+    look_for_crossings(model, state);
+    if (state.crossings.empty()) return;
+    mark(model, state.crossings, marked);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (size_t i = 0; i < marked.size(); ++i) {
         if (marked[i]) even_out(model, static_cast<int>(i), state);
@@ -276,10 +281,8 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
     if (!is_pierced(model, state, cover)) continue;
     for (int node : model.surface.triangles[cover.triangle]) marked[node] = 1;
   }
-  refit_bvh(model.surface, state.x, state.bvh);
-  mark(model,
-       crossing_triangles(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x),
-       marked);
+  look_for_crossings(model, state);
+  mark(model, state.crossings, marked);
 }
 
 }  // namespace thew

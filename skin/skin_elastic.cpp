@@ -17,11 +17,6 @@ Row turn_back(const Mat3& rotation, const Row& v) {
   return to_row(rotation.transpose() * to_vec(v));
 }
 
-// A rigid motion as a dual quaternion, turn + eps shift, with shift = 1/2 (0, t) turn.
-struct DualQuaternion {
-  Eigen::Vector4d turn = Eigen::Vector4d::Zero(), shift = Eigen::Vector4d::Zero();
-};
-
 DualQuaternion dual_quaternion(const Transform& motion) {
   const Eigen::Quaterniond turn(motion.linear());
   const Vec3 t = 0.5 * motion.translation();
@@ -92,7 +87,8 @@ void find_normals(const SkinModel& model, SkinState& state) {
 
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
   // Kavan et al. 2008: unlike a linear blend it keeps the limb's thickness around a bent joint.
-  std::vector<DualQuaternion> motions;
+  std::vector<DualQuaternion>& motions = state.motions;
+  motions.clear();
   for (size_t b = 0; b < pose.size(); ++b) {
     motions.push_back(dual_quaternion(pose[b] * model.bind_pose[b].inverse()));
   }

@@ -6,6 +6,7 @@
 
 #include "muscles/lengths.h"
 #include "muscles/skyline.h"
+#include "rig/math.h"
 #include "rig/mesh.h"
 #include "rig/skeleton.h"
 #include "skin/contact/contact.h"
@@ -21,6 +22,8 @@ struct SkinSettings {
   double bridging = 0.012;    ///< m, crevices of the flesh narrower than half of it are bridged
   double reach = 0.03;        ///< m, a skinned skin feels the muscles within it
   bool keeps_volume = false;  ///< what the skin encloses stays what it is at rest
+  /// rad, of a joint in one step of the skin: the walls of a fold part only so fast.
+  double most_turn = 4.0 * kDegree;
   Lengths lengths = {};
 };
 SkinSettings times(const SkinSettings& settings, double size);
@@ -50,6 +53,11 @@ struct SkinPlane {
   std::array<double, 3> barycentric;
   Vec3 normal;
   double level;
+};
+
+/// A rigid motion, turn + eps shift, with shift = 1/2 (0, t) turn.
+struct DualQuaternion {
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero(), shift = Eigen::Vector4d::Zero();
 };
 
 /// A node and the other wall of a fold: plane.normal . (x_node - point) >= plane.level.
@@ -86,6 +94,10 @@ struct SkinState : SkinMotion {
   std::vector<double> room;  ///< m, how far a node may go inwards, up to what is plenty
   Rows swelling;             ///< m^2, the way of a unit of the volume's multiplier
   std::vector<int> hints, nearby;
+  std::vector<DualQuaternion> motions;        ///< by body, since the bind pose
+  std::vector<std::array<int, 2>> crossings;  ///< triangles
+  std::vector<char> marked, held;             ///< nodes
+  Rows unswollen;                             ///< x before its volume is restored
   RowPairs solution;
 };
 

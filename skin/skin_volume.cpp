@@ -46,9 +46,10 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
   constexpr int kRounds = 10, kPasses = 10;
   look_below(model, below, false, state);
   look_above(model, below, 2.0 * model.settings.lengths.plenty, state);
-  const Rows before = state.x;
+  state.unswollen = state.x;
   // Where something goes wrong the skin stays as it was, and the rest goes the farther.
-  std::vector<char> held(state.x.size(), 0), faulty;
+  std::vector<char>&held = state.held, &faulty = state.marked;
+  held.assign(state.x.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {
       find_room(model, state);
@@ -62,7 +63,7 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
     find_faults(model, below, state, faulty);
     if (faulty == held) return;
     held = faulty;
-    state.x = before;
+    state.x = state.unswollen;
   }
 }
 

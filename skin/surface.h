@@ -86,5 +86,8 @@ ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int tria
 std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
                                                    const Rows& xa, const Surface& b,
                                                    const Bvh& bvh_b, const Rows& xb);
+/// The same into memory that is there.
+void find_crossings(const Surface& a, const Bvh& bvh_a, const Rows& xa, const Surface& b,
+                    const Bvh& bvh_b, const Rows& xb, std::vector<std::array<int, 2>>& pairs);
 
 }  // namespace thew

@@ -157,10 +157,11 @@ void run_trial(Planner& planner, Trial trial) {
   });
   trial.error.assign(planner.muscles(), 0.0);
   trial.work.assign(planner.muscles(), 0.0);
+  const double stepped = std::max(sum(frames), 1.0);  // windows at the first frame step none
   for (int w = 0; w < count; ++w) {
     for (size_t m = 0; m < errors[w].size(); ++m) {
       trial.error[m] = std::max(trial.error[m], errors[w][m]);
-      trial.work[m] += work[w][m] / sum(frames);
+      trial.work[m] += work[w][m] / stepped;
       planner.plan.probe_work += work[w][m];
     }
   }

@@ -28,12 +28,12 @@ bool has_stepped(const Model&, int iterations, const State&) { return iterations
 // As many more as it takes until no node moves. NoSolution with muscle, time and motion where
 // none are enough.
 bool has_come_to_rest(const Model& model, int iterations, const State& state) {
-  constexpr int kMost = 20000;
+  constexpr int kMost = 10000;
   if (!has_iterated(model, iterations, state)) return false;
   if (model.fidelity) return true;
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
-    if (moved <= model.lengths.converged) continue;
+    if (!has_forces(state.muscles[m].level) || moved <= model.lengths.converged) continue;
     if (iterations < kMost && std::isfinite(moved)) return false;
     char numbers[200];
     std::snprintf(numbers, sizeof numbers,

@@ -41,8 +41,7 @@ bool take_rung(const Model& model, const Trouble& trouble, State& state) {
   if (!model.solver.rungs || trouble.muscle < 0) return false;
   MuscleState& now = state.muscles[trouble.muscle];
   LadderMotion& ladder = now.ladder;
-  const double after = (1.0 - 1e-9) * (kComes + kStays);
-  if (is_on(now, Rung::kCarried) && frames_since(model, now, state.time) < after) return false;
+  if (is_on(now, Rung::kCarried) && ladder.since == state.time) return false;  // it does not help
   if (ladder.rung == Rung::kNone && trouble.other >= 0) {
     ladder = {Rung::kPairLetPass, state.time, trouble.other};
   } else {

@@ -100,6 +100,22 @@ struct RootCase {
   bool reached;
 };
 
+// The discriminant of its slope is beyond the largest number; the search for a bracket never ended.
+TEST(NearestRoot, EndsWhateverTheCoefficients) {
+  const double kFar[] = {-1e300, -1e200, -1.0, 0.0, 5e-324, 1e-200, 1.0, 1e200, 1e300};
+  for (const double c0 : kFar) {
+    for (const double c1 : kFar) {
+      for (const double c2 : kFar) {
+        for (const double c3 : kFar) {
+          const VolumeRoot root = nearest_root({c0, c1, c2, c3}, 1.0);
+          EXPECT_FALSE(root.reached && !std::isfinite(root.s))
+              << c0 << " " << c1 << " " << c2 << " " << c3;
+        }
+      }
+    }
+  }
+}
+
 TEST(VolumeRoot, KnownCases) {
   const double inf = std::numeric_limits<double>::infinity();
   for (const auto& [cubic, target, s, reached] : {

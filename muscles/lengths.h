@@ -54,6 +54,7 @@ struct Lengths {
   double beside = 0.008;        ///< from a point's line, within which a sample lifts the point
   double smoothed = 0.01;       ///< over which the displacement is evened out ...
   double spread = 0.02;         ///< ... in the fewest passes no farther than this: it would flatten
+  double crease = 0.05;         ///< within which a sharp crease that the weights do not have is evened
   double point_spacing = 0.01;  ///< from point to point within a triangle
   double sampled = 0.008;       ///< longest edge of what a sample of a muscle stands for
 };

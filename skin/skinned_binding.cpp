@@ -12,9 +12,11 @@ namespace thew {
 namespace {
 
 constexpr int kMostPasses = 50;
-constexpr int kFewestPasses = 4;     // neighbours may be anchored to muscles that part
-constexpr double kFlattened = 1e-6;  // determinant of a blend that has no inverse worth having
-constexpr int kMostAlong = 16;       // points that an edge of a triangle gets
+constexpr int kMostOfCreases = 200;   // a bound of the price
+constexpr int kFewestOfCreases = 10;  // a coarser mesh has to fold, or muscle stands out of it
+constexpr int kFewestPasses = 4;      // neighbours may be anchored to muscles that part
+constexpr double kFlattened = 1e-6;   // determinant of a blend that has no inverse worth having
+constexpr int kMostAlong = 16;        // points that an edge of a triangle gets
 
 void find_neighbours(SkinnedSkin& skin) {
   std::vector<std::set<int>> around(skin.mesh.vertices.size());
@@ -198,6 +200,8 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   const double edge = mean_edge(skin);
   skin.passes = std::max(passes_over(settings.lengths.smoothed, edge, kMostPasses),
                          passes_over(settings.lengths.spread, edge, kFewestPasses));
+  skin.crease_passes = passes_over(settings.lengths.crease, edge, kMostOfCreases);
+  if (skin.crease_passes < kFewestOfCreases) skin.crease_passes = 0;
   return skin;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "rig/math.h"
+#include "skin/skinned_creases.h"
 
 namespace thew {
 namespace {
@@ -275,6 +276,7 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
   raise_walls(skin, find_spots(skin, below), state.x, walls);
   stay_beyond(skin, walls, carried, state);
   keep_near(skin, carried, state);
+  even_creases(skin, carried, state.x);
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 

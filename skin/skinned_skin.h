@@ -45,7 +45,9 @@ struct SkinnedSkin {
   std::vector<Mat3> from_rest;  ///< by vertex, directions to the bind pose; where points need it
   std::vector<int> first_neighbour, neighbours;  ///< over the welded mesh, by first vertex
   SkinSettings settings;
-  int passes = 0;  ///< of smoothing, by the mesh's fineness
+  // By the mesh's fineness:
+  int passes = 0;         ///< of smoothing
+  int crease_passes = 0;  ///< of evening out creases
 };
 
 /// Reaches from a muscle at rest within which it may ever come near.

@@ -20,7 +20,7 @@ struct Edge {
 
 double fold_of(const Surface& surface, const Rows& x, const std::array<int, 2>& triangles) {
   const Vec3 a = face_normal(surface, x, triangles[0]), b = face_normal(surface, x, triangles[1]);
-  return std::atan2(a.cross(b).norm(), a.dot(b));
+  return arc_tan2(a.cross(b).norm(), a.dot(b));
 }
 
 std::vector<Edge> edges_near(const SkinnedSkin& skin, const Rows& carried) {

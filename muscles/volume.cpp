@@ -126,10 +126,8 @@ VolumeRoot nearest_root(const VolumeCubic& cubic, double target) {
   double high = fall.end();
   if (std::isinf(high)) {
     high = fall.k1 > 0.0 ? fall.g / fall.k1 : 1.0;
-    while (fall.value(high) > 0.0) {
-      high *= 2.0;
-      if (std::isinf(high)) return {0.0, false};  // coefficients too far apart to be a muscle's
-    }
+    while (fall.value(high) > 0.0 && !std::isinf(high)) high *= 2.0;
+    if (std::isinf(high)) return {0.0, false};  // coefficients too far apart to be a muscle's
   } else if (fall.value(high) > 0.0) {
     // A double root may miss zero by its rounding.
     const double rounding =

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "skin/skinned_creases.h"
-
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <vector>
 
 #include "rig/math.h"
+#include "skin/skinned_skin.h"
 
 namespace thew {
 namespace {

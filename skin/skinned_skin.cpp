@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "rig/math.h"
-#include "skin/skinned_creases.h"
 
 namespace thew {
 namespace {

@@ -67,4 +67,10 @@ SkinState initial_skinned(const SkinnedSkin& skin);
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state);
 
+/// Evens out the displacement from `carried` to x where it folds triangles that share an edge by
+/// much more than they are folded there: fins, which the elbow's fold raises where neighbours go
+/// different ways. What the weights alone fold stays, and a coarse mesh, which cannot enclose the
+/// muscles without, stays almost as it is.
+void even_creases(const SkinnedSkin& skin, const Rows& carried, Rows& x);
+
 }  // namespace thew

@@ -218,6 +218,7 @@ double energy_of(const Muscle& muscle, const MuscleState& now) {
 MapCell run_cell(Model model, const Method& method, double h, double size, Rows& last) {
   MapCell cell;
   model.fps = 1.0 / h;
+  model.solver.rungs = false;
   model.solver.integrator = integrator_of(method.integrator);
   model.solver.iterations = method.iterations;
   const Muscle& muscle = model.muscles[0];

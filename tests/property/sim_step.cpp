@@ -27,6 +27,7 @@ Motion simulate(const std::vector<std::string>& overrides, int frames = 24, int 
   Motion out;
   out.model =
       build_model(read_scene(THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml", overrides));
+  out.model.solver.rungs = false;
   Parallel parallel(threads);
   out.state = initial_state(out.model);
   settle(out.model, parallel, out.state);

@@ -88,8 +88,8 @@ TEST(ReportJson, HasWhatIsPromised) {
   const json read = json::parse(report_as_json(report));
   using Words = std::vector<std::string>;
   EXPECT_EQ(keys(read),
-            Words({"bounds", "contact", "fps", "frames", "hash", "muscles", "origin", "scene",
-                   "seconds", "skin", "solver", "thew", "threads", "warnings"}));
+            Words({"bounds", "contact", "fps", "frames", "hash", "muscles", "origin", "rungs",
+                   "scene", "seconds", "skin", "solver", "thew", "threads", "warnings"}));
   EXPECT_EQ(keys(read["muscles"][3]),
             Words({"belly_area_ratio", "length_m", "max_attachment_gap_m",
                    "max_substep_volume_error", "max_volume_error", "max_volume_error_written",

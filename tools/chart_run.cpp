@@ -22,7 +22,6 @@ namespace thew {
 namespace {
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
 constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
-
 using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]
 
 Scene muscles_of_scene(const ChartAsk& ask) {

@@ -104,14 +104,14 @@ double worst_angle(const Character& from, const Words& theirs, const BodyClip& c
   animated_bodies(from, clip, time, a);
   animated_bodies(to, carried, time, b);
   double worst = 0.0;
-  for (const auto& [one, end] :
+  for (const auto& limb :
        {std::pair(&Words::humerus, &Words::forearm), std::pair(&Words::forearm, &Words::hand),
         std::pair(&Words::thigh, &Words::shin), std::pair(&Words::shin, &Words::foot)}) {
     for (const bool left : {true, false}) {
       const auto along = [&](const Character& of, const std::vector<Affine>& world,
                              const Words& words) {
-        return Vec3((world[body_of(of, words.*end, left)].translation() -
-                     world[body_of(of, words.*one, left)].translation())
+        return Vec3((world[body_of(of, words.*limb.second, left)].translation() -
+                     world[body_of(of, words.*limb.first, left)].translation())
                         .normalized());
       };
       const Vec3 p = axes.transpose() * along(from, a, theirs), q = along(to, b, ours);

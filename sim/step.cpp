@@ -65,10 +65,9 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
     });
     each(look);
   }
-  each([&](int m) {
-    steps.finish(model, m, h, state);
-    blend_carried(model, m, time, h, state.muscles[m]);
-  });
+  each([&](int m) { steps.finish(model, m, h, state); });
+  // Apart: finishing reads where the others were seen, which this changes.
+  each([&](int m) { blend_carried(model, m, time, h, state.muscles[m]); });
 }
 
 // What is wrong with the step before it is solved, or nothing.

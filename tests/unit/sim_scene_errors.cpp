@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "muscles/weights.h"
 #include "sim/scene_reader.h"
+#include "sim/scene_toml.h"
 #include "tests/unit/sim_scene_file.h"
 
 namespace thew {
@@ -144,6 +145,22 @@ TEST_F(SceneFile, BrokenToml) {
   EXPECT_EQ(error_of("# " + std::string(100, '.') + " \"" + dotted + "\n"), "");
   EXPECT_STARTS(error_of("#" + std::string(5 << 20, ' ')), ": is larger than the limit of 4 MiB");
   EXPECT_STARTS(usage_error(folder / "none.toml"), ": there is no such file");
+}
+
+// Each letter of the basic plane, written as UTF-8.
+TEST_F(SceneFile, AnyLetterAfterANumberIsASlip) {
+  TomlValue root = read_toml(write("a.toml", "a = 1\n"));
+  for (unsigned c = 0x80; c < 0x10000; ++c) {
+    if (c >= 0xD800 && c < 0xE000) continue;  // halves of pairs
+    std::string letter;
+    if (c < 0x800) {
+      letter = {static_cast<char>(0xC0 | c >> 6), static_cast<char>(0x80 | (c & 63))};
+    } else {
+      letter = {static_cast<char>(0xE0 | c >> 12), static_cast<char>(0x80 | (c >> 6 & 63)),
+                static_cast<char>(0x80 | (c & 63))};
+    }
+    EXPECT_THROW(override_toml(root, "a=[2" + letter + "]"), Error) << std::hex << c;
+  }
 }
 
 TEST_F(SceneFile, Overrides) {

@@ -117,7 +117,7 @@ TEST(Chart, OfOneMuscle) {
 TEST(Chart, SaysWhatCannotSolveTheScenesContact) {
   const Chart chart = run_chart({.scene = THEW_SOURCE_DIR "/tests/scenes/horseshoe/scene.toml",
                                  .last = 3,
-                                 .threads = 2,
+                                 .threads = 1,
                                  .repetitions = 1,
                                  .longest_run = kLongestRun});
   for (const ChartPoint& point : chart.points) {

@@ -111,11 +111,11 @@ void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
 
 /// Motion of another skeleton carried over: each body turns as its counterpart turns from its own
 /// bind pose, in the character's own axes. Counterparts are, in this order, those of `names` (that
-/// body -> this body), those that are the same bone of a person (character_bones.h), those of equal
-/// names, a namespace apart. Where upper arms, forearms, thighs or shins point elsewhere in one
-/// bind pose than in the other (A and T), the difference is taken out. Keys are where the motion
-/// has some and at 60 a second between those that are farther apart. Adds what was done to
-/// `warnings`.
+/// body -> this body), those that are the same bone of a person (character_bones.h), by
+/// names or, where these tell nothing, by shape; those of equal names, a namespace apart. Where
+/// upper arms, forearms, thighs or shins point elsewhere in one bind pose than in the other (A and
+/// T), the difference is taken out. Keys are where the motion has some and at 60 a second between
+/// those that are farther apart. Adds what was done to `warnings`.
 BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
                   const std::vector<std::array<std::string, 2>>& names, const std::string& place,
                   std::vector<std::string>& warnings);

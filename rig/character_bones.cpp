@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 namespace thew {
 namespace {
@@ -134,7 +135,175 @@ void set_nearest(const Character& character, BoneKind kind, BoneKind limb, int s
   }
 }
 
+Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
+
+// m, by body the longest way down the tree.
+std::vector<double> reaches(const Character& character) {
+  const Skeleton& skeleton = character.skeleton;
+  std::vector<double> reach(skeleton.size(), 0.0);
+  for (int i = skeleton.size() - 1; i > 0; --i) {
+    const int on = skeleton.parent[i];
+    if (on < 0) continue;
+    const double length = (place_of(character, i) - place_of(character, on)).norm();
+    reach[on] = std::max(reach[on], reach[i] + length);
+  }
+  return reach;
+}
+
+// Girdle, upper bone, lower bone, end and what hangs on it; -1 for no girdle and for nothing.
+struct Limb {
+  int girdle = -1, upper = -1, lower = -1, end = -1, tip = -1;
+  double length = 0.0;  // m, of upper and lower bone; 0: no limb
+};
+
+// The longest way down from a body, those apart that lie at one place: the last has all turns.
+Limb limb_from(const Character& character, const std::vector<double>& reach, int body) {
+  constexpr double kOnePlace = 0.02;  // of the reach
+  const Skeleton& skeleton = character.skeleton;
+  std::vector<int> chain = {body};
+  for (int now = body; now >= 0;) {
+    int next = -1;
+    double most = 0.0;
+    for (int i = now + 1; i < skeleton.size(); ++i) {
+      if (skeleton.parent[i] != now) continue;
+      const double far = reach[i] + (place_of(character, i) - place_of(character, now)).norm();
+      if (far > most) most = far, next = i;
+    }
+    if (next >= 0) {
+      const Vec3 step = place_of(character, next) - place_of(character, chain.back());
+      if (step.norm() > kOnePlace * reach[body]) {
+        chain.push_back(next);
+      } else {
+        chain.back() = next;
+      }
+    }
+    now = next;
+  }
+  Limb limb;
+  for (size_t k = 0; k + 2 < chain.size() && k < 2; ++k) {  // at most one girdle
+    double parts[2];
+    for (int j = 0; j < 2; ++j) {
+      parts[j] = (place_of(character, chain[k + j + 1]) - place_of(character, chain[k + j])).norm();
+    }
+    if (parts[0] + parts[1] <= limb.length || parts[1] < 0.3 * parts[0]) continue;
+    limb = {k > 0 ? chain[k - 1] : -1,
+            chain[k],
+            chain[k + 1],
+            chain[k + 2],
+            k + 3 < chain.size() ? chain[k + 3] : -1,
+            parts[0] + parts[1]};
+  }
+  return limb;
+}
+
+struct LimbPair {
+  int trunk = -1;
+  Limb sides[2];
+};
+
+// Alike in both bones, longest first.
+std::vector<LimbPair> limb_pairs(const Character& character) {
+  const Skeleton& skeleton = character.skeleton;
+  const std::vector<double> reach = reaches(character);
+  std::vector<LimbPair> pairs;
+  for (int a = 0; a < skeleton.size(); ++a) {
+    if (reach[a] <= 0.0) continue;
+    for (int b = a + 1; b < skeleton.size(); ++b) {
+      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
+      if (std::abs(reach[a] - reach[b]) > 0.1 * reach[a]) continue;
+      const LimbPair pair{skeleton.parent[a],
+                          {limb_from(character, reach, a), limb_from(character, reach, b)}};
+      const double length = pair.sides[0].length, other = pair.sides[1].length;
+      if (length > 0.0 && std::abs(length - other) < 0.1 * length) pairs.push_back(pair);
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const LimbPair& a, const LimbPair& b) {
+    return a.sides[0].length > b.sides[0].length;
+  });
+  return pairs;
+}
+
+// The longest two pairs of which one's trunk hangs on the other's.
+bool arms_and_legs(const Character& character, LimbPair& arms, LimbPair& legs) {
+  const std::vector<LimbPair> pairs = limb_pairs(character);
+  for (size_t k = 1; k < pairs.size(); ++k) {
+    for (size_t j = 0; j < k; ++j) {
+      const int a = pairs[j].trunk, b = pairs[k].trunk;
+      const LimbPair& lower = a > b ? pairs[j] : pairs[k];  // in the tree; parents come first
+      const LimbPair& upper = a > b ? pairs[k] : pairs[j];
+      if (a == b || !hangs_on(character.skeleton, lower.trunk, upper.trunk)) continue;
+      const Limb& of = upper.sides[0];  // toes hang on a leg, fingers on an arm
+      const int trunk = lower.trunk;
+      if (hangs_on(character.skeleton, trunk, of.upper)) continue;
+      if (hangs_on(character.skeleton, trunk, upper.sides[1].upper)) continue;
+      arms = lower, legs = upper;
+      return true;
+    }
+  }
+  return false;
+}
+
+// To the person's left; where there are no toes, it looks along z as glTF has it.
+Vec3 left_of(const Character& character, const LimbPair& arms, const LimbPair& legs, bool& feet) {
+  const auto middle = [&](const LimbPair& pair) {
+    return Vec3(0.5 * (place_of(character, pair.sides[0].upper) +
+                       place_of(character, pair.sides[1].upper)));
+  };
+  const Vec3 up = (middle(arms) - middle(legs)).normalized();
+  Vec3 forward = Vec3::Zero();
+  double length = 0.0;
+  for (const Limb& leg : legs.sides) {
+    if (leg.tip < 0) continue;
+    const Vec3 foot = place_of(character, leg.tip) - place_of(character, leg.end);
+    forward += foot - foot.dot(up) * up;
+    length += foot.norm();
+  }
+  feet = forward.norm() > 0.1 * length;
+  if (!feet) forward = Vec3::UnitZ();
+  return up.cross(forward);
+}
+
 }  // namespace
+
+std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies) {
+  const auto named = [&](BoneKind kind) {
+    return bodies.count({kind, 1}) + bodies.count({kind, -1}) > 0;
+  };
+  const bool no_arms = !named(BoneKind::kHumerus) && !named(BoneKind::kForearm);
+  const bool no_legs = !named(BoneKind::kThigh) && !named(BoneKind::kShin);
+  LimbPair arms, legs;
+  if ((!no_arms && !no_legs) || !arms_and_legs(character, arms, legs)) return "";
+  bool feet = false;
+  const Vec3 left = left_of(character, arms, legs, feet);
+  std::string told;
+  const auto put = [&](const LimbPair& pair, std::initializer_list<BoneKind> kinds,
+                       const char* what) {
+    const Vec3 across =
+        place_of(character, pair.sides[0].upper) - place_of(character, pair.sides[1].upper);
+    for (int k = 0; k < 2; ++k) {
+      const Limb& limb = pair.sides[k];
+      const int side = (across.dot(left) > 0.0) == (k == 0) ? 1 : -1;
+      const int of[] = {limb.girdle, limb.upper, limb.lower, limb.end};
+      told += std::string(told.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
+      size_t j = 0;
+      for (const BoneKind kind : kinds) {
+        const int body = of[j++];
+        if (body < 0 || kind == BoneKind::kNone) continue;
+        bodies.emplace(std::pair(kind, side), body);
+        told += " \"" + character.skeleton.body_names[body] + "\"";
+      }
+    }
+  };
+  if (no_arms) {
+    put(arms, {BoneKind::kClavicle, BoneKind::kHumerus, BoneKind::kForearm, BoneKind::kHand},
+        "arm");
+  }
+  if (no_legs) {
+    put(legs, {BoneKind::kNone, BoneKind::kThigh, BoneKind::kShin, BoneKind::kFoot}, "leg");
+  }
+  add_trunk(character.skeleton, bodies);
+  return told + (feet ? ", left and right by the feet" : ", taken to look along z");
+}
 
 bool is_pivot(const std::string& name) { return name.find("_$AssimpFbx$_") != std::string::npos; }
 

@@ -43,6 +43,11 @@ bool is_pivot(const std::string& name);
 using HumanBodies = std::map<std::pair<BoneKind, int>, int>;
 HumanBodies human_bodies(const Character& character);
 
+/// Arms and legs of which names tell nothing, by the skeleton's shape alone, and the trunk with
+/// them: pairs of limbs alike, whose longest two bones that meet are the limb; the legs hang above
+/// the arms in the tree, and toes tell left from right. What was taken for what, "" for nothing.
+std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies);
+
 /// Whether a body is the ancestor or below it.
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 

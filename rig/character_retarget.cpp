@@ -204,7 +204,9 @@ std::string summary(const Match& match, const Character& to, const std::string& 
 BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
                   const Names& names, const std::string& place,
                   std::vector<std::string>& warnings) {
-  const HumanBodies theirs = human_bodies(from), ours = human_bodies(to);
+  HumanBodies theirs = human_bodies(from), ours = human_bodies(to);
+  const std::string of_motion = add_limbs_by_shape(from, theirs),
+                    of_rig = add_limbs_by_shape(to, ours);
   const Match match = match_bodies(from, theirs, to, ours, names, place);
   if (match.matched == 0) {
     throw Error(ExitCode::kInput,
@@ -215,7 +217,10 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
   const Mat3 axes = axes_between(from, theirs, to, ours);
   std::string farthest;
   const std::vector<Mat3> between = between_binds(from, theirs, to, ours, axes, farthest);
-  warnings.push_back(place + ": " + summary(match, to, farthest));
+  std::string shape;
+  if (!of_motion.empty()) shape += "; of the motion by shape: " + of_motion;
+  if (!of_rig.empty()) shape += "; of the rig by shape: " + of_rig;
+  warnings.push_back(place + ": " + summary(match, to, farthest) + shape);
   const Skeleton& skeleton = to.skeleton;
   BodyClip out{clip.name, clip.duration, {}};
   for (int b = 0; b < skeleton.size(); ++b) out.tracks.push_back({b, {}, {}, {}});

@@ -169,6 +169,61 @@ TEST(Retarget, FewKeysAreResampled) {
   EXPECT_LT(worst_angle(from, kMixamo, clip, to, kPoser, carried, 0.5), 2e-4);
 }
 
+// Toes put on, which tell left from right where all names are taken off.
+Character with_toes(Character person, bool names) {
+  const double size = (person.bind[1].translation() - person.bind[0].translation()).norm() / 0.3;
+  for (const bool left : {true, false}) {
+    const int foot = body_of(person, kMixamo.foot, left);
+    Affine world = person.bind[foot];
+    world.translate(Vec3(0, -0.05 * size, 0.15 * size));
+    person.skeleton.body_names.push_back(named("mixamorig:%ToeBase", left));
+    person.skeleton.parent.push_back(foot);
+    person.bind.push_back(world);
+    person.rest.push_back(person.bind[foot].inverse() * world);
+    person.skeleton.joint_in_parent.push_back(Transform(person.rest.back().matrix()));
+    person.skeleton.joint_types.push_back(Skeleton::JointType::kFixed);
+    person.skeleton.joint_axes.push_back(Vec3::UnitX());
+  }
+  for (int i = 0; !names && i < person.skeleton.size(); ++i) {
+    person.skeleton.body_names[i] = "nodes[" + std::to_string(i) + "]";
+  }
+  return person;
+}
+
+// Ground truth is the same motion between the same skeletons with names.
+TEST(Retarget, WithoutNamesShapeTells) {
+  const Mat3 looks_back =
+      rotation_about(Vec3::UnitZ(), -90 * kDegree) * rotation_about(Vec3::UnitX(), 90 * kDegree);
+  const Character theirs = person(kMixamo, 0.0, 100.0, looks_back);
+  const Character ours = person(kMixamo, 0.6, 0.6, rotation_about(Vec3::UnitY(), kPi));
+  const BodyClip clip = wave(theirs, kMixamo);
+  std::vector<std::string> warnings;
+  const BodyClip truth =
+      retarget(with_toes(theirs, true), clip, with_toes(ours, true), {}, "x", warnings);
+  for (const bool from_named : {true, false}) {
+    const Character to = with_toes(ours, false);
+    Character from = with_toes(theirs, from_named);
+    for (std::string& name : from.skeleton.body_names) {
+      if (!from_named) name = "joint" + name.substr(5);  // equal names would tell as well
+    }
+    warnings.clear();
+    const BodyClip carried = retarget(from, clip, to, {}, "x", warnings);
+    ASSERT_EQ(carried.tracks.size(), truth.tracks.size());
+    for (int b = 0; b < ours.skeleton.size(); ++b) {  // toes are told by names alone
+      const auto &a = truth.tracks[b].rotation, &c = carried.tracks[b].rotation;
+      ASSERT_EQ(a.times, c.times);
+      for (size_t k = 0; k < a.times.size(); ++k) {
+        ASSERT_LT(a.values[k].angularDistance(c.values[k]), 1e-7) << b << " " << k;
+      }
+    }
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_HAS(warnings[0], "of the rig by shape: ");
+    EXPECT_HAS(warnings[0], "left arm \"nodes[2]\" \"nodes[3]\" \"nodes[4]\" \"nodes[5]\"");
+    EXPECT_HAS(warnings[0], "by the feet");
+    EXPECT_EQ(warnings[0].find("of the motion by shape") == std::string::npos, from_named);
+  }
+}
+
 class MotionFiles : public TempFolder {};
 
 TEST_F(MotionFiles, NeedNoMesh) {

@@ -163,14 +163,19 @@ Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_
   return blend;
 }
 
-void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
-                   Rows& x) {
-  std::vector<Affine> of_links;
-  link_transforms(skin, world, of_links);
+void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
+                   const std::vector<Affine>& of_links, Rows& x) {
   x.resize(mesh.vertices.size());
   for (size_t i = 0; i < x.size(); ++i) {
     x[i] = to_row(blended_transform(skin, of_links, static_cast<int>(i)) * mesh.vertices[i]);
   }
+}
+
+void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
+                   Rows& x) {
+  std::vector<Affine> of_links;
+  link_transforms(skin, world, of_links);
+  skin_by_links(skin, mesh, of_links, x);
 }
 
 }  // namespace thew

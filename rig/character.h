@@ -103,6 +103,9 @@ void blend_bodies(const Skeleton& skeleton, const std::vector<Affine>& a,
 /// The skin as the weights alone carry it.
 void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
                    Rows& x);
+/// The same by the links' transforms.
+void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
+                   const std::vector<Affine>& of_links, Rows& x);
 /// The blend of a vertex' transforms.
 Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex);
 /// world(body) from_bind of each link.

@@ -6,6 +6,7 @@
 
 #include "muscles/lengths.h"
 #include "muscles/skyline.h"
+#include "rig/character.h"
 #include "rig/math.h"
 #include "rig/mesh.h"
 #include "rig/skeleton.h"
@@ -66,6 +67,33 @@ struct SkinFold {
   SkinPlane wall;
 };
 
+/// Scratch of a skinned skin's step (skinned_skin.h), kept so that a step does not allocate.
+struct SkinnedWork {
+  /// The plane over the place of the muscle below a point that the point stays beyond.
+  struct Wall {
+    Vec3 normal = Vec3::Zero();  ///< unit, from the muscle to the skin as the weights turn it
+    double above = 0.0;          ///< m, of the muscle's place at rest
+    double level = 0.0;          ///< m, of the muscle's place now
+    double carried = 0.0;        ///< m, of the point as the weights have it
+    double least = 0.0;          ///< m, of the point
+    double hold = 0.0;           ///< 0..1, less where the muscle lies far or has slid away
+  };
+  /// Where a muscle's sample is now, by cells of a grid as wide as a point looks for them.
+  struct Spot {
+    std::array<int, 3> cell;
+    Vec3 place, normal;
+  };
+  std::vector<Affine> of_links;
+  Rows carried;               ///< by the weights alone
+  Rows by;                    ///< m, of x from there
+  Rows before;                ///< the same, before a pass
+  std::vector<double> asked;  ///< by vertex, the weights of its points
+  std::vector<Wall> walls;    ///< by point
+  std::vector<Spot> spots;
+  std::vector<double> folds;             ///< rad, by edge, as the weights have them
+  std::vector<double> sharp, own_sharp;  ///< 0..1 by vertex, of the edges around; of its own
+};
+
 /// What a step reads of the step before, and a failed one takes back.
 struct SkinMotion {
   Rows x;
@@ -99,6 +127,7 @@ struct SkinState : SkinMotion {
   std::vector<char> marked, held;             ///< nodes
   Rows unswollen;                             ///< x before its volume is restored
   RowPairs solution;
+  SkinnedWork skinned;
 };
 
 struct SkinMetrics {

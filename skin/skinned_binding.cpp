@@ -48,6 +48,19 @@ Surface surface_of(const SkinnedSkin& skin) {
   return make_surface(std::move(welded.triangles), static_cast<int>(skin.rest.size()));
 }
 
+void find_edges(SkinnedSkin& skin) {
+  const auto is_near = [&](int t) {
+    const Triangle& c = skin.surface.triangles[t];
+    return skin.near[c[0]] || skin.near[c[1]] || skin.near[c[2]];
+  };
+  for (int t = 0; t < static_cast<int>(skin.surface.triangles.size()); ++t) {
+    for (const int u : skin.surface.neighbours[t]) {
+      if (u < 0 || !is_near(t) || (u < t && is_near(u))) continue;  // there already
+      skin.edges.push_back({t, u});
+    }
+  }
+}
+
 // m, the mean edge near the muscles; 0 where there are none.
 double mean_edge(const SkinnedSkin& skin) {
   double sum = 0.0;
@@ -197,6 +210,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   for (const SkinnedSkin::Point& point : skin.points) {
     for (const int v : point.corners) skin.near[v] = 1;
   }
+  find_edges(skin);
   const double edge = mean_edge(skin);
   skin.passes = std::max(passes_over(settings.lengths.smoothed, edge, kMostPasses),
                          passes_over(settings.lengths.spread, edge, kFewestPasses));

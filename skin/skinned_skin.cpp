@@ -9,61 +9,32 @@
 namespace thew {
 namespace {
 
+using Wall = SkinnedWork::Wall;
+using Spot = SkinnedWork::Spot;
+
 constexpr double kMostWay = 3.0;  // reaches that the skin goes with a muscle against its weights
 constexpr int kRounds = 20;       // of evening out and of what then has to hold again
 
-void smooth(const SkinnedSkin& skin, Rows& push, Rows& before) {
+void smooth(const SkinnedSkin& skin, SkinnedWork& work) {
   for (int pass = 0; pass < skin.passes; ++pass) {
-    before = push;
-    for (size_t i = 0; i < push.size(); ++i) {
+    work.before = work.by;
+    for (size_t i = 0; i < work.by.size(); ++i) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
       if (begin == end) continue;
       Row sum{};
-      for (int k = begin; k < end; ++k) sum += before[skin.neighbours[k]];
-      push[i] = 0.5 * before[i] + (0.5 / (end - begin)) * sum;
+      for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
+      work.by[i] = 0.5 * work.before[i] + (0.5 / (end - begin)) * sum;
     }
   }
 }
 
 double squared(const std::array<double, 3>& b) { return b[0] * b[0] + b[1] * b[1] + b[2] * b[2]; }
 
-// Each vertex goes the mean way that is asked for at its points.
-struct Asked {
-  Rows way;
-  std::vector<double> weight;
-  explicit Asked(size_t vertices) : way(vertices, Row{}), weight(vertices, 0.0) {}
-  void add(const SkinnedSkin::Point& point, const Vec3& by) {
-    for (int k = 0; k < 3; ++k) {
-      if (point.shares[k] <= 0.0) continue;
-      way[point.corners[k]] += point.shares[k] * to_row(by);
-      weight[point.corners[k]] += point.shares[k];
-    }
-  }
-  void take_mean(Rows& out) const {
-    for (size_t i = 0; i < way.size(); ++i) {
-      out[i] = weight[i] > 0.0 ? (1.0 / weight[i]) * way[i] : Row{};
-    }
-  }
-};
-
-// The plane over the place of the muscle below a point that the point stays beyond.
-struct Wall {
-  Vec3 normal = Vec3::Zero();  // unit, from the muscle to the skin as the weights turn it
-  double above = 0.0;          // m, of the muscle's place at rest
-  double level = 0.0;          // m, of the muscle's place now
-  double carried = 0.0;        // m, of the point as the weights have it
-  double least = 0.0;          // m, of the point
-  double hold = 0.0;           // 0..1, less where the muscle lies far or has slid away
-};
-
 // The point's own offset is turned, and not its corners' with their different weights: of a wide
 // triangle they are so much longer that nothing would be left of its direction.
-std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
-                             const std::vector<Collider>& below, const Rows& x) {
+void find_walls(const SkinnedSkin& skin, const std::vector<Collider>& below, SkinnedWork& work) {
   const double reach = skin.settings.reach, flat = skin.settings.lengths.flat;
-  std::vector<Affine> of_links;
-  link_transforms(skin.weights, bodies, of_links);
-  std::vector<Wall> walls(skin.points.size());
+  work.walls.assign(skin.points.size(), {});
   for (size_t p = 0; p < skin.points.size(); ++p) {
     const SkinnedSkin::Point& point = skin.points[p];
     if (point.anchor.muscle < 0) continue;
@@ -71,16 +42,16 @@ std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>&
     for (int k = 0; k < 3; ++k) {
       if (point.shares[k] <= 0.0) continue;
       const int v = point.corners[k];
-      const Affine blend = blended_transform(skin.weights, of_links, v);
+      const Affine blend = blended_transform(skin.weights, work.of_links, v);
       turn += point.shares[k] * blend.linear() * skin.from_rest[v];
     }
-    Wall& wall = walls[p];
+    Wall& wall = work.walls[p];
     const Vec3 out = turn * point.anchor.out;
     const double left = out.norm();
     wall.above = point.anchor.out.norm();
     if (left < flat) continue;
     wall.normal = out / left;
-    const Vec3 now = place_of(point.anchor, below), off = place_of(point, x) - now;
+    const Vec3 now = place_of(point.anchor, below), off = place_of(point, work.carried) - now;
     wall.level = wall.normal.dot(now);
     wall.carried = wall.normal.dot(off) + wall.level;
     const double slid = (off - wall.normal.dot(off) * wall.normal).norm();
@@ -90,7 +61,6 @@ std::vector<Wall> find_walls(const SkinnedSkin& skin, const std::vector<Affine>&
     const double whole = wall.level + std::min(wall.above, skin.settings.thickness);
     wall.least = whole - (1.0 - wall.hold) * std::max(whole - wall.carried, 0.0);
   }
-  return walls;
 }
 
 void push(const SkinnedSkin::Point& point, const Vec3& by, Rows& x) {
@@ -98,52 +68,55 @@ void push(const SkinnedSkin::Point& point, const Vec3& by, Rows& x) {
   for (int k = 0; k < 3; ++k) x[point.corners[k]] += to_row(point.shares[k] * each);
 }
 
-// Out or in with the muscle's place below, against where the weights would have it.
-void follow_anchors(const SkinnedSkin& skin, const std::vector<Wall>& walls, SkinState& state) {
+// Out or in with the muscle's place below, against where the weights would have it: each vertex the
+// mean way that is asked for at its points.
+void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
   const double most = kMostWay * skin.settings.reach;
-  Asked asked(skin.rest.size());
+  work.by.assign(x.size(), Row{});
+  work.asked.assign(x.size(), 0.0);
   for (size_t p = 0; p < skin.points.size(); ++p) {
     const SkinnedSkin::Point& point = skin.points[p];
-    const Wall& wall = walls[p];
+    const Wall& wall = work.walls[p];
     if (point.share <= 0.0) continue;
     const double way = std::clamp(wall.level + wall.above - wall.carried, -most, most);
-    asked.add(point, point.share * wall.hold * way * wall.normal);
+    const Row by = to_row(point.share * wall.hold * way * wall.normal);
+    for (int k = 0; k < 3; ++k) {
+      if (point.shares[k] <= 0.0) continue;
+      work.by[point.corners[k]] += point.shares[k] * by;
+      work.asked[point.corners[k]] += point.shares[k];
+    }
   }
-  asked.take_mean(state.offset);
-  smooth(skin, state.offset, state.slip);
-  for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] += state.offset[i];
+  for (size_t i = 0; i < x.size(); ++i) {
+    work.by[i] = work.asked[i] > 0.0 ? (1.0 / work.asked[i]) * work.by[i] : Row{};
+  }
+  work.before.resize(x.size());
+  smooth(skin, work);
+  for (size_t i = 0; i < x.size(); ++i) x[i] = work.carried[i] + work.by[i];
 }
 
 // Of what the weights alone would make, half its own and half the neighbours' mean, near muscles.
-void even_out(const SkinnedSkin& skin, const Rows& carried, SkinState& state) {
-  for (size_t i = 0; i < skin.rest.size(); ++i) state.slip[i] = state.x[i] - carried[i];
-  for (size_t i = 0; i < skin.rest.size(); ++i) {
+void even_out(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
+  for (size_t i = 0; i < x.size(); ++i) work.before[i] = x[i] - work.carried[i];
+  for (size_t i = 0; i < x.size(); ++i) {
     const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
     if (!skin.near[i] || begin == end) continue;
     Row sum{};
-    for (int k = begin; k < end; ++k) sum += state.slip[skin.neighbours[k]];
-    state.x[i] = carried[i] + 0.5 * state.slip[i] + (0.5 / (end - begin)) * sum;
+    for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
+    x[i] = work.carried[i] + 0.5 * work.before[i] + (0.5 / (end - begin)) * sum;
   }
 }
 
 // What the mean of several wishes left behind: as even as it can be with all points beyond theirs.
-void stay_beyond(const SkinnedSkin& skin, const std::vector<Wall>& walls, const Rows& carried,
-                 SkinState& state) {
+void stay_beyond(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
   for (int round = 0; round < kRounds; ++round) {
-    even_out(skin, carried, state);
+    even_out(skin, work, x);
     for (size_t p = 0; p < skin.points.size(); ++p) {
-      const Wall& wall = walls[p];
-      const double lack = wall.least - wall.normal.dot(place_of(skin.points[p], state.x));
-      if (lack > 0.0) push(skin.points[p], wall.hold * lack * wall.normal, state.x);
+      const Wall& wall = work.walls[p];
+      const double lack = wall.least - wall.normal.dot(place_of(skin.points[p], x));
+      if (lack > 0.0) push(skin.points[p], wall.hold * lack * wall.normal, x);
     }
   }
 }
-
-// Where a muscle's sample is now, by cells of a grid as wide as a point looks for them.
-struct Spot {
-  std::array<int, 3> cell;
-  Vec3 place, normal;
-};
 
 // m, half of the cylinder's length in which a point looks for samples; and the ball's around it.
 double half_of(const SkinnedSkin& skin) {
@@ -160,8 +133,9 @@ std::array<int, 3> cell_of(const Vec3& p, double size) {
   return cell;
 }
 
-std::vector<Spot> find_spots(const SkinnedSkin& skin, const std::vector<Collider>& below) {
-  std::vector<Spot> spots;
+void find_spots(const SkinnedSkin& skin, const std::vector<Collider>& below,
+                std::vector<Spot>& spots) {
+  spots.clear();
   spots.reserve(skin.samples.size());
   const double size = ball_of(skin);
   for (const SkinnedSkin::Place& sample : skin.samples) {
@@ -172,7 +146,6 @@ std::vector<Spot> find_spots(const SkinnedSkin& skin, const std::vector<Collider
   }
   std::sort(spots.begin(), spots.end(),
             [](const Spot& a, const Spot& b) { return a.cell < b.cell; });
-  return spots;
 }
 
 // m, how far out along the normal a point has to go for the flesh that comes up through it. Each
@@ -207,13 +180,12 @@ double lack_of(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Ve
 // Out of flesh that the place below a point does not tell of: of muscles that slid or bulge beside.
 // It is looked for once: from further out the next would be seen, and so through a fold's other
 // side.
-void raise_walls(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Rows& x,
-                 std::vector<Wall>& walls) {
+void raise_walls(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
   for (size_t p = 0; p < skin.points.size(); ++p) {
-    Wall& wall = walls[p];
+    Wall& wall = work.walls[p];
     if (wall.hold <= 0.0) continue;
     const Vec3 place = place_of(skin.points[p], x);
-    const double lack = lack_of(skin, spots, place, wall.normal) - skin.points[p].lack;
+    const double lack = lack_of(skin, work.spots, place, wall.normal) - skin.points[p].lack;
     // Where little is asked for the place is not held either, or it would be all at once.
     const double share = wall.hold * smoothstep(0.0, skin.settings.thickness, lack);
     const double asked = wall.normal.dot(place) + std::max(lack, 0.0);
@@ -222,12 +194,12 @@ void raise_walls(const SkinnedSkin& skin, const std::vector<Spot>& spots, const 
 }
 
 // The corners of a wide triangle go farther than what they are asked for at a point within.
-void keep_near(const SkinnedSkin& skin, const Rows& carried, SkinState& state) {
+void keep_near(const SkinnedSkin& skin, const Rows& carried, Rows& x) {
   const double most = kMostWay * skin.settings.reach;
-  for (size_t i = 0; i < skin.rest.size(); ++i) {
-    const Row by = state.x[i] - carried[i];
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Row by = x[i] - carried[i];
     const double way = norm(by);
-    if (way > most) state.x[i] = carried[i] + (most / way) * by;
+    if (way > most) x[i] = carried[i] + (most / way) * by;
   }
 }
 
@@ -248,7 +220,8 @@ Vec3 place_of(const SkinnedSkin::Point& point, const Rows& x) {
 }
 
 void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin) {
-  const std::vector<Spot> spots = find_spots(skin, below);
+  std::vector<Spot> spots;
+  find_spots(skin, below, spots);
   for (SkinnedSkin::Point& point : skin.points) {
     const double above = point.anchor.out.norm();
     if (above < skin.settings.lengths.flat) continue;
@@ -259,23 +232,23 @@ void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin) {
 SkinState initial_skinned(const SkinnedSkin& skin) {
   SkinState state;
   state.x = skin.rest;
-  state.offset.assign(skin.rest.size(), Row{});
-  state.slip = state.offset;
   state.bvh = build_bvh(skin.surface, state.x);
   return state;
 }
 
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state) {
-  skin_vertices(skin.weights, skin.mesh, bodies, state.x);
-  const Rows carried = state.x;
-  std::vector<Wall> walls = find_walls(skin, bodies, below, carried);
-  follow_anchors(skin, walls, state);
-  stay_beyond(skin, walls, carried, state);
-  raise_walls(skin, find_spots(skin, below), state.x, walls);
-  stay_beyond(skin, walls, carried, state);
-  keep_near(skin, carried, state);
-  even_creases(skin, carried, state.x);
+  SkinnedWork& work = state.skinned;
+  link_transforms(skin.weights, bodies, work.of_links);
+  skin_by_links(skin.weights, skin.mesh, work.of_links, work.carried);
+  find_walls(skin, below, work);
+  follow_anchors(skin, work, state.x);
+  stay_beyond(skin, work, state.x);
+  find_spots(skin, below, work.spots);
+  raise_walls(skin, state.x, work);
+  stay_beyond(skin, work, state.x);
+  keep_near(skin, work.carried, state.x);
+  even_creases(skin, work, state.x);
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 

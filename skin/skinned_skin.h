@@ -45,6 +45,7 @@ struct SkinnedSkin {
   std::vector<Mat3> from_rest;  ///< by vertex, directions to the bind pose; where points need it
   std::vector<int> first_neighbour, neighbours;  ///< over the welded mesh, by first vertex
   SkinSettings settings;
+  std::vector<std::array<int, 2>> edges;  ///< triangles of the surface that share one near muscles
   // By the mesh's fineness:
   int passes = 0;         ///< of smoothing
   int crease_passes = 0;  ///< of evening out creases
@@ -67,10 +68,10 @@ SkinState initial_skinned(const SkinnedSkin& skin);
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state);
 
-/// Evens out the displacement from `carried` to x where it folds triangles that share an edge by
-/// much more than they are folded there: fins, which the elbow's fold raises where neighbours go
+/// Evens out the displacement from `work.carried` to x where it folds triangles that share an edge
+/// by much more than they are folded there: fins, which the elbow's fold raises where neighbours go
 /// different ways. What the weights alone fold stays, and a coarse mesh, which cannot enclose the
 /// muscles without, stays almost as it is.
-void even_creases(const SkinnedSkin& skin, const Rows& carried, Rows& x);
+void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Rows& x);
 
 }  // namespace thew

@@ -172,6 +172,9 @@ TEST_F(QuietStep, ACharacter) {
        {"animation = \"wave\"\n", "unit = \"deg\"\nkeys = { elbow = [[1, 10], [12, 40]] }\n"}) {
     const Model model = build_model(read_scene(write("scene.toml", begin + clip + end)));
     EXPECT_EQ(stepped_again(model, 5).allocations, 0) << clip;
+    const Model with_skin = build_model(
+        read_scene(write("scene.toml", begin + clip + end + "[skin]\nkind = \"skinned\"\n")));
+    EXPECT_EQ(stepped_again(with_skin, 5).allocations, 0) << clip << "with its skin";
   }
 }
 

@@ -11,7 +11,7 @@
 namespace thew {
 
 std::string printable(std::string_view text) {
-  constexpr size_t kMost = 4000;
+  constexpr size_t kMost = 2000;
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string out;
   for (const char c : text.substr(0, kMost)) {
@@ -23,6 +23,18 @@ std::string printable(std::string_view text) {
     }
   }
   return text.size() > kMost ? out + " ..." : out;
+}
+
+std::string names_text(const std::vector<std::string>& names) {
+  constexpr size_t kLongestName = 100, kLongest = 1000;
+  std::string text;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (text.size() > kLongest) return text + ", " + std::to_string(names.size() - i) + " more";
+    const bool is_long = names[i].size() > kLongestName;
+    text += (i == 0 ? "" : ", ") + printable(names[i].substr(0, kLongestName));
+    if (is_long) text += " ...";
+  }
+  return text;
 }
 
 std::string number_text(double value) {

@@ -16,6 +16,9 @@ namespace thew {
 /// For one line on a terminal: what a foreign file calls its parts may hold anything. Control
 /// characters as \xNN, and no more than the first of it.
 std::string printable(std::string_view text);
+/// "a, b, c" of names that may be a foreign file's: the begin of a long name, and how many more
+/// there are than fit a line.
+std::string names_text(const std::vector<std::string>& names);
 
 /// Six significant digits; "no number", "infinite".
 std::string number_text(double value);

@@ -63,12 +63,10 @@ BodyClip named_animation(const Scene& scene, const std::filesystem::path& file,
     if (clip.name == scene.character.animation) return clip;
     names.push_back(clip.name);
   }
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   throw Error(ExitCode::kUsage, scene.clip_place + ": animation \"" + scene.character.animation +
                                     "\" is not in " + file.string() +
                                     did_you_mean(scene.character.animation, names) +
-                                    "; it has: " + (all.empty() ? "none" : all));
+                                    "; it has: " + (names.empty() ? "none" : names_text(names)));
 }
 
 BodyClip motion_of(const Scene& scene, const Character& character,

@@ -176,10 +176,9 @@ std::string title(const TomlValue& table) {
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
-  std::string near = did_you_mean(word, names), all;
+  const std::string near = did_you_mean(word, names);
   if (!near.empty()) return near;
-  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-  return all.empty() ? "" : "; there are " + all;
+  return names.empty() ? "" : "; there are " + names_text(names);
 }
 
 TomlValue* held(TomlValue& table, const std::string& key) {

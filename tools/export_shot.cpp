@@ -16,12 +16,6 @@
 namespace thew {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
-  return text;
-}
-
 std::vector<std::string> names_of(const BakeInfo& info) {
   std::vector<std::string> names;
   for (const BakeMesh& mesh : info.meshes) names.push_back(mesh.name);
@@ -36,7 +30,7 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
     throw Error(ExitCode::kUsage,
                 "--mesh " + name + ": the bake has no such mesh; " +
                     (near.empty() ? "" : "did you mean \"" + printable(near) + "\"? ") + "it has " +
-                    joined(names));
+                    names_text(names));
   }
   return static_cast<int>(found - names.begin());
 }
@@ -122,7 +116,7 @@ const BakeMesh& only_mesh(const Shot& shot, const std::string& format) {
   if (shot.meshes.size() != 1) {
     throw Error(ExitCode::kUsage, format + " holds one mesh and the bake has " +
                                       std::to_string(shot.meshes.size()) +
-                                      "; choose with --mesh: " + joined(names_of(shot.info())));
+                                      "; choose with --mesh: " + names_text(names_of(shot.info())));
   }
   return shot.mesh(0);
 }

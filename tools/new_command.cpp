@@ -214,12 +214,11 @@ std::string why_threads(const std::vector<std::string>& threads) {
   claim_file(picture, options.out.filename().string(), options.force);
   write_durably(picture, why_picture(from, fit, skin, why), options.out.filename().string());
   const std::vector<std::string> meshes = mesh_names(character);
-  std::string all;
-  for (const std::string& mesh : meshes) all += (all.empty() ? "" : ", ") + mesh;
-  throw Error(ExitCode::kInput, options.character.string() + ": " + why + "; " + picture.string() +
-                                    " shows it: choose the meshes around the arm with --skin (" +
-                                    (all.empty() ? "the file has none" : "of " + all) +
-                                    "), or its bodies with --map");
+  throw Error(ExitCode::kInput,
+              options.character.string() + ": " + why + "; " + picture.string() +
+                  " shows it: choose the meshes around the arm with --skin (" +
+                  (meshes.empty() ? "the file has none" : "of " + names_text(meshes)) +
+                  "), or its bodies with --map");
 }
 
 // A scene that a bake would refuse, or whose muscles come to no rest, is not written. It is read

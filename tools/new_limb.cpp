@@ -229,10 +229,8 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
     const auto has_name = [&](const MeshPart& part) { return is_named(part, {name}); };
     if (std::any_of(character.parts.begin(), character.parts.end(), has_name)) continue;
     const std::vector<std::string> each = mesh_names(character);
-    std::string all;
-    for (const std::string& part : each) all += (all.empty() ? "" : ", ") + part;
     throw Error(ExitCode::kUsage, "--skin " + name + ": is no mesh of " + place +
-                                      did_you_mean(name, each) + "; it has: " + all);
+                                      did_you_mean(name, each) + "; it has: " + names_text(each));
   }
   const SkinWeights& weights = character.skin;
   std::vector<double> share(x.size(), 0.0);

@@ -86,9 +86,9 @@ void add_slice(const std::vector<Ring>& rings, const std::vector<int>& nodes, si
 
 // slice(at, degree) for each: a degree known at compile time is worth a third of the time.
 template <typename Work>
-[[gnu::always_inline]] inline void each_slice(const RingSprings& rings, size_t first, size_t last,
+[[gnu::always_inline]] inline void each_slice(const RingSprings& rings, RingSprings::Range of,
                                               const Work& work) {
-  for (size_t s = first; s < last; ++s) {
+  for (size_t s = of.first; s < of.last; ++s) {
     const RingSprings::Slice& at = rings.slices[s];
     switch (at.degree) {
       case 4:
@@ -193,17 +193,17 @@ struct RingPull {
 };
 
 THEW_VECTORISED
-void plain_pass(const RingPass<false>& pass, size_t first, size_t last) {
-  each_slice(pass.rings, first, last, pass);
+void plain_pass(const RingPass<false>& pass, RingSprings::Range of) {
+  each_slice(pass.rings, of, pass);
 }
 
 THEW_VECTORISED
-void gradient_pass(const RingPass<true>& pass, size_t first, size_t last) {
-  each_slice(pass.rings, first, last, pass);
+void gradient_pass(const RingPass<true>& pass, RingSprings::Range of) {
+  each_slice(pass.rings, of, pass);
 }
 
 THEW_VECTORISED
-void pull_pass(const RingPull& pull) { each_slice(pull.rings, 0, pull.rings.free_slices, pull); }
+void pull_pass(const RingPull& pull) { each_slice(pull.rings, {0, pull.rings.free_slices}, pull); }
 
 }  // namespace
 
@@ -254,8 +254,8 @@ void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spr
   }
 }
 
-void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length, size_t first,
-                 size_t last, const Rows& x, const Rows& v, double dashpot, Rows& f,
+void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length,
+                 RingSprings::Range of, const Rows& x, const Rows& v, double dashpot, Rows& f,
                  Rows* gradient) {
   const auto pass = [&]<bool kGradient>() {
     return RingPass<kGradient>{rings,
@@ -267,9 +267,9 @@ void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_lengt
                                gradient ? gradient->data() : nullptr};
   };
   if (gradient) {
-    gradient_pass(pass.template operator()<true>(), first, last);
+    gradient_pass(pass.template operator()<true>(), of);
   } else {
-    plain_pass(pass.template operator()<false>(), first, last);
+    plain_pass(pass.template operator()<false>(), of);
   }
 }
 

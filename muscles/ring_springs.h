@@ -27,6 +27,12 @@ struct RingSprings {
   std::vector<Indices> other, spring;  ///< by slot: the far node, the spring (-1: none)
   BySlot stiffness, rest_length;       ///< N/m and m
   size_t free_slices = 0;              ///< the first so many have all nodes that are not driven
+
+  /// Slices [first, last).
+  struct Range {
+    size_t first, last;
+  };
+  Range all() const { return {0, slices.size()}; }
 };
 RingSprings make_ring_springs(const std::vector<Triangle>& triangles,
                               const std::vector<char>& driven, const Springs& springs);
@@ -36,10 +42,10 @@ void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spr
                      RingSprings::BySlot& by_slot);
 
 /// f = k (|d| - L + dashpot d/dt |d|) along each spring (N; dashpot in s), overwritten; with
-/// `gradient` also dV/dx (m^2): of the nodes of the slices [first, last) alone, f and gradient
-/// being as long as x. The same bytes for any vector width.
-void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length, size_t first,
-                 size_t last, const Rows& x, const Rows& v, double dashpot, Rows& f,
+/// `gradient` also dV/dx (m^2): of the nodes of the slices `of` alone, f and gradient being as long
+/// as x. The same bytes for any vector width.
+void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length,
+                 RingSprings::Range of, const Rows& x, const Rows& v, double dashpot, Rows& f,
                  Rows* gradient);
 
 /// What of the springs' force is not in proportion to d = x_i - x_j, at the free nodes:

@@ -27,7 +27,7 @@ void name_bodies(const std::vector<std::string>& plain, const std::vector<char>&
 }
 
 int append_part(const fs::path& file, const MeshPart& about, const std::vector<Vec3>& vertices,
-                std::vector<Triangle> triangles, const Affine& place, Influences& influences,
+                const std::vector<Triangle>& triangles, const Affine& place, Influences& influences,
                 Character& character) {
   const auto fail = [&](const std::string& what) {
     throw Error(ExitCode::kInput, file.string() + ": mesh \"" + about.mesh + "\"" + what +

@@ -25,7 +25,7 @@ void name_bodies(const std::vector<std::string>& plain, const std::vector<char>&
 /// `mesh` and its triangles go to `place`, a mirroring one turns triangles about. The index of the
 /// first vertex. `part` is in the file's frame of the mesh. Error(kInput) where a place is none.
 int append_part(const std::filesystem::path& file, const MeshPart& about,
-                const std::vector<Vec3>& vertices, std::vector<Triangle> triangles,
+                const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                 const Affine& place, Influences& influences, Character& character);
 
 /// Vertices from `first` on that nobody weighted go with a body that lies at `bind`.

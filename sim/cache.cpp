@@ -257,13 +257,13 @@ BakeWriter::BakeWriter(const fs::path& folder, const BakeInfo& info, bool resume
 
   // What is not of the good run is dropped: from the manifest first.
   std::string manifest;
-  std::set<std::string> kept = {"manifest.jsonl", "bake.json"};
+  std::set<std::string> kept = {kManifest, "bake.json"};
   for (const Part& part : data.parts) {
     manifest += manifest_line(part) + "\n";
     kept.insert(part.file);
     data.completed.push_back(part.frame);
   }
-  replace_durably(data.parts_folder / "manifest.jsonl", manifest);
+  replace_durably(data.parts_folder / kManifest, manifest);
   remove_parts(data.parts_folder, kept);
 }
 
@@ -291,7 +291,7 @@ void BakeWriter::write(const BakeFrame& frame) {
   const std::string bytes = encode_part(frame);
   const Part part{frame.frame, part_file(frame.frame), bytes.size(), hash_of(bytes)};
   replace_durably(data.parts_folder / part.file, bytes);
-  append_durably(data.parts_folder / "manifest.jsonl", manifest_line(part));
+  append_durably(data.parts_folder / kManifest, manifest_line(part));
   data.parts.push_back(part);
 }
 

@@ -148,7 +148,7 @@ std::string hash_differences(const json& was, const json& is, const char* before
 // Up to the first line that is torn or no part's.
 std::vector<Part> read_manifest(const fs::path& folder) {
   std::vector<Part> parts;
-  const fs::path manifest = folder / "manifest.jsonl";
+  const fs::path manifest = folder / kManifest;
   std::error_code error;
   if (!fs::exists(manifest, error)) return parts;
   std::istringstream lines(read_whole_file(manifest, kLongestText));
@@ -172,7 +172,7 @@ std::vector<Part> read_manifest(const fs::path& folder) {
 bool is_of_parts(std::string name) {
   if (name.starts_with(".thew-")) return true;
   if (name.ends_with(".tmp")) name.resize(name.size() - 4);
-  if (name == "bake.json" || name == "manifest.jsonl" || name == "bake.h5") return true;
+  if (name == "bake.json" || name == kManifest || name == "bake.h5") return true;
   constexpr std::string_view kBegin = "frame.", kEnd = ".part";
   if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return false;
   const std::string number = name.substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
@@ -297,11 +297,17 @@ std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
 void remove_parts(const fs::path& folder, const std::set<std::string>& kept) {
   struct stat about {};
   if (::lstat(folder.c_str(), &about) != 0 || !S_ISDIR(about.st_mode)) return;
+  const auto is_ours = [&](const fs::path& path) {
+    const std::string name = path.filename().string();
+    return is_of_parts(name) && !kept.contains(name) && ::lstat(path.c_str(), &about) == 0 &&
+           S_ISREG(about.st_mode);
+  };
+  // First what lists the others: where the disk fails or a kill comes between, no part is listed
+  // that is not there.
+  if (const fs::path list = folder / kManifest; is_ours(list)) remove_file(list);
   bool empty = true;
   for (const fs::path& path : paths_in(folder)) {
-    const std::string name = path.filename().string();
-    const bool ours = is_of_parts(name) && ::lstat(path.c_str(), &about) == 0 &&
-                      S_ISREG(about.st_mode) && !kept.contains(name);
+    const bool ours = is_ours(path);
     if (ours) remove_file(path);
     empty = empty && ours;
   }

@@ -17,6 +17,7 @@ namespace thew {
 //   · M times [N, 3] positions · [K] metrics · [S] state
 // The manifest has its size and hash, so that a byte that changed is found.
 
+inline constexpr const char* kManifest = "manifest.jsonl";
 /// bake.h5 while it is being packed, among the parts.
 inline constexpr const char* kPacked = "bake.h5.tmp";
 

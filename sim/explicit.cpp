@@ -118,7 +118,7 @@ VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, con
   };
   for (size_t s = 0; s < slices; s += block) {
     const size_t last = std::min(slices, s + block);
-    ring_forces(rings, rest_length, s, last, now.x, now.v, kDashpot, work.forces,
+    ring_forces(rings, rest_length, {s, last}, now.x, now.v, kDashpot, work.forces,
                 has_volume ? &volume.gradient : nullptr);
     if (has_shape) add_shape_forces(kick.muscle, kick.target, now.x, work.forces);
     (has_volume ? kick_with_volume : kick_plainly)(rings.order, end_of(s), end_of(last), body,

@@ -101,7 +101,7 @@ bool is_there(const fs::path& file) {
 // Of processes that may know each other by number: this boot of this machine, this container. ""
 // where that is not to be had.
 const std::string& realm() {
-  static const std::string name = [] {
+  static const std::string kName = [] {
     char space[64];
     const ssize_t length = ::readlink("/proc/self/ns/pid", space, sizeof space);
     std::string boot;
@@ -115,7 +115,7 @@ const std::string& realm() {
     if (length <= 0 || boot.empty()) return std::string();
     return hash_of(boot + std::string(space, static_cast<std::size_t>(length))).substr(0, 8);
   }();
-  return name;
+  return kName;
 }
 
 // Ours by its name, and of a process that is no more.

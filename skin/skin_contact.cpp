@@ -70,7 +70,7 @@ FleshValue too_near(const SkinModel& model, const std::vector<Collider>& below, 
     return flesh;
   };
   const double away = moved(state, i);
-  const FleshValue flesh = value(away);
+  FleshValue flesh = value(away);
   if (!flesh.found || away == 0.0) return flesh;
   look_below_node(model, below, i, state);
   return value(0.0);

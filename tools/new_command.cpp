@@ -243,9 +243,7 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
   }
 }
 
-}  // namespace
-
-ExitCode new_command(const NewOptions& options) {
+void check_options(const NewOptions& options) {
   if (options.out.extension() != ".toml") {
     throw Error(ExitCode::kUsage,
                 options.out.string() + ": a scene's name ends in .toml; give --out SCENE.toml");
@@ -259,6 +257,12 @@ ExitCode new_command(const NewOptions& options) {
     throw Error(ExitCode::kUsage,
                 "--scale is " + number_text(*options.scale) + "; give a number from 1e-6 to 1e6");
   }
+}
+
+}  // namespace
+
+ExitCode new_command(const NewOptions& options) {
+  check_options(options);
   claim({options.out}, options.force);
   const Template from = read_template();
   if (!names_character(options.character)) {

@@ -76,7 +76,7 @@ Limb::Limb(const TriMesh& mesh) : mesh_(mesh) {
 }
 
 double Limb::way_out(const Vec3& from, const Vec3& to) const {
-  const std::vector<Vec3>& x_ = mesh_.vertices;
+  const std::vector<Vec3>& x = mesh_.vertices;
   const Vec3 across = to.unitOrthogonal(), over = to.cross(across);
   struct Hit {
     double at;
@@ -92,7 +92,7 @@ double Limb::way_out(const Vec3& from, const Vec3& to) const {
     Eigen::Vector2d p[3];
     double depth[3];
     for (int k = 0; k < 3; ++k) {
-      const Vec3 d = x_[t[k]] - from;
+      const Vec3 d = x[t[k]] - from;
       p[k] = {across.dot(d), over.dot(d)};
       depth[k] = to.dot(d);
     }

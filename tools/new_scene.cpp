@@ -84,7 +84,9 @@ std::array<double, 2> thickness_of(const Target& to) {
           to.fit.across * girth.mean(elbow - 0.05, wrist)};
 }
 
-void add_arm(const Target& to, NewArms& out) {
+namespace {
+
+void add_bones(const Target& to, NewArms& out) {
   const Template& from = to.from;
   for (int b = 0; b < from.skeleton.size(); ++b) {
     for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
@@ -104,10 +106,14 @@ void add_arm(const Target& to, NewArms& out) {
                  "\nmesh = " + quoted(file.string()) + "\n\n";
     }
   }
+}
+
+void add_muscles(const Target& to, NewArms& out) {
+  const Template& from = to.from;
   double volume = 0.0, own_volume = 0.0;
   for (const SceneMuscle& muscle : from.scene.muscles) {
     const std::string name = muscle.name + "_" + to.side;
-    const fs::path file = fs::path("muscles") / (muscle.name + "_" + to.side + ".obj");
+    const fs::path file = fs::path("muscles") / (name + ".obj");
     const TriMesh before = import_closed_mesh(muscle.mesh);
     const TriMesh mesh = mapped_muscle(to, before);
     std::vector<Vec3> points = before.vertices;
@@ -128,35 +134,46 @@ void add_arm(const Target& to, NewArms& out) {
   }
   out.volume += volume;
   out.own_volume += own_volume;
-  out.lengths.push_back(to.fit.across);
   out.in_proportion += volume / std::pow(to.fit.across, 3);
   out.fill = std::min(out.fill, volume / to.fit.size.room / (own_volume / to.fit.own_size.room));
   for (const auto& [a, b] : kMayOverlap) {
     out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(std::string(a) + "_" + to.side) +
                   ", " + quoted(std::string(b) + "_" + to.side) + "]";
   }
+}
+
+std::string hinge_text(const Target& to, const std::string& elbow) {
   Pose bind;
   forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),
                      bind);
-  const double degrees = to.fit.at_bind / kDegree;
-  const std::string elbow = "elbow_" + to.side;
-  out.rig +=
+  const Mat3 into = bind[to.arm.forearm].linear().transpose();
+  std::string text =
       "[[rig.hinge]]  # 0 is the straight arm in which the muscles are made\nname = " +
       quoted(elbow) + "\nbody = " + quoted(to.name_of(to.arm.forearm)) + "\naxis = [" +
-      metres(bind[to.arm.forearm].linear().transpose() * to.fit.hinge_axis, ", ") +
-      "]\nat_bind = " + number_text(degrees) +
-      (to.fit.roll == 0.0
-           ? ""
-           : "\nroll = " + number_text(to.fit.roll / kDegree) +
-                 "  # as its animations have it\nalong = [" +
-                 metres(bind[to.arm.forearm].linear().transpose() * to.fit.along, ", ") + "]") +
-      "\nrange = [0, 140]\n" + forearm_text(to) + "\n";
+      metres(into * to.fit.hinge_axis, ", ") +
+      "]\nat_bind = " + number_text(to.fit.at_bind / kDegree) + "\n";
+  if (to.fit.roll != 0.0) {
+    text += "roll = " + number_text(to.fit.roll / kDegree) +
+            "  # as its animations have it\nalong = [" + metres(into * to.fit.along, ", ") + "]\n";
+  }
+  return text + "range = [0, 140]\n" + forearm_text(to) + "\n";
+}
+
+}  // namespace
+
+void add_arm(const Target& to, NewArms& out) {
+  add_bones(to, out);
+  add_muscles(to, out);
+  out.lengths.push_back(to.fit.across);
+  const std::string elbow = "elbow_" + to.side;
+  out.rig += hinge_text(to, elbow);
   const auto [upper, fore] = thickness_of(to);
   out.thickness = std::min({out.thickness, upper, fore});
   out.slender =
       out.slender || upper < kSlender * to.fit.along_upper || fore < kSlender * to.fit.along_fore;
-  out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + number_text(degrees) +
-              "], [36, 120], [37, 120], [72, " + number_text(degrees) + "]]";
+  const std::string degrees = number_text(to.fit.at_bind / kDegree);
+  out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + degrees +
+              "], [36, 120], [37, 120], [72, " + degrees + "]]";
 }
 
 namespace {

@@ -56,6 +56,19 @@ ordered_json plan_as_json(const FidelityPlan& plan, double tolerance, double sec
           {"raised", plan.raised}};
 }
 
+ordered_json origin_as_json(const Report::Origin& from) {
+  return {{"scene", from.scene},      {"scene_hash", from.scene_hash},
+          {"command", from.command},  {"commit", from.commit},
+          {"date", from.date},        {"host", from.host},
+          {"renderer", from.renderer}};
+}
+
+ordered_json seconds_as_json(const Report::Seconds& s) {
+  return {{"total", s.total},   {"setup", s.setup}, {"settle", s.settle},   {"measure", s.measure},
+          {"report", s.report}, {"rig", s.rig},     {"muscles", s.muscles}, {"contact", s.contact},
+          {"skin", s.skin},     {"write", s.write}, {"render", s.render}};
+}
+
 // JSON has no word for what is not a number; the library would write null in silence.
 void check_finite(const ordered_json& value, const std::string& place) {
   if (value.is_number_float() && !std::isfinite(value.get<double>())) {
@@ -78,7 +91,6 @@ std::string report_as_json(const Report& report) {
                       {"limit", bound.limit},
                       {"met", bound.met()}});
   }
-  const Report::Seconds& s = report.seconds;
   ordered_json solver = {{"integrator", report.solver.integrator},
                          {"volume", report.solver.volume},
                          {"substeps", report.solver.substeps},
@@ -105,7 +117,6 @@ std::string report_as_json(const Report& report) {
                      {"because", rung.because},
                      {"max_penetration_m", rung.max_penetration_m}});
   }
-  const Report::Origin& from = report.origin;
   const ordered_json all = {
       {"thew", report.thew},
       {"scene", report.scene},
@@ -120,26 +131,8 @@ std::string report_as_json(const Report& report) {
        {{"max_penetration_m", report.contact.max_penetration_m},
         {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},
       {"rungs", rungs},
-      {"origin",
-       {{"scene", from.scene},
-        {"scene_hash", from.scene_hash},
-        {"command", from.command},
-        {"commit", from.commit},
-        {"date", from.date},
-        {"host", from.host},
-        {"renderer", from.renderer}}},
-      {"seconds",
-       {{"total", s.total},
-        {"setup", s.setup},
-        {"settle", s.settle},
-        {"measure", s.measure},
-        {"report", s.report},
-        {"rig", s.rig},
-        {"muscles", s.muscles},
-        {"contact", s.contact},
-        {"skin", s.skin},
-        {"write", s.write},
-        {"render", s.render}}},
+      {"origin", origin_as_json(report.origin)},
+      {"seconds", seconds_as_json(report.seconds)},
       {"bounds", bounds},
       {"warnings", report.warnings}};
   check_finite(all, "");

@@ -250,7 +250,7 @@ std::vector<std::string> names_of(const CLI::App& command, bool options) {
 
 // The nearest name, or the only one that the word begins.
 std::string meant(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = nearest_name(word, names);
+  std::string near = nearest_name(word, names);
   if (!near.empty()) return near;
   const auto begun = [&](const std::string& name) { return name.starts_with(word); };
   if (std::count_if(names.begin(), names.end(), begun) != 1) return "";

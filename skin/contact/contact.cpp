@@ -135,7 +135,7 @@ Vec3 normal_against(const Collider& self, int node, const Collider& target,
     return steady_normal(own_normal(),
                          smooth_normal(surface, x, found.triangle, found.barycentric));
   }
-  const Vec3 face = face_normal(surface, x, found.triangle);
+  Vec3 face = face_normal(surface, x, found.triangle);
   if (is_flat(surface, x, found.triangle, face, found.barycentric, settings.margin) &&
       (found.distance > -touching || points_against(self, node, face))) {
     return face;

@@ -69,7 +69,7 @@ ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double 
   // What may lie deeper than that is looked for anywhere, to learn its side.
   const double within =
       clear < -reach ? kAnywhere : std::min(reach, std::max(kAhead * margin, -clear));
-  const ClosestPoint found =
+  ClosestPoint found =
       closest_point(*surface.surface, *surface.bvh, *surface.x, p, within, known.triangle[i]);
   clear = found.triangle < 0 ? within : found.distance;
   if (found.triangle >= 0) known.triangle[i] = found.triangle;

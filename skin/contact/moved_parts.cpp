@@ -76,6 +76,12 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
   return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
 }
 
+// Not a lambda: what is not inlined, as at -O0, would return a row otherwise than a clone for wider
+// vectors takes it.
+[[gnu::always_inline]] inline Row part_of(const Lanes* lanes, int k) {
+  return Row{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
+}
+
 }  // namespace
 
 THEW_VECTORISED
@@ -116,11 +122,9 @@ Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& w
 THEW_VECTORISED
 void find_nearings(const MovedParts& parts, const MovedParts& of, double enough,
                    std::array<Nearing, kParts>& by_part) {
-  for (size_t k = 0; k < of.roots.size(); ++k) {
-    const auto at = [&](const Lanes* lanes) {
-      return Row{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
-    };
-    by_part[k] = nearing_of(parts, {at(of.low), at(of.high)}, {at(of.least), at(of.most)}, enough);
+  for (int k = 0; k < static_cast<int>(of.roots.size()); ++k) {
+    by_part[k] = nearing_of(parts, {part_of(of.low, k), part_of(of.high, k)},
+                            {part_of(of.least, k), part_of(of.most, k)}, enough);
   }
 }
 

@@ -59,9 +59,9 @@ TEST(RingSprings, HaveTheForcesOfThePairs) {
     Rows pairs(body.x.size(), Row{}), rings(body.x.size()), gradient(body.x.size()), expected;
     add_spring_forces(body.springs, body.springs.rest_length, body.x, pairs);
     const size_t middle = body.rings.slices.size() / 2, end = body.rings.slices.size();
-    ring_forces(body.rings, body.rings.rest_length, middle, end, body.x, body.v, 0.0, rings,
+    ring_forces(body.rings, body.rings.rest_length, {middle, end}, body.x, body.v, 0.0, rings,
                 &gradient);
-    ring_forces(body.rings, body.rings.rest_length, 0, middle, body.x, body.v, 0.0, rings,
+    ring_forces(body.rings, body.rings.rest_length, {0, middle}, body.x, body.v, 0.0, rings,
                 &gradient);
     volume_gradient(body.x, mesh.triangles, expected);
     for (size_t i = 0; i < pairs.size(); ++i) {
@@ -106,9 +106,10 @@ TEST(RingSprings, HaveThePairsProjectionsAndEdges) {
 TEST(RingSprings, DashpotsGiveNoMomentum) {
   const Bodies body = moved(octahedron());
   Rows still(body.x.size()), damped(body.x.size());
-  const size_t end = body.rings.slices.size();
-  ring_forces(body.rings, body.rings.rest_length, 0, end, body.x, body.v, 0.0, still, nullptr);
-  ring_forces(body.rings, body.rings.rest_length, 0, end, body.x, body.v, 1e-2, damped, nullptr);
+  ring_forces(body.rings, body.rings.rest_length, body.rings.all(), body.x, body.v, 0.0, still,
+              nullptr);
+  ring_forces(body.rings, body.rings.rest_length, body.rings.all(), body.x, body.v, 1e-2, damped,
+              nullptr);
   Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
   double power = 0.0, size = 0.0;
   for (size_t i = 0; i < still.size(); ++i) {

@@ -186,10 +186,12 @@ void raise_walls(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
     if (wall.hold <= 0.0) continue;
     const Vec3 place = place_of(skin.points[p], x);
     const double lack = lack_of(skin, work.spots, place, wall.normal) - skin.points[p].lack;
-    // Where little is asked for the place is not held either, or it would be all at once.
-    const double share = wall.hold * smoothstep(0.0, skin.settings.thickness, lack);
+    // Where little is asked for the place is not held either, or it would be all at once; but it is
+    // let go by a thickness at most, or what lies far above its wall would be taken up all at once.
+    const double thickness = skin.settings.thickness;
+    const double share = wall.hold * smoothstep(0.0, thickness, lack);
     const double asked = wall.normal.dot(place) + std::max(lack, 0.0);
-    wall.least += share * std::max(asked - wall.least, 0.0);
+    wall.least = std::max(wall.least, asked - (1.0 - share) * thickness);
   }
 }
 

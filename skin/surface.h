@@ -82,7 +82,7 @@ ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int tria
                                  const Vec3& p);
 
 /// Pairs (i, j), i < j for one surface with itself, of properly crossing triangles; triangles that
-/// share a vertex are left out. For reports and checks, not for the solver.
+/// share a vertex are left out.
 std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
                                                    const Rows& xa, const Surface& b,
                                                    const Bvh& bvh_b, const Rows& xb);

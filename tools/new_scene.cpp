@@ -217,10 +217,6 @@ std::string skin_text(const NewArms& written) {
 
 }  // namespace
 
-// Over the template's arm, a grown person's: its lengths are theirs as they are. At 0.85 the skin
-// of a fold would go in steps of 0.46 mm in a 64th of a frame, at 1 in 0.29.
-constexpr double kSmall = 0.78, kLarge = 1.25;
-
 double NewArms::size() const {
   return std::accumulate(lengths.begin(), lengths.end(), 0.0) / lengths.size();
 }
@@ -228,11 +224,9 @@ double NewArms::size() const {
 std::string scene_text(const std::string& name, const fs::path& character_file, double scale,
                        const Character& character, const ContactSettings& contact,
                        const NewArms& arms, const std::string& views) {
-  char size[80] = "";
-  if (arms.size() < kSmall || arms.size() > kLarge) {
-    std::snprintf(size, sizeof size, "size = %.3g  # of the template's arm, by its length\n",
-                  arms.size());
-  }
+  char size[80];
+  std::snprintf(size, sizeof size, "size = %.3g  # of the template's arm, by its length\n",
+                arms.size());
   return "# Twelve muscles an arm on " + character_file.filename().string() +
          ", made by `thew new`: metres, seconds, newtons. Yours to edit.\n[scene]\nname = " +
          quoted(name) + "\n" + size +

@@ -164,9 +164,9 @@ TEST_F(NewFigure, ChildAndGiantAreTheSameArm) {
   }
 }
 
-// A grown person's arm needs no size, and in the scene there is none.
-TEST_F(NewFigure, APersonsArmIsAsLargeAsTheTemplates) {
-  EXPECT_EQ(made(options(Figure())).size, 1.0);
+// The length of its arm over the template's, whose humerus measures 0.309 m to its 0.263.
+TEST_F(NewFigure, AnArmsSizeIsItsLengthOverTheTemplates) {
+  EXPECT_NEAR(made(options(Figure())).size, 0.85, 0.01);
 }
 
 TEST_F(NewFigure, UnitsAreTheUsersToName) {

@@ -213,6 +213,7 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   muscle.place = def.place;
   muscle.settings = def;
   muscle.rest = def.mesh;
+  if (def.zone) muscle.zone_links = surface_links(muscle.rest);
   muscle.order = def.order;
   muscle.authored_weights = def.weights;
   if (def.weights.empty()) muscle.authored_weights.assign(def.mesh.vertices.size(), 1.0);

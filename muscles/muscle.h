@@ -53,6 +53,7 @@ struct Muscle {
   FileOrder order;           ///< in which a bake has it
   double rest_volume = 0.0;  ///< m^3
   VolumeZones zones;         ///< empty: one multiplier for all of it
+  SurfaceLinks zone_links;   ///< of an automatic deformation zone; empty: the weights are fixed
   CarriedShape shape;
   Springs springs;
   RingSprings rings;                       ///< the same by node

@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <queue>
 
-#include "muscles/weights.h"
 #include "rig/math.h"
 
 namespace thew {
 namespace {
-
-struct Link {
-  int to;
-  double length;  // m
-};
 
 // Distance between p and q, the vertices opposite the edge a-b, in the plane that both triangles
 // unfold into; infinity where the straight line leaves the two triangles.
@@ -30,7 +24,9 @@ double unfolded_distance(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3
   return std::sqrt((qx - px) * (qx - px) + (py + qy) * (py + qy));
 }
 
-std::vector<std::vector<Link>> surface_links(const TriMesh& mesh) {
+}  // namespace
+
+SurfaceLinks surface_links(const TriMesh& mesh) {
   std::vector<std::array<int, 3>> sides;  // edge, smaller index first, and the vertex opposite
   for (const Triangle& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
@@ -39,47 +35,59 @@ std::vector<std::vector<Link>> surface_links(const TriMesh& mesh) {
     }
   }
   std::sort(sides.begin(), sides.end());
-  const std::vector<Vec3>& x = mesh.vertices;
-  std::vector<std::vector<Link>> links(x.size());
-  const auto link = [&](int i, int j, double length) {
-    links[i].push_back({j, length});
-    links[j].push_back({i, length});
-  };
+  SurfaceLinks out;
   for (size_t i = 0; i < sides.size(); ++i) {
     const auto [a, b, p] = sides[i];
     const bool seen = i > 0 && sides[i - 1][0] == a && sides[i - 1][1] == b;
-    if (!seen) {
-      link(a, b, (x[b] - x[a]).norm());
+    if (seen) {
+      out.pairs.push_back({{p, sides[i - 1][2]}, {a, b}});
     } else {
-      const int q = sides[i - 1][2];
-      link(p, q, unfolded_distance(x[a], x[b], x[p], x[q]));
+      out.pairs.push_back({{a, b}, {-1, -1}});
     }
   }
-  return links;
+  const size_t nodes = mesh.vertices.size();
+  std::vector<std::vector<SurfaceLinks::Link>> of_node(nodes);
+  for (int k = 0; k < static_cast<int>(out.pairs.size()); ++k) {
+    const auto [i, j] = out.pairs[k].ends;
+    of_node[i].push_back({j, k});
+    of_node[j].push_back({i, k});
+  }
+  out.first.push_back(0);
+  for (const auto& links : of_node) {
+    out.links.insert(out.links.end(), links.begin(), links.end());
+    out.first.push_back(static_cast<int>(out.links.size()));
+  }
+  return out;
 }
 
-}  // namespace
-
-std::vector<double> surface_distance(const TriMesh& mesh, const std::vector<int>& sources) {
-  const std::vector<std::vector<Link>> links = surface_links(mesh);
-  std::vector<double> distance(mesh.vertices.size(), std::numeric_limits<double>::infinity());
-  using Entry = std::pair<double, int>;  // Dijkstra, ties by index
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-  for (int source : sources) {
-    distance[source] = 0.0;
-    front.push({0.0, source});
+void surface_distance(const SurfaceLinks& links, const std::vector<Vec3>& x,
+                      const std::vector<int>& sources, ZoneWork& work,
+                      std::vector<double>& distance) {
+  work.lengths.clear();
+  for (const auto& [ends, edge] : links.pairs) {
+    const Vec3 &p = x[ends[0]], &q = x[ends[1]];
+    work.lengths.push_back(edge[0] < 0 ? (q - p).norm()
+                                       : unfolded_distance(x[edge[0]], x[edge[1]], p, q));
   }
+  distance.assign(x.size(), std::numeric_limits<double>::infinity());
+  std::vector<std::pair<double, int>>& front = work.front;  // Dijkstra, ties by index
+  const auto reach = [&](int node, double at) {
+    distance[node] = at;
+    front.emplace_back(at, node);
+    std::push_heap(front.begin(), front.end(), std::greater<>());
+  };
+  front.clear();
+  for (const int source : sources) reach(source, 0.0);
   while (!front.empty()) {
-    const auto [at, node] = front.top();
-    front.pop();
+    const auto [at, node] = front.front();
+    std::pop_heap(front.begin(), front.end(), std::greater<>());
+    front.pop_back();
     if (at > distance[node]) continue;
-    for (const auto& [to, length] : links[node]) {
-      if (!(at + length < distance[to])) continue;
-      distance[to] = at + length;
-      front.push({distance[to], to});
+    for (int k = links.first[node]; k < links.first[node + 1]; ++k) {
+      const auto& [to, pair] = links.links[k];
+      if (at + work.lengths[pair] < distance[to]) reach(to, at + work.lengths[pair]);
     }
   }
-  return distance;
 }
 
 double grown_radius(const ZoneSettings& settings, double radius, double load, double dt) {
@@ -93,18 +101,17 @@ double zone_weight(double distance, double radius) {
   return 0.5 * (sin_cos(kPi * distance / radius).cos + 1.0);
 }
 
-std::vector<double> zone_weights(const TriMesh& mesh, const std::vector<int>& loaded_nodes,
-                                 const Vec3& load_direction, const ZoneSettings& settings,
-                                 double radius) {
+void zone_weights(const SurfaceLinks& links, const std::vector<Vec3>& rest,
+                  const Vec3& load_direction, const ZoneSettings& settings, double radius,
+                  ZoneWork& work, std::vector<double>& weights) {
   // Distances along the load count for less: measure them on the mesh flattened along it.
-  TriMesh flattened = mesh;
-  for (Vec3& p : flattened.vertices) {
-    p -= settings.along_load * p.dot(load_direction) * load_direction;
-  }
-  std::vector<double> weights = surface_distance(flattened, loaded_nodes);
-  for (double& w : weights) w = zone_weight(w, radius);
-  const std::vector<char> none_driven(weights.size(), 0);
-  return normalised_weights(std::move(weights), none_driven);
+  work.x = rest;
+  for (Vec3& p : work.x) p -= settings.along_load * p.dot(load_direction) * load_direction;
+  surface_distance(links, work.x, work.loaded, work, weights);
+  double sum = 0.0;
+  for (double& w : weights) sum += w = zone_weight(w, radius);
+  const double scale = static_cast<double>(weights.size()) / sum;
+  for (double& w : weights) w *= scale;
 }
 
 }  // namespace thew

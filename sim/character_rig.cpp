@@ -40,8 +40,8 @@ void drive_bodies(const Model& model, double time, State& state) {
     animated_bodies(rig.character, rig.clip, std::max(time, 0.0), state.bodies);
     const double share = time >= 0.0 ? 1.0 : smoothstep(-model.settle, -0.5 * model.settle, time);
     if (share < 1.0) {
-      const std::vector<Affine> now = state.bodies;
-      blend_bodies(rig.character.skeleton, rig.rest, now, share, state.bodies);
+      state.bodies_of_clip = state.bodies;
+      blend_bodies(rig.character.skeleton, rig.rest, state.bodies_of_clip, share, state.bodies);
     }
     for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
     return;

@@ -68,7 +68,8 @@ void predict(const Muscle& muscle, double h, MuscleState& state) {
 
 void update_zone(const Muscle& muscle, double h, MuscleState& state) {
   if (!muscle.settings.zone) return;
-  std::vector<int> loaded;
+  std::vector<int>& loaded = state.volume.deformation_zone.loaded;
+  loaded.clear();
   Vec3 load = Vec3::Zero();
   for (size_t c = 0; c < state.contacts.size(); ++c) {
     if (state.normal_multiplier[c] <= 0.0) continue;
@@ -85,7 +86,8 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
   const double softness = SpringMaterial{}.young / muscle.settings.material.young;
   state.zone_radius = grown_radius(zone, std::max(state.zone_radius, zone.smallest_radius),
                                    softness * load.norm(), h);
-  state.weights = zone_weights(muscle.rest, loaded, load.normalized(), zone, state.zone_radius);
+  zone_weights(muscle.zone_links, muscle.rest.vertices, load.normalized(), zone, state.zone_radius,
+               state.volume.deformation_zone, state.weights);
   double sum = 0.0;
   for (size_t i = 0; i < state.weights.size(); ++i) {
     if (muscle.driven[i]) state.weights[i] = 0.0;

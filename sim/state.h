@@ -85,8 +85,9 @@ struct State {
   double time = 0.0;       ///< s, 0 at the first frame
   Pose pose, pose_before;  ///< of the step's end and beginning
   std::vector<double> joints;
-  std::vector<char> body_moved;  ///< by body, in this step
-  std::vector<Affine> bodies;    ///< of a character, stretch included
+  std::vector<char> body_moved;        ///< by body, in this step
+  std::vector<Affine> bodies;          ///< of a character, stretch included
+  std::vector<Affine> bodies_of_clip;  ///< the same, before they are blended with the bind pose
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   std::vector<Collider> colliders;  ///< of the step: they point into this state

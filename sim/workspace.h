@@ -7,6 +7,7 @@
 #include "muscles/ring_springs.h"
 #include "muscles/skyline.h"
 #include "muscles/volume_zones.h"
+#include "muscles/zone.h"
 #include "skin/contact/explicit_contact.h"
 
 namespace thew {
@@ -21,6 +22,7 @@ struct VolumeWork {
   std::vector<double> zone_targets;   ///< m^3, see zone_targets()
   std::vector<Rows> zone_directions;  ///< by cut, then the whole's
   ZoneScratch zones;
+  ZoneWork deformation_zone;
 };
 
 struct LocalGlobalWork {

@@ -94,6 +94,24 @@ Frames stepped_again(const Model& model, int count) {
   return frames;
 }
 
+// From the first frame on, the third time that all of it is done.
+long settled_again(const Model& model) {
+  constexpr int kTimes = 3;
+  Parallel parallel(2);
+  const State begin = initial_state(model);
+  State state = begin;
+  long first = 0, last = 0;
+  for (int time = 1; time <= kTimes; ++time) {
+    state = begin;
+    first = 0;
+    settle(model, parallel, state, [&] {
+      last = calls_of_new;
+      if (first == 0) first = last;
+    });
+  }
+  return last - first;
+}
+
 Model model_of(const std::string& scene, const std::vector<std::string>& overrides) {
   return build_model(read_scene(THEW_SOURCE_DIR "/" + scene, overrides));
 }
@@ -137,6 +155,15 @@ TEST_F(QuietStep, VolumeZones) {
   EXPECT_EQ(stepped_again(pair({"muscle.front.zones=4"}), 7).allocations, 0);
 }
 
+TEST_F(QuietStep, WeightsThatFollowTheLoad) {
+  const Model model =
+      pair({"muscle.front.weights={ zone = { smallest_radius = 0.005, per_impulse = 0.01 } }"});
+  ASSERT_TRUE(model.muscles[0].settings.zone || model.muscles[1].settings.zone);
+  const Frames frames = stepped_again(model, 7);
+  EXPECT_GT(frames.contacts, 20u);
+  EXPECT_EQ(frames.allocations, 0);
+}
+
 TEST_F(QuietStep, ALayeredSkin) {
   EXPECT_EQ(stepped_again(pair({}, true), 7).allocations, 0);
   EXPECT_EQ(stepped_again(pair({"skin.volume=exact"}, true), 7).allocations, 0) << "its volume";
@@ -175,6 +202,7 @@ TEST_F(QuietStep, ACharacter) {
     const Model with_skin = build_model(
         read_scene(write("scene.toml", begin + clip + end + "[skin]\nkind = \"skinned\"\n")));
     EXPECT_EQ(stepped_again(with_skin, 5).allocations, 0) << clip << "with its skin";
+    EXPECT_EQ(settled_again(model), 0) << clip << "while it settles";
   }
 }
 

@@ -134,7 +134,8 @@ TEST_F(ChildTest, IsGoneWithItsParent) {
   int status = 0;
   EXPECT_GT(waitpid(-1, &status, 0), 0);
   const bool killed = WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
-  const bool alone = WIFEXITED(status) && WEXITSTATUS(status) == 1;  // before it could ask for that
+  // 1: before it could ask for that; 0: it saw the socket closed before the signal came.
+  const bool alone = WIFEXITED(status) && WEXITSTATUS(status) <= 1;
   EXPECT_TRUE(killed || alone) << status;
   prctl(PR_SET_CHILD_SUBREAPER, 0);
 }

@@ -176,7 +176,7 @@ std::string title(const TomlValue& table) {
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = did_you_mean(word, names);
+  std::string near = did_you_mean(word, names);
   if (!near.empty()) return near;
   return names.empty() ? "" : "; there are " + names_text(names);
 }

@@ -127,8 +127,10 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
 
 /// A character's shoulder blade does not go along when its arm drops from the bind pose to the
 /// side, as a person's does: what a path has on it below the joint, the origin apart, would pass
-/// through the upper arm. It goes with the humerus instead, by a share of its turn; the path at
-/// rest is the same.
+/// through the upper arm. It goes with the humerus instead, by a share of its turn. A path that
+/// leaves the blade beside the joint for a place far down the humerus gets a point between that
+/// takes a share as well, so that it goes round the humerus' head when the arm is raised. The path
+/// at rest is the same.
 void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path);
 
 /// The rest pose: the bind pose with the elbow straight as the template's, and the forearm rolled

@@ -123,8 +123,8 @@ MusclePath mapped_path(const Target& to, MusclePath path) {
     wrap.axis = (to.rest[wrap.body].linear().transpose() * axis).normalized();
     if (to.fit.mirrored) wrap.turn = -wrap.turn;
   }
-  hold_at_shoulder(to.arm, to.rest, path);
   hold_at_elbow(to.fit, to.arm, to.rest, heights, path);
+  hold_at_shoulder(to.arm, to.rest, path);
   return path;
 }
 

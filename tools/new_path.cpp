@@ -40,6 +40,24 @@ void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path) 
     point = {arm.humerus, rest[arm.humerus].inverse() * world};
     share_turn(arm.clavicle, kShare, rest, point);
   }
+  // A path that leaves the blade beside the joint for a place far down the shaft would pass through
+  // the humerus' head when the arm is raised. A point near its beginning that takes a share of the
+  // turn keeps its distance from the joint. Chosen by ten random motions of the figure: the
+  // triceps' long head 13.0 mm in the humerus without it, 8.7 with 0.3 and 0.5, 6.9 with these.
+  constexpr double kFar = 2.0;  // times as far from the joint as where it leaves the blade
+  constexpr double kPart = 0.2, kHeldShare = 0.4;
+  for (size_t i = 0; i + 1 < path.points.size(); ++i) {
+    const PathPoint a = path.points[i], b = path.points[i + 1];
+    if (a.body != arm.clavicle || b.body != arm.humerus || b.with >= 0) continue;
+    const Vec3 from = rest[a.body] * a.position, to = rest[b.body] * b.position;
+    if ((to - joint).norm() < kFar * (from - joint).norm()) return;
+    PathPoint held{arm.humerus, rest[arm.humerus].inverse() * (from + kPart * (to - from))};
+    share_turn(arm.clavicle, kHeldShare, rest, held);
+    const int segment = static_cast<int>(i);
+    for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= segment;
+    path.points.insert(path.points.begin() + segment + 1, held);
+    return;
+  }
 }
 
 }  // namespace thew

@@ -79,6 +79,46 @@ TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
   }
 }
 
+// From behind the joint to far down the shaft: raised by 150 degrees in any plane, the path goes
+// round the head. At rest it is the same.
+TEST(HoldAtShoulder, GoesRoundTheHead) {
+  const ArmBodies arm{false, 0, 1, 2, 3, 2, 2};
+  Pose rest(4, Transform::Identity());
+  for (int b = 1; b < 4; ++b) rest[b].translation().y() = -0.3 * (b - 1);
+  const MusclePath plain{
+      {{0, Vec3(-0.015, -0.015, 0.0)}, {1, Vec3(-0.02, -0.11, 0.0)}, {2, Vec3(-0.02, 0.01, 0.0)}},
+      {{1, 1, Vec3(0.0, -0.3, 0.0), Vec3::UnitZ(), 0.01, 1.0}}};
+  MusclePath held = plain;
+  hold_at_shoulder(arm, rest, held);
+  ASSERT_EQ(held.points.size(), 4u);
+  EXPECT_EQ(held.wraps[0].segment, 2);
+  EXPECT_NEAR(trace_path(held, rest).length, trace_path(plain, rest).length, 1e-12);
+  const auto nearest = [](const MusclePath& path, const Pose& pose) {
+    const std::vector<Vec3> points = trace_path(path, pose).points;
+    double least = 1.0;  // m, to the joint at the origin
+    for (size_t i = 0; i + 1 < points.size(); ++i) {
+      const Vec3 along = points[i + 1] - points[i];
+      const double t = std::clamp(-along.dot(points[i]) / along.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (points[i] + t * along).norm());
+    }
+    return least;
+  };
+  double least = 1.0, least_of_plain = 1.0;
+  for (int plane = 0; plane < 12; ++plane) {
+    const auto [s, c] = sin_cos(plane * kPi / 6.0);
+    for (int degrees = 0; degrees <= 150; degrees += 10) {
+      const Mat3 turn = rotation_about(Vec3(c, 0.0, s), degrees * kDegree);
+      Pose pose = rest;
+      for (int b = 1; b < 4; ++b) pose[b] = Transform(turn) * rest[b];
+      least = std::min(least, nearest(held, pose));
+      least_of_plain = std::min(least_of_plain, nearest(plain, pose));
+    }
+  }
+  const double origin = plain.points[0].position.norm();
+  EXPECT_LT(least_of_plain, 0.3 * origin);
+  EXPECT_GT(least, 0.5 * origin);
+}
+
 TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";
   const Character man = import_character(data("cesium_man.gltf"));

@@ -9,12 +9,12 @@
 #include <cmath>
 #include <functional>
 
-#include "sim/contacts.h"
-#include "sim/drive.h"
-#include "sim/fidelity.h"
-#include "sim/health.h"
-#include "sim/muscle_step.h"
-#include "sim/rungs.h"
+#include "sim/solver/contacts.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/health.h"
+#include "sim/solver/levels.h"
+#include "sim/solver/muscle_step.h"
+#include "sim/solver/rungs.h"
 
 namespace thew {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "sim/parallel.h"
-#include "sim/state.h"
+#include "sim/solver/parallel.h"
+#include "sim/solver/state.h"
 
 namespace thew {
 

@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # House rules that a machine can check: include_order.sh ROOT [private headers...]
-#  - include only to the left: rig < muscles < skin < sim < tools < tests
+#  - include only to the left: rig < muscles < skin < sim < tools < tests, and inside of these the
+#    rooms in the order of the list below; tools/author and tools/lab come after the product, so that
+#    nothing of it includes them
+#  - a folder holds 30 files of code at most
 #  - public headers include nothing but Thew, Eigen and the standard library, GL lives in tools only
 #  - rig, muscles and skin print nothing, read no clock, start no thread; up to sim no function of
 #    libm whose bytes differ by processor
@@ -16,6 +19,11 @@ find rig muscles skin sim tools tests \
   BEGIN {
     count = split("rig muscles skin sim tools tests", order, " ")
     for (i = 1; i <= count; ++i) rank[order[i]] = i
+    count = split("rig rig/import muscles skin/surface skin/contact skin sim/cache sim/scene " \
+        "sim/solver sim sim/fidelity sim/bake tools/base tools/render tools/report tools/export " \
+        "tools/compare tools/inspect tools/fit tools/cli tools/author tools/lab/elements " \
+        "tools/lab/paper tools/lab/chart tools/lab/peers tools/lab/bench tools/lab", rooms, " ")
+    for (i = 1; i <= count; ++i) room_rank[rooms[i]] = i
     count = split(private, list, " ")
     for (i = 1; i <= count; ++i) hidden[list[i]] = 1
   }
@@ -23,6 +31,12 @@ find rig muscles skin sim tools tests \
   FNR == 1 {
     ++files
     folder = substr(FILENAME, 1, index(FILENAME, "/") - 1)
+    room = FILENAME
+    sub(/\/[^\/]*$/, "", room)
+    code = FILENAME ~ /\.(h|cpp)$/
+    if (code && ++filled[room] == 31) complain(room " holds more than 30 files of code")
+    if (code && folder != "tests" && !(room in room_rank))
+      complain(room " is in no order; give it a place in tests/include_order.sh")
     public = FILENAME ~ /\.h$/ && rank[folder] < rank["tools"] && !(FILENAME in hidden)
     licensed = 0
   }
@@ -35,6 +49,10 @@ find rig muscles skin sim tools tests \
     if (!(target in rank) && folder != "tests")
       complain("\"" part[2] "\" has no folder; write \"folder/file.h\"")
     if (rank[target] > rank[folder]) complain(folder " includes " target ", to its right")
+    their_room = part[2]
+    sub(/\/[^\/]*$/, "", their_room)
+    if (room in room_rank && room_rank[their_room] > room_rank[room])
+      complain(room " includes " their_room ", to its right")
     if (public && part[2] in hidden) complain("public header includes the private " part[2])
   }
   /^[ \t]*#[ \t]*include[ \t]*</ {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "skin/surface.h"
+#include "skin/surface/surface.h"
 
 namespace thew {
 

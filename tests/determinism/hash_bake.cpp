@@ -6,9 +6,9 @@
 #include <fstream>
 #include <string>
 
-#include "sim/bake.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
+#include "sim/bake/bake.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
 
 int main(int argc, char** argv) {
   std::string scene = argc > 2 ? argv[2] : "", frames, out;

@@ -9,14 +9,14 @@
 #include <string_view>
 
 #include "rig/clip.h"
-#include "rig/mesh_import.h"
+#include "rig/import/mesh_import.h"
+#include "rig/import/urdf_import.h"
 #include "rig/skeleton.h"
-#include "rig/urdf_import.h"
-#include "sim/cache.h"
-#include "sim/cache_parts.h"
-#include "sim/hash.h"
-#include "sim/scene.h"
-#include "sim/scene_reader.h"
+#include "sim/cache/cache.h"
+#include "sim/cache/cache_parts.h"
+#include "sim/cache/hash.h"
+#include "sim/scene/reader.h"
+#include "sim/scene/scene.h"
 
 namespace thew {
 

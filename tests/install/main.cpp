@@ -3,12 +3,12 @@
 #include <cstdio>
 
 #include "muscles/volume.h"
+#include "rig/import/mesh_import.h"
+#include "rig/import/urdf_import.h"
 #include "rig/mesh.h"
-#include "rig/mesh_import.h"
-#include "rig/urdf_import.h"
-#include "sim/cache.h"
-#include "sim/scene.h"
-#include "skin/surface.h"
+#include "sim/cache/cache.h"
+#include "sim/scene/scene.h"
+#include "skin/surface/surface.h"
 
 // The library was built so; with another alignment Skeleton and its like would be laid out anew.
 static_assert(alignof(thew::Transform) == alignof(double));

@@ -19,7 +19,7 @@
 #include <thread>
 #include <vector>
 
-#include "sim/hash.h"
+#include "sim/cache/hash.h"
 
 namespace thew {
 

@@ -299,27 +299,33 @@ std::set<std::string> options_in(const std::string& text) {
 // files names its options only.
 TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
   const std::vector<std::pair<std::string, std::vector<Words>>> commands_of = {
-      {"tools/bake_", {{"bake"}, {"render"}}},
-      {"tools/chart_", {{"chart"}}},
-      {"tools/compare", {{"compare"}}},
-      {"tools/export_", {{"export"}}},
-      {"tools/golden_", {{"golden", "update"}, {"golden", "check"}}},
-      {"tools/inspect", {{"inspect"}}},
-      {"tools/repair", {{"inspect"}}},
-      {"tools/new_", {{"new"}}},
-      {"tools/paper_", {{"paper"}}},
-      {"sim/cache_parts.cpp", {{"bake"}}},  // read where a bake is resumed only
-      {"sim/state_archive.cpp", {{"bake"}}}};
+      {"tools/cli/bake_", {{"bake"}, {"render"}}},
+      {"tools/cli/compare_", {{"compare"}}},
+      {"tools/compare/", {{"compare"}}},
+      {"tools/cli/export_", {{"export"}}},
+      {"tools/export/", {{"export"}}},
+      {"tools/cli/golden_", {{"golden", "update"}, {"golden", "check"}}},
+      {"tools/compare/golden_", {{"golden", "update"}, {"golden", "check"}}},
+      {"tools/cli/inspect_", {{"inspect"}}},
+      {"tools/inspect/", {{"inspect"}}},
+      {"tools/cli/new_", {{"new"}}},
+      {"tools/fit/", {{"new"}}},
+      {"tools/lab/chart/", {{"chart"}}},
+      {"tools/lab/paper/", {{"paper"}}},
+      {"sim/cache/cache_parts.cpp", {{"bake"}}},  // read where a bake is resumed only
+      {"sim/solver/state_archive.cpp", {{"bake"}}}};
   // Places in a scene that the command line set; and what reads the option named.
   const std::map<std::string, std::set<std::string>> own = {
-      {"sim/scene_toml.cpp", {"--set"}},
-      {"sim/scene_toml.h", {"--set"}},
-      {"sim/own_files.cpp", {"--overwrite"}},  // that all who write have, see below
-      {"tools/options.cpp", {"--frames", "--progress"}},
-      {"tools/chart_plot.cpp", {"--width", "--output"}},  // of rsvg-convert
-      {"tools/compare_html.cpp", {"--cut"}},              // of its style sheet
-      {"tools/thew.cpp", options_in(run({"bake", "--help"}).output + run({"new", "--help"}).output +
-                                    run({"--help"}).output)}};
+      {"sim/scene/toml.cpp", {"--set"}},
+      {"sim/scene/toml.h", {"--set"}},
+      {"sim/cache/own_files.cpp", {"--overwrite"}},  // that all who write have, see below
+      {"tools/base/options.cpp", {"--frames", "--progress"}},
+      {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
+      {"tools/compare/compare_html.cpp", {"--cut"}},          // of its style sheet
+      {"tools/cli/program_main.cpp",
+       options_in(run({"bake", "--help"}).output + run({"--help"}).output)},
+      {"tools/cli/thew.cpp",
+       options_in(run({"bake", "--help"}).output + run({"new", "--help"}).output)}};
   std::map<Words, std::set<std::string>> helps;
   const auto help_of = [&](const Words& command) {
     if (!helps.contains(command)) {
@@ -332,10 +338,12 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
   static const std::regex kLiteral("\"(?:[^\"\\\\]|\\\\.)*\"");
   int seen = 0;
   for (const char* folder : {"rig", "muscles", "skin", "sim", "tools"}) {
-    for (const auto& entry : fs::directory_iterator(fs::path(THEW_SOURCE_DIR) / folder)) {
-      const std::string name = folder + ("/" + entry.path().filename().string());
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(THEW_SOURCE_DIR) / folder)) {
+      const std::string name = fs::relative(entry.path(), THEW_SOURCE_DIR).string();
       const std::string ending = entry.path().extension();
-      if ((ending != ".cpp" && ending != ".h") || name.starts_with("tools/thew_")) continue;
+      if ((ending != ".cpp" && ending != ".h") || name.find("/thew_") != name.npos) {
+        continue;
+      }
       std::set<std::string> allowed = {"--help"};
       if (own.contains(name)) allowed.insert(own.at(name).begin(), own.at(name).end());
       for (const auto& [begin, commands] : commands_of) {

@@ -4,7 +4,7 @@
 #include <map>
 #include <random>
 
-#include "sim/own_files.h"
+#include "sim/cache/own_files.h"
 #include "tests/kill/bake_process.h"
 
 namespace thew {

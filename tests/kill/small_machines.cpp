@@ -2,7 +2,7 @@
 // Commands where memory or stacks are small: they draw, or end with 75 and the limit's name.
 #include <sys/resource.h>
 
-#include "bake_process.h"
+#include "tests/kill/bake_process.h"
 
 namespace thew {
 namespace {

@@ -13,7 +13,7 @@
 #include "muscles/volume.h"
 #include "muscles/weights.h"
 #include "muscles/zone.h"
-#include "tests/unit/muscles_shapes.h"
+#include "tests/unit/muscles/shapes.h"
 
 namespace thew {
 namespace {

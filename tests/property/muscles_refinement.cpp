@@ -7,7 +7,7 @@
 
 #include "muscles/springs.h"
 #include "muscles/volume.h"
-#include "tests/unit/muscles_shapes.h"
+#include "tests/unit/muscles/shapes.h"
 
 namespace thew {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "../unit/rig_shapes.h"
+#include "rig/import/mesh_import.h"
 #include "rig/math.h"
-#include "rig/mesh_import.h"
+#include "tests/unit/rig/shapes.h"
 
 namespace thew {
 namespace {

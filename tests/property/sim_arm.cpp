@@ -11,12 +11,12 @@
 
 #include "muscles/volume.h"
 #include "rig/math.h"
-#include "sim/bake.h"
-#include "sim/drive.h"
-#include "sim/fidelity_planner.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/bake/bake.h"
+#include "sim/fidelity/planner.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
 
 namespace thew {
 namespace {

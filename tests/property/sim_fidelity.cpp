@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "muscles/volume.h"
-#include "sim/bake.h"
-#include "sim/fidelity_planner.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
-#include "tests/unit/rig_temp.h"
+#include "sim/bake/bake.h"
+#include "sim/fidelity/planner.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
+#include "tests/unit/rig/temp.h"
 
 namespace thew {
 namespace {

@@ -10,14 +10,14 @@
 #include <fstream>
 #include <iterator>
 
-#include "sim/measure.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/bake/measure.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
-#include "tests/unit/muscles_shapes.h"
-#include "tests/unit/rig_temp.h"
-#include "tests/unit/sim_distance.h"
+#include "tests/unit/muscles/shapes.h"
+#include "tests/unit/rig/temp.h"
+#include "tests/unit/sim/distance.h"
 
 namespace thew {
 namespace {

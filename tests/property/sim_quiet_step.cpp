@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <new>
 
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
-#include "tests/unit/rig_temp.h"
+#include "tests/unit/rig/temp.h"
 
 namespace {
 

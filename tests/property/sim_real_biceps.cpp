@@ -3,11 +3,11 @@
 // A real muscle, in millimetres and of another person, flexes on bones beside it.
 #include <gtest/gtest.h>
 
-#include "../unit/rig_temp.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
+#include "tests/unit/rig/temp.h"
 
 namespace thew {
 namespace {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <map>
 
-#include "sim/drive.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

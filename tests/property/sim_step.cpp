@@ -7,12 +7,12 @@
 
 #include "muscles/volume.h"
 #include "rig/math.h"
-#include "sim/muscle_step.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/muscle_step.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
-#include "tests/unit/sim_distance.h"
+#include "tests/unit/sim/distance.h"
 
 namespace thew {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "muscles/volume.h"
-#include "sim/measure.h"
-#include "sim/muscle_step.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/bake/measure.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/muscle_step.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

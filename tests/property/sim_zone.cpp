@@ -5,12 +5,12 @@
 
 #include <algorithm>
 
-#include "sim/contacts.h"
-#include "sim/drive.h"
-#include "sim/measure.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/bake/measure.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/contacts.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
 namespace thew {

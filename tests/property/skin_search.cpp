@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "skin/contact/face_contact.h"
-#include "tests/unit/skin_shapes.h"
+#include "tests/unit/skin/shapes.h"
 
 namespace thew {
 namespace {

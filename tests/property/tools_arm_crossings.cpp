@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "sim/bake.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "tools/inspect_crossings.h"
+#include "sim/bake/bake.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "tools/inspect/crossings.h"
 
 namespace thew {
 namespace {

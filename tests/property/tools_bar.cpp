@@ -3,8 +3,8 @@
 // Zones against what is not this code: finite elements of the same bar under the same plates.
 #include <gtest/gtest.h>
 
-#include "tools/peers/bar_chart.h"
-#include "tools/peers/fem_ball.h"
+#include "tools/lab/elements/fem_ball.h"
+#include "tools/lab/peers/bar_chart.h"
 
 namespace thew {
 namespace {

@@ -3,12 +3,12 @@
 // A state that is written and read back takes the next step to the same bytes, in every frame: what
 // a resumed bake stands on; with its loops run backwards, too. Scenes with a fold, contact,
 // friction, a skin, a character, each integrator.
-#include "sim/fidelity_planner.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
-#include "tests/unit/sim_order.h"
-#include "tests/unit/tools_new.h"
+#include "sim/fidelity/planner.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
+#include "tests/unit/sim/order.h"
+#include "tests/unit/tools/fit/new.h"
 
 namespace thew {
 namespace {

@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <random>
 
-#include "../unit/tools_new.h"
 #include "rig/text.h"
-#include "sim/drive.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
+#include "tests/unit/tools/fit/new.h"
 
 namespace thew {
 namespace {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cctype>
 
-#include "../unit/rig_temp.h"
-#include "rig/character_import.h"
-#include "rig/mesh_import.h"
+#include "rig/import/character_import.h"
+#include "rig/import/mesh_import.h"
 #include "rig/text.h"
+#include "tests/unit/rig/temp.h"
 
 namespace thew {
 namespace {

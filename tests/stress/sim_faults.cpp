@@ -10,14 +10,14 @@
 #include <limits>
 #include <random>
 
-#include "sim/bake.h"
-#include "sim/cache_parts.h"
-#include "sim/health.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "sim/state_archive.h"
+#include "sim/bake/bake.h"
+#include "sim/cache/cache_parts.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/health.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
-#include "tests/unit/sim_order.h"
+#include "tests/unit/sim/order.h"
 
 namespace thew {
 // By the linker's names: the checks themselves, and what is called in their place.

@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <new>
 
-#include "sim/bake.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
+#include "sim/bake/bake.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
 
 namespace {
 

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "sim/bake.h"
-#include "sim/model.h"
-#include "sim/scene_model.h"
-#include "sim/scene_reader.h"
-#include "tests/unit/rig_temp.h"
+#include "sim/bake/bake.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/model.h"
+#include "sim/scene/reader.h"
+#include "tests/unit/rig/temp.h"
 
 namespace thew {
 namespace {

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/bake/bake.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/weights.h"
+#include "rig/text.h"
+#include "sim/bake/laps.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
+
+namespace thew {
+namespace {
+
+std::vector<Vec3> to_points(const Rows& rows) {
+  std::vector<Vec3> points;
+  points.reserve(rows.size());
+  for (const Row& row : rows) points.push_back(to_vec(row));
+  return points;
+}
+
+[[noreturn]] void stop_bake() { throw Error(ExitCode::kRetry, "interrupted; run again"); }
+
+// The measures of what is written are made here.
+BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const State& state,
+                   FrameMeasures& measures) {
+  BakeFrame frame;
+  frame.frame = number;
+  for (size_t m = 0; m < state.muscles.size(); ++m) {
+    frame.positions.push_back(by_file(model.muscles[m].order, to_points(state.muscles[m].x)));
+  }
+  for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
+  if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
+  measure_written(model, info, frame.positions, measures);
+  frame.metrics = flatten(measures);
+  frame.state = pack_state(state);
+  return frame;
+}
+
+BakeMesh bake_mesh(const Muscle& muscle) {
+  const FileOrder& order = muscle.order;
+  // Those that a scene would give as a list for the same bake, in the paper's unit.
+  const std::vector<char> all_free(muscle.authored_weights.size(), 0);
+  BakeMesh mesh{muscle.name,
+                BakeMesh::Kind::kMuscle,
+                muscle.rest,
+                normalised_weights(muscle.authored_weights, all_free),
+                {}};
+  for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
+    mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
+  }
+  mesh.rest.vertices = by_file(order, std::move(mesh.rest.vertices));
+  if (!order.node.empty()) mesh.rest.triangles = order.triangles;
+  mesh.weights = by_file(order, std::move(mesh.weights));
+  mesh.coordinates = by_file(order, std::move(mesh.coordinates));
+  return mesh;
+}
+
+}  // namespace
+
+BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const BakeOutput& output) {
+  BakeInfo info;
+  info.scene_name = model.name;
+  info.scene_hash = model.hash;
+  info.part_hashes = model.part_hashes;
+  info.scene_text = output.scene_text;
+  info.fps = model.fps;
+  info.double_precision = output.double_precision;
+  info.frames = frames;
+  info.metric_names = measure_names(model);
+  for (const Muscle& muscle : model.muscles) {
+    info.meshes.push_back(bake_mesh(muscle));
+  }
+  for (const Bone& bone : model.bones) {
+    info.meshes.push_back({bone.name, BakeMesh::Kind::kBone, bone.in_body, {}, {}});
+  }
+  if (model.has_skin) {
+    TriMesh rest{to_points(model.skin.rest), model.skin.surface.triangles};
+    info.meshes.push_back({"skin", BakeMesh::Kind::kSkin, std::move(rest), {}, {}});
+  }
+  return info;
+}
+
+BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+  Laps laps;
+  if (model.solver.tolerance && !model.fidelity) {
+    Model planned = model;
+    const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
+      if (options.stop && options.stop()) stop_bake();
+    });
+    planned.fidelity = plan.fidelity;
+    const double seconds = laps.next();
+    BakeResult result = bake(planned, options, on_frame);
+    result.plan = plan;
+    result.seconds.plan = seconds;
+    result.seconds.setup += seconds;
+    return result;
+  }
+  const BakeInfo info = bake_info(model, options.frames, options.output);
+  BakeWriter writer(options.folder, info, options.resume);
+  std::optional<Parallel> threads(options.threads);
+  Parallel& parallel = *threads;
+  BakeResult result;
+  result.threads = parallel.threads();
+  BakeSeconds& seconds = result.seconds;
+  State state = initial_state(model);
+  const std::vector<double> rest_areas = rest_belly_areas(model, state);
+
+  const auto go_on_if = [](bool wanted) {
+    if (!wanted) stop_bake();
+  };
+  const auto listen = [&] { go_on_if(!options.stop || !options.stop()); };
+  const auto show = [&](const BakeFrame& frame) {
+    go_on_if(on_frame(frame));
+    laps.next();  // the caller's own
+  };
+
+  int done = model.first_frame - 1;  // the last frame that is simulated
+  for (int number : writer.completed()) {
+    const BakeFrame frame = writer.read_completed(number);
+    result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
+    if (number == writer.completed().back()) unpack_state(model, frame.state, state);
+    done = number;
+    ++result.resumed_frames;
+    seconds.setup += laps.next();
+    show(frame);
+  }
+  seconds.setup += laps.next();
+  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, listen);
+  seconds.settle = laps.next();
+
+  const int last = options.frames.empty() ? done : options.frames.back();
+  for (int number = done + 1; number <= last; ++number) {
+    const double time = (number - model.first_frame) / model.fps;
+    if (number > model.first_frame) step_frame(model, time, parallel, state, seconds.step);
+    if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
+      listen();
+      continue;
+    }
+    laps.next();  // of the step, by stage
+    FrameMeasures measures = measure(model, rest_areas, parallel, state);
+    const BakeFrame frame = to_frame(model, info, number, state, measures);
+    seconds.measure += laps.next();
+    writer.write(frame);
+    result.measures.push_back(measures);
+    seconds.write += laps.next();
+    show(frame);
+  }
+  threads.reset();  // packing starts a process, of which the system may give no more
+  result.hash = writer.pack(listen);
+  seconds.write += laps.next();
+  return result;
+}
+
+}  // namespace thew

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/cache/bake_frame.h"
+
+namespace thew {
+
+/// Error(kOutput) unless DIR/bake.h5 and DIR/bake.parts are ours, or not there: listed as such
+/// (own_files.h), or, of a version that kept no list, what they are by their contents.
+void claim_bake(const std::filesystem::path& folder);
+/// Writes the frames of one bake as they are completed, into DIR/bake.parts: each part is written
+/// beside, synced, read back, renamed, and listed in manifest.jsonl. Holds a lock on DIR.
+/// Any failure is Error(kOutput); a second bake into DIR is Error(kRetry).
+class BakeWriter {
+ public:
+  BakeWriter(const std::filesystem::path& folder, const BakeInfo& info, bool resume);
+  ~BakeWriter();
+  BakeWriter(const BakeWriter&) = delete;
+  BakeWriter& operator=(const BakeWriter&) = delete;
+
+  /// Frames already there when resuming (verified by hash), in order; empty otherwise.
+  const std::vector<int>& completed() const;
+  /// A completed frame, as it was written (double precision).
+  BakeFrame read_completed(int frame) const;
+  void write(const BakeFrame& frame);
+  /// Packs all parts into DIR/bake.h5 (beside, then renamed) and removes them. Returns the XXH3-128
+  /// of all positions as little-endian float64, meshes by name, frame by frame, in hex.
+  /// `on_frame` may throw to end it: the parts stay.
+  std::string pack(const std::function<void()>& on_frame = {});
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+/// Rounded to float32, as a cache keeps it unless it is of double precision.
+double as_float(double value);
+
+/// A packed bake; meshes and metrics in the order of their names. Refuses what is not of its format
+/// before it allocates: Error(kInput).
+class BakeReader {
+ public:
+  explicit BakeReader(const std::filesystem::path& file);
+  ~BakeReader();
+  BakeReader(const BakeReader&) = delete;
+  BakeReader& operator=(const BakeReader&) = delete;
+
+  const BakeInfo& info() const;
+  /// `index` counts written frames from 0; state is empty.
+  BakeFrame read(int index) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace thew

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/cache/cache_parts.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "rig/import/json_number.h"
+#include "sim/cache/durable_file.h"
+#include "sim/cache/hash.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr char kMagic[] = "thewpart";
+constexpr std::uint64_t kVersion = 3;
+constexpr std::size_t kLongestText = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
+static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
+
+template <typename T>
+void put(std::string& bytes, const T* values, std::size_t count) {
+  if (count > 0) bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+void put_number(std::string& bytes, std::uint64_t value) { put(bytes, &value, 1); }
+
+/// Takes numbers off the front of a part; false once there are too few.
+struct Taker {
+  std::string_view rest;
+
+  template <typename T>
+  bool take(T* values, std::size_t count) {
+    if (count > rest.size() / sizeof(T)) return false;
+    if (count > 0) std::memcpy(static_cast<void*>(values), rest.data(), count * sizeof(T));
+    rest.remove_prefix(count * sizeof(T));
+    return true;
+  }
+  bool take_equal(std::uint64_t expected) {
+    std::uint64_t value = 0;
+    return take(&value, 1) && value == expected;
+  }
+};
+
+bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info, BakeFrame& frame) {
+  Taker taker{bytes};
+  std::uint64_t magic = 0;
+  std::memcpy(&magic, kMagic, sizeof magic);
+  frame.frame = part.frame;
+  std::uint64_t states = 0;
+  if (!taker.take_equal(magic) || !taker.take_equal(kVersion) ||
+      !taker.take_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
+      !taker.take_equal(info.meshes.size()) || !taker.take_equal(info.metric_names.size()) ||
+      !taker.take(&states, 1)) {
+    return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
+    if (!taker.take_equal(mesh.rest.vertices.size())) return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
+    auto& positions = frame.positions.emplace_back(mesh.rest.vertices.size());
+    if (!taker.take(positions.data(), positions.size())) return false;
+  }
+  frame.metrics.resize(info.metric_names.size());
+  if (!taker.take(frame.metrics.data(), frame.metrics.size())) return false;
+  if (states != taker.rest.size() / sizeof(double)) return false;  // before it is allocated
+  frame.state.resize(states);
+  return taker.take(frame.state.data(), frame.state.size()) && taker.rest.empty();
+}
+
+std::string mesh_hash(const BakeMesh& mesh) {
+  Hash hash;
+  hash.add(mesh.rest.vertices.data(), mesh.rest.vertices.size() * sizeof(Vec3));
+  hash.add(mesh.rest.triangles.data(), mesh.rest.triangles.size() * sizeof(Triangle));
+  hash.add(mesh.weights.data(), mesh.weights.size() * sizeof(double));
+  return hash.hex();
+}
+
+json scene_as_json(const BakeInfo& info) {
+  json meshes = json::object();
+  for (const BakeMesh& mesh : info.meshes) meshes[mesh.name] = mesh_hash(mesh);
+  return {{"version", kVersion}, {"scene", info.scene_name}, {"scene_hash", info.scene_hash},
+          {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
+}
+
+// Written by hand, since the library's containers allocate where they are destroyed: memory that
+// ends there would end the process.
+std::string quoted(const std::string& text) {
+  return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+using Members = std::vector<std::pair<std::string, std::string>>;
+std::string object_of(const Members& members, const std::string& gap) {
+  std::string text;
+  for (const auto& [name, value] : members) {
+    text += (text.empty() ? "{" : "," + gap) + quoted(name) + ":" + value;
+  }
+  return text.empty() ? "{}" : text + "}";
+}
+
+json part_hashes(const BakeInfo& info) {
+  json parts = json::object();
+  for (const auto& [name, hash] : info.part_hashes) parts[name] = hash;
+  return parts;
+}
+
+// The first line in which two texts differ, for people: it may be one that no solver reads.
+std::string text_difference(const std::string& was, const std::string& is) {
+  std::istringstream before(was), after(is);
+  std::string old_line, new_line;
+  for (int row = 1;; ++row) {
+    const bool more_before = static_cast<bool>(std::getline(before, old_line));
+    const bool more_after = static_cast<bool>(std::getline(after, new_line));
+    if (!more_before && !more_after) return "";
+    if (!more_before) old_line.clear();
+    if (!more_after) new_line.clear();
+    if (old_line == new_line && more_before == more_after) continue;
+    return "line " + std::to_string(row) + " of the scene was \"" + old_line + "\" and is \"" +
+           new_line + "\"";
+  }
+}
+
+// Of hashes by name; `before` and `after` go round each name.
+std::string hash_differences(const json& was, const json& is, const char* before = "",
+                             const char* after = "") {
+  std::string names;
+  const auto add = [&](const std::string& name, const char* what) {
+    names += (names.empty() ? "" : ", ") + (before + name + after + " " + what);
+  };
+  for (const auto& [name, hash] : is.items()) {
+    if (was.value(name, json()) != hash) add(name, was.contains(name) ? "has changed" : "is new");
+  }
+  for (const auto& [name, hash] : was.items()) {
+    if (!is.contains(name)) add(name, "is gone");
+  }
+  return names;
+}
+
+// Up to the first line that is torn or no part's.
+std::vector<Part> read_manifest(const fs::path& folder) {
+  std::vector<Part> parts;
+  const fs::path manifest = folder / kManifest;
+  std::error_code error;
+  if (!fs::exists(manifest, error)) return parts;
+  std::istringstream lines(read_whole_file(manifest, kLongestText));
+  try {
+    for (std::string line; std::getline(lines, line);) {
+      const json read = json::parse(line);
+      const auto frame = whole_number(read.at("frame")), bytes = whole_number(read.at("bytes"));
+      if (!frame || !bytes || *bytes < 0) break;
+      const Part part{static_cast<int>(*frame), read.at("file"), static_cast<std::size_t>(*bytes),
+                      read.at("hash")};
+      // Our own name only: a manifest must not lead out of its folder.
+      if (part.file != part_file(part.frame)) break;
+      parts.push_back(part);
+    }
+  } catch (const json::exception&) {  // a torn line
+  }
+  return parts;
+}
+
+// Names that only a bake gives in its folder of parts, of earlier versions too.
+bool is_of_parts(std::string name) {
+  if (name.starts_with(".thew-")) return true;
+  if (name.ends_with(".tmp")) name.resize(name.size() - 4);
+  if (name == "bake.json" || name == kManifest || name == "bake.h5") return true;
+  constexpr std::string_view kBegin = "frame.", kEnd = ".part";
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return false;
+  const std::string number = name.substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
+  int frame = 0;
+  const char* last = number.data() + number.size();
+  const auto [end, error] = std::from_chars(number.data(), last, frame);
+  return error == std::errc() && end == last && name == part_file(frame);
+}
+
+}  // namespace
+
+std::string part_file(int frame) {
+  char text[32];
+  std::snprintf(text, sizeof text, "frame.%04d.part", frame);
+  return text;
+}
+
+std::string manifest_line(const Part& part) {
+  return object_of({{"frame", std::to_string(part.frame)},
+                    {"file", quoted(part.file)},
+                    {"bytes", std::to_string(part.bytes)},
+                    {"hash", quoted(part.hash)}},
+                   "");
+}
+
+std::string encode_part(const BakeFrame& frame) {
+  std::string bytes(kMagic);
+  put_number(bytes, kVersion);
+  put_number(bytes, static_cast<std::uint64_t>(std::int64_t{frame.frame}));
+  put_number(bytes, frame.positions.size());
+  put_number(bytes, frame.metrics.size());
+  put_number(bytes, frame.state.size());
+  for (const auto& positions : frame.positions) put_number(bytes, positions.size());
+  for (const auto& positions : frame.positions) put(bytes, positions.data(), positions.size());
+  put(bytes, frame.metrics.data(), frame.metrics.size());
+  put(bytes, frame.state.data(), frame.state.size());
+  return bytes;
+}
+
+BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& info) {
+  const fs::path file = folder / part.file;
+  std::string why;
+  BakeFrame frame;
+  try {
+    const std::string bytes = read_whole_file(file, part.bytes);
+    if (bytes.size() == part.bytes && hash_of(bytes) == part.hash &&
+        decode_part(bytes, part, info, frame)) {
+      return frame;
+    }
+    why = "its bytes are not those that were written";
+  } catch (const Error& error) {
+    why = error.what();
+  }
+  throw Error(ExitCode::kOutput, file.string() + ": " + why + "; check the disk and run again");
+}
+
+std::string describe_scene(const BakeInfo& info) {
+  Members meshes, parts;
+  for (const BakeMesh& mesh : info.meshes) meshes.emplace_back(mesh.name, quoted(mesh_hash(mesh)));
+  for (const auto& [name, hash] : info.part_hashes) parts.emplace_back(name, quoted(hash));
+  std::string metrics;
+  for (const std::string& name : info.metric_names) {
+    metrics += (metrics.empty() ? "" : ", ") + quoted(name);
+  }
+  return object_of({{"version", std::to_string(kVersion)},
+                    {"scene", quoted(info.scene_name)},
+                    {"scene_hash", quoted(info.scene_hash)},
+                    {"fps", json(info.fps).dump()},
+                    {"meshes", object_of(meshes, "\n  ")},
+                    {"metrics", "[" + metrics + "]"},
+                    {"parts", object_of(parts, "\n  ")},
+                    {"text", quoted(info.scene_text)}},
+                   "\n ") +
+         "\n";
+}
+
+bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
+  const fs::path file = folder / "bake.json";
+  std::error_code error;
+  if (!fs::exists(file, error)) return false;
+  const json there = json::parse(read_whole_file(file, kLongestText), nullptr, false);
+  if (!there.is_object()) return false;  // not whole: no part can be trusted
+  const json here = scene_as_json(info);
+  std::string differences;
+  const auto add = [&](const std::string& what) {
+    if (!what.empty()) differences += (differences.empty() ? "" : ", ") + what;
+  };
+  for (const auto& [key, value] : here.items()) {
+    const json other = there.value(key, json());
+    if (other == value) continue;
+    if (key == "meshes" && other.is_object()) {
+      add(hash_differences(other, value, "mesh \"", "\""));
+    } else {
+      add(key +
+          (value.is_structured() ? " differ" : " was " + other.dump() + " and is " + value.dump()));
+    }
+  }
+  if (differences.empty()) return true;
+  // Parts that no mesh shows: an override, or a file that the scene names.
+  const json parts = there.value("parts", json()), text = there.value("text", json());
+  if (parts.is_object()) add(hash_differences(parts, part_hashes(info)));
+  if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
+  throw Error(ExitCode::kUsage, file.string() +
+                                    ": these frames are of another scene: " + differences +
+                                    "; bake anew with --overwrite, or give another --out");
+}
+
+std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
+  std::vector<Part> parts = read_manifest(folder);
+  std::size_t good = 0;
+  try {
+    for (; good < std::min(parts.size(), info.frames.size()); ++good) {
+      if (parts[good].frame != info.frames[good]) break;
+      read_part(folder, parts[good], info);
+    }
+  } catch (const Error&) {  // a part that is not whole
+  }
+  parts.resize(good);
+  return parts;
+}
+
+void remove_parts(const fs::path& folder, const std::set<std::string>& kept) {
+  struct stat about {};
+  if (::lstat(folder.c_str(), &about) != 0 || !S_ISDIR(about.st_mode)) return;
+  const auto is_ours = [&](const fs::path& path) {
+    const std::string name = path.filename().string();
+    return is_of_parts(name) && !kept.contains(name) && ::lstat(path.c_str(), &about) == 0 &&
+           S_ISREG(about.st_mode);
+  };
+  // First what lists the others: where the disk fails or a kill comes between, no part is listed
+  // that is not there.
+  if (const fs::path list = folder / kManifest; is_ours(list)) remove_file(list);
+  bool empty = true;
+  for (const fs::path& path : paths_in(folder)) {
+    const bool ours = is_ours(path);
+    if (ours) remove_file(path);
+    empty = empty && ours;
+  }
+  if (!empty) return;
+  if (::rmdir(folder.c_str()) != 0) fail_to_write(folder, "remove", errno);
+  sync_folder(folder.parent_path());
+}
+
+std::vector<int> listed_frames(const fs::path& folder) {
+  std::vector<int> frames;
+  for (const Part& part : read_manifest(folder)) frames.push_back(part.frame);
+  return frames;
+}
+
+}  // namespace thew

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/cache/durable_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+
+#include "rig/types.h"
+#include "sim/cache/hash.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+void verify(const fs::path& file, std::string_view bytes, const fs::path& named) {
+  try {
+    if (read_whole_file(file, bytes.size()) == bytes) return;
+  } catch (const Error&) {
+  }
+  fail_to_write(named, "verify", EIO);
+}
+
+// Written, closed and read back; the rest is to rename it.
+void write_whole(const fs::path& temporary, std::string_view bytes, const fs::path& named) {
+  Descriptor out(temporary, O_WRONLY | O_CREAT | O_EXCL, named);
+  out.write(bytes);
+  out.close();
+  verify(temporary, bytes, named);
+}
+
+void move_durably(const fs::path& temporary, const fs::path& file) {
+  if (::rename(temporary.c_str(), file.c_str()) != 0) fail_to_write(file, "rename to", errno);
+  sync_folder(file.parent_path());
+}
+
+}  // namespace
+
+void replace_durably(const fs::path& file, std::string_view bytes) {
+  check_replaceable(file, fs::file_type::regular);
+  const Temporary temporary(file);
+  write_whole(temporary.path, bytes, file);
+  Descriptor(temporary.path, O_RDONLY, file).sync();
+  move_durably(temporary.path, file);
+}
+
+void write_durably(const fs::path& file, std::string_view bytes, const std::string& of) {
+  check_own(file);
+  const Temporary temporary(file);
+  write_whole(temporary.path, bytes, file);
+  place_durably(temporary.path, file, {bytes.size(), hash_of(bytes), of});
+}
+
+void place_durably(const fs::path& temporary, const fs::path& file, const OwnFile& about) {
+  check_own(file);
+  Descriptor(temporary, O_RDONLY, file).sync();
+  list_own(file, about);
+  move_durably(temporary, file);
+}
+
+FolderLock::FolderLock(const fs::path& folder)
+    : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0) fail_to_write(folder, "open", errno);
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  const int error = errno;
+  ::close(descriptor_);
+  if (error != EWOULDBLOCK) fail_to_write(folder, "lock", error);
+  throw Error(ExitCode::kRetry,
+              folder.string() +
+                  ": another bake is writing here; write elsewhere, or wait for it and run again");
+}
+
+FolderLock::~FolderLock() { ::close(descriptor_); }
+
+}  // namespace thew

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/fidelity/probes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "muscles/path.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
+
+namespace thew {
+namespace {
+
+constexpr int kMostProbes = 11, kChecks = 16;
+constexpr double kSamePose = 0.04;
+
+// What the rig does to the muscles, by frame.
+struct Motion {
+  std::vector<double> way;  // m, since the first frame: of the point that moves most
+  std::vector<std::vector<double>> length;  // [muscle][frame] m
+};
+
+// World places of what moves a muscle.
+void add_places(const Muscle& muscle, const Pose& pose, std::vector<Vec3>& places) {
+  for (const PathPoint& point : muscle.shape.path.points) {
+    places.push_back(place_of(point, pose) * point.position);
+  }
+  for (size_t i = 0; i < muscle.shape.held.size(); ++i) {
+    const int body = muscle.shape.held[i];
+    if (body >= 0) places.push_back(pose[body] * muscle.shape.offset[i]);
+  }
+}
+
+Motion motion_of(const Model& model) {
+  Motion motion;
+  State state = initial_state(model);
+  motion.length.resize(model.muscles.size());
+  std::vector<Vec3> places, before;
+  for (int frame = 0; frame <= model.last_frame - model.first_frame; ++frame) {
+    drive_bones(model, frame / model.fps, state);
+    places.swap(before);
+    places.clear();
+    for (size_t m = 0; m < model.muscles.size(); ++m) {
+      const Muscle& muscle = model.muscles[m];
+      add_places(muscle, state.pose, places);
+      motion.length[m].push_back(
+          muscle.shape.held.empty() ? trace_path(muscle.shape.path, state.pose).length : 0.0);
+    }
+    double most = 0.0;
+    for (size_t i = 0; i < places.size() && frame > 0; ++i) {
+      most = std::max(most, (places[i] - before[i]).norm());
+    }
+    motion.way.push_back(frame > 0 ? motion.way.back() + most : 0.0);
+  }
+  return motion;
+}
+
+}  // namespace
+
+ProbeFrames choose_probes(const Model& model) {
+  const Motion motion = motion_of(model);
+  const int last = static_cast<int>(motion.way.size()) - 1;
+  if (last < 1) return {};
+  std::set<int> probes = {0}, checks;  // the first is where the clip begins from rest
+  // Another pose than any that is probed: a path differs by a share of its range.
+  const auto is_new = [&](int frame) {
+    return std::all_of(probes.begin(), probes.end(), [&](int probe) {
+      return std::any_of(motion.length.begin(), motion.length.end(), [&](const auto& length) {
+        const auto [low, high] = std::minmax_element(length.begin(), length.end());
+        return std::abs(length[frame] - length[probe]) > kSamePose * (*high - *low) || *high == 0.0;
+      });
+    });
+  };
+  const auto add = [&](int frame) {
+    frame = std::clamp(frame, 1, last);
+    if (static_cast<int>(probes.size()) < kMostProbes && is_new(frame)) probes.insert(frame);
+  };
+  const auto way_at = [&](double share) {
+    const double way = motion.way.back() * share;
+    const auto at = std::lower_bound(motion.way.begin(), motion.way.end(), way);
+    return static_cast<int>(at - motion.way.begin());
+  };
+  int fastest = 1;
+  const auto speed = [&](int frame) { return motion.way[frame] - motion.way[frame - 1]; };
+  for (int frame = 2; frame <= last; ++frame) {
+    if (speed(frame) > speed(fastest)) fastest = frame;
+  }
+  add(fastest);
+  add(static_cast<int>(std::upper_bound(motion.way.begin(), motion.way.end(), 0.0) -
+                       motion.way.begin()));
+  add(last);
+  for (const std::vector<double>& length : motion.length) {
+    const auto [shortest, longest] = std::minmax_element(length.begin(), length.end());
+    add(static_cast<int>(shortest - length.begin()));
+    add(static_cast<int>(longest - length.begin()));
+  }
+  for (const int parts : {4, 12, 24}) {
+    for (int k = 1; k < parts; ++k) add(way_at(static_cast<double>(k) / parts));
+  }
+  for (int k = 0; k < kChecks; ++k) {
+    // Spread over the way and, where nothing moves, over time.
+    const double share = (k + 0.5) / kChecks;
+    const int frame = motion.way.back() > 0.0 ? way_at(share) : static_cast<int>(share * last);
+    if (frame >= 1 && !probes.count(frame)) checks.insert(frame);
+  }
+  return {{probes.begin(), probes.end()}, {checks.begin(), checks.end()}};
+}
+
+}  // namespace thew

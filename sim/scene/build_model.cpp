@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/scene/build_model.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "rig/text.h"
+#include "sim/scene/model_hash.h"
+#include "skin/contact/face_contact.h"
+
+namespace thew {
+namespace {
+
+// What a bake of these muscles takes in memory, about: matrices, nodes, and what contact remembers
+// of each node and collider. Asked before more of them are made.
+void check_memory(const ModelDef& def, const std::vector<Muscle>& muscles) {
+  constexpr std::size_t kMost = std::size_t{4} << 30, kNode = 3000, kRemembered = 12;  // bytes
+  const std::size_t colliders = def.muscles.size() + def.bones.size();
+  std::size_t bytes = 0;
+  for (const Muscle& muscle : muscles) {
+    bytes += matrix_bytes(muscle.stiffness) +
+             muscle.rest.vertices.size() * (kNode + kRemembered * colliders);
+  }
+  if (bytes <= kMost) return;
+  const Muscle& last = muscles.back();
+  throw Error(ExitCode::kUsage, last.place + ": with muscle \"" + last.name +
+                                    "\" the scene takes " + std::to_string(bytes >> 20) +
+                                    " MiB of memory, more than " + std::to_string(kMost >> 20) +
+                                    "; use coarser meshes or fewer muscles");
+}
+
+void build_muscles(const ModelDef& def, const Pose& bind_pose, Model& model) {
+  for (const MuscleDef& muscle : def.muscles) {
+    model.muscles.push_back(build_muscle(muscle, bind_pose, model.lengths));
+    check_memory(def, model.muscles);
+    if (!(model.muscles.back().weight_floor > 0.0)) continue;
+    model.warnings.push_back(
+        muscle.place + ": muscle \"" + muscle.name +
+        "\": its weights lie on too few nodes; a floor under all of them keeps "
+        "these from being torn out");
+  }
+}
+
+ContactSurface contact_surface(const std::string& name, int body, const TriMesh& mesh,
+                               const std::vector<char>* free_nodes, double spacing) {
+  ContactSurface out{
+      name, body, make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size())), {}, 0.0};
+  const Rows x = to_rows(mesh.vertices);
+  out.held_points = held_points(out.surface, x, free_nodes, spacing);
+  if (body >= 0) out.surface.convex = is_convex(out.surface, x);
+  return out;
+}
+
+void build_surfaces(Model& model) {
+  const double spacing = model.contact.settings.spacing;
+  for (const Muscle& muscle : model.muscles) {
+    model.surfaces.push_back(
+        contact_surface(muscle.name, -1, muscle.rest, &muscle.free_nodes, spacing));
+  }
+  for (const Bone& bone : model.bones) {
+    if (bone.body < 0 || bone.body >= model.skeleton.size()) {
+      throw Error(ExitCode::kUsage, model.source + ": bone \"" + bone.name +
+                                        "\" is fixed to body " + std::to_string(bone.body) +
+                                        ", which the skeleton does not have");
+    }
+    model.surfaces.push_back(contact_surface(bone.name, bone.body, bone.in_body, nullptr, spacing));
+  }
+}
+
+// Which collider it is.
+size_t collider_named(const Model& model, const char* key, const std::string& name) {
+  std::vector<std::string> names;
+  for (const ContactSurface& surface : model.surfaces) names.push_back(surface.name);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<size_t>(found - names.begin());
+  throw Error(ExitCode::kUsage, model.source + ": [contact] " + key + " names \"" + name +
+                                    "\", which is no muscle or bone" + did_you_mean(name, names));
+}
+
+std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Model& model) {
+  std::vector<std::vector<char>> ignore(model.muscles.size(),
+                                        std::vector<char>(model.colliders(), 0));
+  for (const auto& [a, b] : contact.ignore) {
+    const size_t i = collider_named(model, "ignore", a), j = collider_named(model, "ignore", b);
+    if (i < ignore.size()) ignore[i][j] = 1;
+    if (j < ignore.size()) ignore[j][i] = 1;
+  }
+  for (size_t m = 0; m < ignore.size(); ++m) ignore[m][m] = 1;
+  for (const std::string& name : contact.self) {
+    const size_t i = collider_named(model, "self", name);
+    if (i >= ignore.size()) {
+      throw Error(ExitCode::kUsage, model.source + ": [contact] self names \"" + name +
+                                        "\", which is a bone and does not fold; remove it");
+    }
+    ignore[i][i] = 0;
+  }
+  return ignore;
+}
+
+// What lies below a skin, at rest.
+struct Below {
+  std::vector<Rows> x;
+  std::vector<Bvh> trees;
+  std::vector<Collider> colliders;
+  std::vector<int> bodies;
+
+  Below(const Model& model, int count, const Pose& bind_pose) {
+    x.resize(count);
+    trees.reserve(count);
+    for (int c = 0; c < count; ++c) {
+      const ContactSurface& it = model.surfaces[c];
+      const int muscles = static_cast<int>(model.muscles.size());
+      for (const Vec3& p : c < muscles ? model.muscles[c].rest.vertices
+                                       : model.bones[c - muscles].in_body.vertices) {
+        x[c].push_back(to_row(it.body < 0 ? p : Vec3(bind_pose[it.body] * p)));
+      }
+      trees.push_back(build_bvh(it.surface, x[c]));
+      colliders.push_back({&it.surface, &trees.back(), &x[c], nullptr});
+      bodies.push_back(it.body);
+    }
+  }
+};
+
+void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
+  const Below below(model, model.colliders(), bind_pose);
+  try {
+    model.skin = bind_skin(skin.mesh, model.skeleton, bind_pose, below.colliders, below.bodies,
+                           skin.settings);
+  } catch (const std::length_error& error) {
+    throw Error(ExitCode::kInput, skin.place + ": " + error.what());
+  }
+  model.has_skin = true;
+}
+
+// The character's own skin, with the muscles under it.
+void build_skinned(const SkinDef& skin, const Pose& bind_pose, Model& model) {
+  const CharacterRig& rig = *model.character;
+  const Character& character = rig.character;
+  if (character.mesh.triangles.empty()) {
+    throw Error(ExitCode::kInput, skin.place + ": has no skin; export the character with its mesh");
+  }
+  const Below muscles(model, static_cast<int>(model.muscles.size()), bind_pose);
+  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, rig.rest,
+                               muscles.colliders, skin.settings);
+  model.skin.surface.triangles = character.mesh.triangles;
+  model.skin.rest = model.skinned->rest;
+  model.has_skin = true;
+}
+
+}  // namespace
+
+Model build_model(const ModelDef& def) {
+  Model model;
+  static_cast<World&>(model) = def;
+  model.source = def.source;
+  model.lengths = times(Lengths{}, def.size);
+  model.warnings = def.warnings;
+  model.skeleton = def.skeleton;
+  model.character = def.character;
+  model.clip = def.clip;
+  if (model.clip.times.empty()) model.clip.times = {0.0}, model.clip.values = {{}};
+  check_clip(model.clip, model.skeleton, def.clip_place, model.warnings);
+  model.solver = def.solver;
+  model.contact = def.contact;
+  Pose bind_pose;
+  forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
+  build_muscles(def, bind_pose, model);
+  model.bones = def.bones;
+  build_surfaces(model);
+  model.ignore = ignored_pairs(def.contact, model);
+  for (const auto& [name, metres] : def.contact.thickness) {
+    model.surfaces[collider_named(model, "thickness", name)].thickness = metres;
+  }
+  if (!def.skin.mesh.triangles.empty()) build_layer(def.skin, bind_pose, model);
+  if (def.skin.skinned) build_skinned(def.skin, bind_pose, model);
+  hash_model(def, model);
+  return model;
+}
+
+}  // namespace thew

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/scene/fidelity_levels.h"
+#include "sim/scene/model_def.h"
+#include "skin/skinned_skin.h"
+
+namespace thew {
+
+/// What contact meets of a muscle or a bone.
+struct ContactSurface {
+  std::string name;
+  int body = -1;  ///< that carries it; -1: a muscle
+  Surface surface;
+  std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
+  double thickness = 0.0;                 ///< m, that contact keeps free over it
+};
+
+/// What does not change while a scene is simulated.
+struct Model : World {
+  std::string source;  ///< its file, for messages
+  Lengths lengths;     ///< of the world's size
+  Skeleton skeleton;
+  Clip clip;
+  std::optional<CharacterRig> character;  ///< where the rig is a character's file
+  std::vector<Muscle> muscles;
+  std::vector<Bone> bones;
+  std::vector<ContactSurface> surfaces;  ///< by collider: the muscles, then the bones
+  SkinModel skin;                        ///< empty surface: none
+  bool has_skin = false;
+  std::optional<SkinnedSkin> skinned;  ///< stands for `skin` but for its triangles and rest
+  SolverSettings solver;
+  ContactOptions contact;
+  /// [muscle][collider]: pairs left out of contact.
+  std::vector<std::vector<char>> ignore;
+  /// Where there is a tolerance: what was chosen (fidelity_planner.h).
+  std::optional<Fidelity> fidelity;
+  std::string hash;  ///< XXH3-128 of all that the solver reads, hex
+  /// The same by its parts, "clip" or "muscle \"biceps_long\"", to say which of them differ.
+  std::vector<std::pair<std::string, std::string>> part_hashes;
+  std::vector<std::string> warnings;
+
+  int colliders() const { return static_cast<int>(surfaces.size()); }
+};
+
+}  // namespace thew

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/scene/model.h"
+
+namespace thew {
+
+/// Sets the model's hashes: of all that the solver reads. Pictures, bounds and outputs do not
+/// count.
+void hash_model(const ModelDef& def, Model& model);
+
+}  // namespace thew

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/solver/character_rig.h"
+
+#include <algorithm>
+
+#include "rig/math.h"
+
+namespace thew {
+
+bool is_animated(const Model& model) {
+  return model.character && !model.character->clip.tracks.empty();
+}
+
+void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose) {
+  const Mat3 rest = pose[skeleton.parent[forearm.body]].linear() *
+                    skeleton.joint_in_parent[forearm.body].linear();
+  const Vec3& axis = skeleton.joint_axes[forearm.body];
+  const Vec3 along = forearm.wrist.normalized();
+  const Mat3 turn = rest.transpose() * pose[forearm.body].linear();
+  // The hinge as far as it brings the length near where it is, and the least turn for the rest.
+  const Vec3 now = turn * along, a = axis.cross(along), b = axis.cross(now);
+  const Mat3 hinge = rotation_about(axis, arc_tan2(axis.dot(a.cross(b)), a.dot(b)));
+  const Mat3 bent = least_turn(hinge * along, now) * hinge;
+  const Eigen::Quaterniond rolled(Mat3(bent.transpose() * turn));
+  const double roll = 2.0 * arc_tan2(rolled.vec().dot(along), rolled.w());
+  Transform& ulna = pose[forearm.ulna];
+  ulna = pose[forearm.body];
+  ulna.linear() = rest * bent;
+  Transform& radius = pose[forearm.radius];
+  radius.linear() =
+      ulna.linear() * rotation_about((forearm.wrist - forearm.head).normalized(), roll);
+  radius.translation() = ulna * forearm.head - radius.linear() * forearm.head;
+}
+
+namespace {
+
+void drive_bodies(const Model& model, double time, State& state) {
+  const CharacterRig& rig = *model.character;
+  if (is_animated(model)) {
+    animated_bodies(rig.character, rig.clip, std::max(time, 0.0), state.bodies);
+    const double share = time >= 0.0 ? 1.0 : smoothstep(-model.settle, -0.5 * model.settle, time);
+    if (share < 1.0) {
+      state.bodies_of_clip = state.bodies;
+      blend_bodies(rig.character.skeleton, rig.rest, state.bodies_of_clip, share, state.bodies);
+    }
+    for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
+    return;
+  }
+  state.bodies.resize(rig.stretch.size());
+  for (size_t b = 0; b < state.bodies.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
+}
+
+// The humerus points from shoulder to elbow: where a twist bone between it and the forearm bends as
+// well, its own frame alone would leave the elbow out of joint.
+void point_at_elbow(const Model& model, const Forearm& forearm, Pose& pose) {
+  const int humerus = bone_above(model, forearm.body);
+  if (humerus < 0 || humerus == model.skeleton.parent[forearm.body]) return;
+  const CharacterRig& rig = *model.character;
+  const Vec3 at_rest =
+      rigid_part(rig.rest[humerus]).inverse() * Vec3(rig.rest[forearm.body].translation());
+  Transform& place = pose[humerus];
+  const Vec3 is = place.linear() * at_rest,
+             asked = pose[forearm.body].translation() - place.translation();
+  if (!(is.norm() > 0.0) || !(asked.norm() > 0.0)) return;
+  place.linear() = least_turn(is.normalized(), asked.normalized()) * place.linear();
+}
+
+}  // namespace
+
+int bone_above(const Model& model, int body) {
+  const auto has_bone = [&](int b) {
+    return std::any_of(model.bones.begin(), model.bones.end(),
+                       [&](const Bone& bone) { return bone.body == b; });
+  };
+  do {
+    body = model.skeleton.parent[body];
+  } while (body >= 0 && !has_bone(body));
+  return body;
+}
+
+void drive_character(const Model& model, double time, State& state) {
+  drive_bodies(model, time, state);
+  for (const Forearm& forearm : model.character->forearms) {
+    point_at_elbow(model, forearm, state.pose);
+    pose_forearm(model.skeleton, forearm, state.pose);
+  }
+}
+
+}  // namespace thew

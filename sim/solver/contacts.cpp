@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/solver/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/solver/rungs.h"
+#include "skin/contact/face_contact.h"
+#include "skin/contact/self_contact.h"
+#include "skin/contact/sweep.h"
+
+namespace thew {
+
+namespace {
+
+void add_collider(const Model& model, int c, const Bvh& bvh, const Rows& x,
+                  const std::vector<char>* free_nodes, std::vector<Collider>& colliders) {
+  const ContactSurface& it = model.surfaces[c];
+  colliders.push_back({&it.surface, &bvh, &x, free_nodes});
+  colliders.back().held_points = &it.held_points;
+  colliders.back().thickness = it.thickness;
+}
+
+}  // namespace
+
+std::vector<Collider> muscles_of(const Model& model, const State& state) {
+  std::vector<Collider> colliders;
+  set_muscles(model, state, colliders);
+  return colliders;
+}
+
+void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders) {
+  colliders.clear();
+  for (int m = 0; m < state.count(); ++m) {
+    const MuscleState& now = state.muscles[m];
+    add_collider(model, m, now.bvh, now.x, &model.muscles[m].free_nodes, colliders);
+  }
+}
+
+std::vector<Collider> colliders_of(const Model& model, const State& state) {
+  std::vector<Collider> colliders;
+  set_colliders(model, state, colliders);
+  return colliders;
+}
+
+void set_colliders(const Model& model, const State& state, std::vector<Collider>& colliders) {
+  set_muscles(model, state, colliders);
+  for (const BoneState& bone : state.bones) {
+    add_collider(model, static_cast<int>(colliders.size()), bone.bvh, bone.x, nullptr, colliders);
+  }
+}
+
+namespace {
+
+// The tree of a collider.
+void refit(const Model& model, int c, State& state) {
+  if (c < state.count()) {
+    refit_bvh(model.surfaces[c].surface, state.muscles[c].x, state.muscles[c].bvh);
+    return;
+  }
+  fit_bone(model, c - state.count(), state);
+}
+
+}  // namespace
+
+void fit_bone(const Model& model, int b, State& state) {
+  BoneState& bone = state.bones[b];
+  const Surface& surface = model.surfaces[state.muscles.size() + b].surface;
+  if (!bone.fitted) refit_bvh(surface, bone.x, bone.bvh);
+  bone.fitted = true;
+}
+
+void refit_all(const Model& model, Parallel& parallel, State& state) {
+  parallel.each(model.colliders(), [&](int c) { refit(model, c, state); });
+}
+
+namespace {
+
+Followed& followed(State& state, int c) {
+  return c < state.count() ? state.muscles[c].followed : state.bones[c - state.count()].followed;
+}
+
+}  // namespace
+
+void place_colliders(const Model& model, State& state) {
+  if (!model.contact.enabled) return;
+  set_colliders(model, state, state.colliders);
+  for (int c = 0; c < model.colliders(); ++c) {
+    Collider& it = state.colliders[c];
+    it.box = box_of(*it.x);
+    it.soft = c < state.count();
+    it.seen = it.soft ? &state.muscles[c].seen : it.x;
+    if (it.soft) it.start = &state.muscles[c].start;
+    const int body = model.surfaces[c].body;
+    if (it.soft || !state.body_moved[body] || state.pose_before.size() != state.pose.size())
+      continue;
+    it.back = state.pose_before[body] * state.pose[body].inverse();
+    it.forth = it.back.inverse();
+  }
+}
+
+namespace {
+
+// Contacts of muscle m with those `near`, from what the step before left.
+void find_contacts_of(const Model& model, int m, const ContactSettings& settings,
+                      const std::vector<int>& near, State& state) {
+  MuscleState& now = state.muscles[m];
+  std::swap(now.touched, static_cast<ContactMotion&>(now));
+  now.pressing.clear();
+  for (size_t c = 0; c < now.touched.contacts.size(); ++c) {
+    if (now.touched.normal_multiplier[c] > 0.0) now.pressing.push_back(now.touched.contacts[c]);
+  }
+  find_contacts(state.colliders, m, near, settings, now.pressing, now.memory, now.contacts);
+  find_face_contacts(state.colliders, m, near, settings, now.pressing, now.face_memory,
+                     now.contacts);
+  if (!model.ignore[m][m] && !lets_pass(state, m, m)) {
+    find_self_contacts(state.colliders[m], m, settings, now.touched.contacts, now.nearby,
+                       now.contacts);
+  }
+  keep_multipliers(now.touched, model.contact.friction > 0.0, now);
+}
+
+}  // namespace
+
+void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
+  const auto searches = [&](int m) { return has_forces(state.muscles[m].level); };
+  bool any = false;
+  for (int m = 0; m < state.count(); ++m) any = any || searches(m);
+  if (!model.contact.enabled || !any) return;
+  ContactSettings settings = model.contact.settings;
+  double thickest = 0.0;
+  for (const Collider& collider : state.colliders) {
+    thickest = std::max(thickest, collider.thickness);
+  }
+  settings.margin += 2.0 * thickest;
+  for (int c = 0; c < model.colliders(); ++c) {
+    Followed& body = followed(state, c);
+    body.go_on(*state.colliders[c].x);
+    state.colliders[c].followed = &body;
+  }
+  find_near_pairs(state.colliders, settings, state.near);
+  std::vector<std::vector<int>>& near = state.near.near;
+  for (int m = 0; m < state.count(); ++m) {
+    if (!searches(m)) continue;
+    bool& wanted = state.colliders[m].wanted;
+    wanted = wanted || !model.ignore[m][m];
+    std::erase_if(near[m], [&](int other) {
+      return model.ignore[m][other] != 0 || lets_pass(state, m, other);
+    });
+    for (const int other : near[m]) wanted = state.colliders[other].wanted = true;
+  }
+  parallel.each(model.colliders(), [&](int c) {
+    const Collider& it = state.colliders[c];
+    if (!it.wanted) return;
+    refit(model, c, state);
+    Followed& body = followed(state, c);
+    note_parts(*it.surface, *it.bvh, *it.x, body.before, body.parts);
+  });
+  parallel.each(state.count(), [&](int m) {
+    if (searches(m)) find_contacts_of(model, m, settings, near[m], state);
+  });
+}
+
+std::optional<Trouble> find_leap(const Model& model, State& state) {
+  if (!model.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
+  const double depth = model.contact.settings.max_depth;
+  std::optional<Trouble> worst;
+  for (int m = 0; m < state.count(); ++m) {
+    const MuscleState& now = state.muscles[m];
+    if (!has_forces(now.level)) continue;
+    const BodyWay way = way_of(now.start, now.x);
+    for (size_t b = 0; b < model.bones.size(); ++b) {
+      const int c = state.count() + static_cast<int>(b);
+      if (model.ignore[m][c] || lets_pass(state, m, c)) continue;
+      if (!may_leap(way, state.colliders[c], state.bones[b].moved, depth)) continue;
+      fit_bone(model, static_cast<int>(b), state);
+      const Leap leap = find_leap(now.start, now.x, model.muscles[m].free_nodes, state.colliders[c],
+                                  depth, model.lengths.march);
+      if (leap.inside <= (worst ? worst->value : depth)) continue;
+      worst = Trouble{"muscle \"" + model.muscles[m].name + "\"",
+                      leap.node,
+                      Cause::kWayIntoBone,
+                      leap.inside,
+                      depth,
+                      m,
+                      c};
+      worst->way = leap.way;
+      worst->parts = static_cast<int>(std::ceil(std::min(leap.way / depth, 1e6)));
+    }
+  }
+  return worst;
+}
+
+}  // namespace thew

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/solver/drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/weights.h"
+#include "rig/math.h"
+#include "rig/vectorise.h"
+#include "sim/solver/character_rig.h"
+
+namespace thew {
+
+double bind_to_first_ends(const Model& model) {
+  if (is_animated(model)) return -0.5 * model.settle;
+  std::vector<double> first;
+  sample_clip(model.clip, model.skeleton, 0.0, first);
+  const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; });
+  return moves ? -0.5 * model.settle : -model.settle;
+}
+
+void joints_at(const Model& model, double time, std::vector<double>& joints) {
+  sample_clip(model.clip, model.skeleton, std::max(time, 0.0), joints);
+  if (time >= 0.0) return;
+  const double part = smoothstep(-model.settle, -0.5 * model.settle, time);
+  for (double& value : joints) value *= part;
+}
+
+namespace {
+
+void pose_bodies(const Model& model, double time, State& state) {
+  joints_at(model, time, state.joints);
+  forward_kinematics(model.skeleton, state.joints, state.pose);
+  if (model.character) drive_character(model, time, state);
+}
+
+// The most that a node moves, m.
+THEW_VECTORISED
+double place_bone(const Bone& bone, const Transform& place, Rows& x) {
+  const Row along[3] = {to_row(place.linear().col(0)), to_row(place.linear().col(1)),
+                        to_row(place.linear().col(2))};
+  const Row origin = to_row(place.translation());
+  double squared = 0.0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Vec3& p = bone.in_body.vertices[i];
+    const Row to = p.x() * along[0] + p.y() * along[1] + p.z() * along[2] + origin, d = to - x[i];
+    squared = std::max(squared, sum3(d * d));
+    x[i] = to;
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+double turn_until(const Model& model, double time, State& state) {
+  pose_bodies(model, time, state);
+  double most = 0.0;
+  for (int b = 0; b < model.skeleton.size(); ++b) {
+    const int parent = model.skeleton.parent[b];
+    if (parent < 0) continue;
+    const auto bend = [&](const Pose& pose) -> Mat3 {
+      return pose[parent].linear().transpose() * pose[b].linear();
+    };
+    const Mat3 turn = bend(state.frame_pose).transpose() * bend(state.pose);
+    const Vec3 twice_sine(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0),
+                          turn(1, 0) - turn(0, 1));
+    most = std::max(most, arc_tan2(0.5 * twice_sine.norm(), 0.5 * (turn.trace() - 1.0)));
+  }
+  state.pose = state.frame_pose;
+  return most;
+}
+
+void drive_bones(const Model& model, double time, State& state) {
+  state.pose_before = state.pose;
+  const Pose& before = state.pose_before;
+  pose_bodies(model, time, state);
+  const bool anew = before.size() != state.pose.size() || state.taken_back;
+  state.taken_back = false;
+  state.body_moved.assign(state.pose.size(), 1);
+  for (size_t b = 0; b < state.pose.size() && !anew; ++b) {
+    state.body_moved[b] = before[b].matrix() != state.pose[b].matrix();
+  }
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    const Bone& bone = model.bones[b];
+    BoneState& now = state.bones[b];
+    now.moved = 0.0;
+    if (!state.body_moved[bone.body]) continue;
+    now.moved = place_bone(bone, state.pose[bone.body], now.x);
+    now.fitted = false;
+  }
+}
+
+double activation_at(const Model& model, int m, double time) {
+  const auto& keys = model.muscles[m].settings.activation;
+  return keys.empty() ? 0.0 : keyed_value(keys, model.first_frame + time * model.fps);
+}
+
+}  // namespace thew

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/solver/health.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/volume.h"
+#include "rig/text.h"
+#include "rig/vectorise.h"
+#include "sim/solver/levels.h"
+#include "sim/solver/rungs.h"
+
+namespace thew {
+namespace {
+
+constexpr double kBox = 10.0;        // times the rig's own extent
+constexpr double kStretch = 10.0;    // of a spring over its present rest length
+constexpr double kReversed = 0.05;   // share of edges against the carried shape's: look closer
+constexpr double kTurnedOver = 0.5;  // of the surface
+constexpr double kEnergy = 2.0;      // times what went in
+
+double squared(const Row& r) { return dot(r, r); }
+
+double extent_of(const Model& model, const State& state) {
+  double extent = model.lengths.least_rig;
+  for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
+  return extent;
+}
+
+// The one that presses most.
+int strongest_contact(const Muscle& muscle, const MuscleState& now) {
+  double most = 0.0;
+  int other = -1;
+  for (size_t c = 0; c < now.normal_multiplier.size(); ++c) {
+    const double push = now.normal_multiplier[c] * muscle.contact_stiffness[now.contacts[c].node];
+    if (push > most) most = push, other = now.contacts[c].other;
+  }
+  return other;
+}
+
+Trouble trouble_at(const Model& model, const State& state, int m, int node, Cause cause,
+                   double value, double limit) {
+  const Muscle& muscle = model.muscles[m];
+  const int other = strongest_contact(muscle, state.muscles[m]);
+  return {"muscle \"" + muscle.name + "\"", node, cause, value, limit, m, other};
+}
+
+int frame_at(const Model& model, double time) {
+  const double frames = std::max(time, 0.0) * model.fps;
+  return model.first_frame + static_cast<int>(std::lround(frames));
+}
+
+std::string text_of(const Model& model, double time, const Trouble& trouble, int substeps) {
+  std::string when = "frame " + std::to_string(frame_at(model, time));
+  if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
+  if (trouble.node < 0) return when + ": " + trouble.part;
+  if (trouble.substep > 0) {
+    when +=
+        " (substep " + std::to_string(trouble.substep) + " of " + std::to_string(substeps) + ")";
+  }
+  const CauseWords& words = words_of(trouble.cause);
+  const auto figure = [&](double value) { return number_text(value) + " " + words.unit; };
+  return when + ": " + trouble.part + ", node " + std::to_string(trouble.node) + ": " +
+         words.quantity + " is " + figure(trouble.value) + ", the limit is " +
+         figure(trouble.limit) + "; " + words.next;
+}
+
+double stretch_energy(double stiffness, double length, double rest) {
+  return 0.5 * stiffness * (length - rest) * (length - rest);
+}
+
+// J, of the edges at x.
+double edge_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x) {
+  double sum = 0.0;
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    sum += stretch_energy(springs.stiffness[k], norm(x[a] - x[b]), rest_length[k]);
+  }
+  return sum;
+}
+
+// J, an upper bound of what all muscles may have after the step: twice what they had, what the rig
+// gives by moving them as they were, what gravity gives and what a blow of a bone gives; and always
+// as much as springs of twice their length hold.
+double energy_limit(const Model& model, double h, const State& state) {
+  double fastest = model.contact.settings.max_depth / h;  // m/s, out of an overlap
+  for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.moved / h);
+  for (const MuscleState& muscle : state.muscles) {
+    for (const Row& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
+  }
+  double most = 0.0;
+  Rows guess;
+  for (int m = 0; m < state.count(); ++m) {
+    const Muscle& muscle = model.muscles[m];
+    const MuscleState& now = state.muscles[m];
+    const Springs& springs = muscle.springs;
+    guess = now.start;
+    for (size_t i = 0; i < guess.size(); ++i) {
+      guess[i] = muscle.driven[i] ? now.target[i] : guess[i] + h * now.target_velocity[i];
+      const double fall = std::abs(dot(to_row(model.gravity), now.x[i] - now.start[i]));
+      most += kEnergy * muscle.mass[i] *
+              (0.5 * squared(now.frame_before.v[i]) + fall + fastest * fastest);
+    }
+    most += kEnergy * (edge_energy(springs, now.rest_length, guess) +
+                       edge_energy(springs, now.frame_before.rest_length, now.frame_before.x));
+    for (int k = 0; k < springs.structural; ++k) {
+      most += stretch_energy(springs.stiffness[k], 2.0 * springs.rest_length[k],
+                             springs.rest_length[k]);
+    }
+  }
+  return most;
+}
+
+Row area_vector(const Rows& x, const Triangle& t) {
+  const Row u = x[t[1]] - x[t[0]], v = x[t[2]] - x[t[0]];
+  return Row{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0], 0.0};
+}
+
+// Share of the carried shape's surface that x has turned over by more than a right angle.
+double turned_over(const Muscle& muscle, const Rows& x, const Rows& target) {
+  double all = 0.0, over = 0.0;
+  for (const Triangle& t : muscle.rest.triangles) {
+    const Row there = area_vector(target, t);
+    const double area = norm(there);
+    all += area;
+    if (dot(area_vector(x, t), there) < 0.0) over += area;
+  }
+  return all > 0.0 ? over / all : 0.0;
+}
+
+// A first look, without a root: true only if all nodes surely are.
+THEW_VECTORISED
+bool are_within(const MuscleState& now, double reach, double fastest, double h) {
+  constexpr double kLess = 1.0 - 1e-12;
+  const double most = std::min(kLess * fastest * fastest, 1e300);
+  const double farthest = kLess * reach * reach, way = most * h * h;
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (!(squared(now.x[i]) <= farthest && squared(now.x[i] - now.start[i]) <= way &&
+          squared(now.v[i]) <= most)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::optional<Trouble> find_bad_node(const Model& model, double h, double extent,
+                                     const State& state, int m) {
+  const MuscleState& now = state.muscles[m];
+  const double reach = kBox * extent;
+  // From rest to rest there is no speed, only a number or none.
+  const bool still = is_quasi_static(model, m);
+  const double fastest = still ? 1e300 : extent / h;
+  if (are_within(now, reach, fastest, h)) return {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    const int node = static_cast<int>(i);
+    const double distance = norm(now.x[i]);
+    if (!(distance <= reach)) {  // also where it is not a number
+      return trouble_at(model, state, m, node, Cause::kDistance, distance, reach);
+    }
+    for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
+      if (!(speed <= fastest)) {
+        return trouble_at(model, state, m, node, Cause::kSpeed, speed, fastest);
+      }
+    }
+  }
+  return {};
+}
+
+// Of an edge or a node, the one that holds the most energy.
+int most_strained(const Muscle& muscle, const MuscleState& now) {
+  const Springs& springs = muscle.springs;
+  double most = 0.0;
+  int strained = 0;
+  const auto note = [&](double held, int node) {
+    if (held > most) most = held, strained = node;
+  };
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    note(stretch_energy(springs.stiffness[k], norm(now.x[a] - now.x[b]), now.rest_length[k]), a);
+  }
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    if (muscle.driven[i]) continue;
+    note(0.5 * muscle.mass[i] * squared(now.v[i] - now.target_velocity[i]), static_cast<int>(i));
+  }
+  return strained;
+}
+
+std::optional<Trouble> find_long_edge(const Model& model, const State& state, int m) {
+  const Springs& springs = model.muscles[m].springs;
+  const MuscleState& now = state.muscles[m];
+  for (int k = 0; k < springs.structural; ++k) {
+    const auto& [a, b] = springs.nodes[k];
+    const double length = norm(now.x[a] - now.x[b]);
+    const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
+    if (!(length <= limit)) return trouble_at(model, state, m, a, Cause::kEdge, length, limit);
+  }
+  return {};
+}
+
+// J, of the free nodes' way off the carried shape's.
+THEW_VECTORISED
+double kinetic_energy(const Muscle& muscle, const MuscleState& now) {
+  Row sum = {};
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    const Row v = now.v[i] - now.target_velocity[i];
+    if (!muscle.driven[i]) sum += 0.5 * muscle.mass[i] * v * v;
+  }
+  return sum3(sum);
+}
+
+// What the edges tell. Energy and orientation cost something: only where the edges give cause.
+std::optional<Trouble> find_bad_shape(const Model& model, double h, const State& state, int m) {
+  const Muscle& muscle = model.muscles[m];
+  const MuscleState& now = state.muscles[m];
+  const Springs& springs = muscle.springs;
+  const bool has_path = muscle.shape.held.empty();
+  const EdgeStrain strain = strain_of_edges(springs, now.rest_length, now.x, now.target, kStretch);
+  if (!strain.within) return find_long_edge(model, state, m);
+  const double energy = strain.energy + kinetic_energy(muscle, now);
+  if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
+    const double volume = enclosed_volume(now.x, muscle.rest.triangles);
+    if (!(volume > 0.0) && enclosed_volume(now.frame_before.x, muscle.rest.triangles) > 0.0) {
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kVolume, volume, 0.0);
+    }
+  }
+  if (has_path && strain.reversed > kReversed * springs.structural) {
+    const double over = turned_over(muscle, now.x, now.target);
+    const MuscleMotion& before = now.frame_before;
+    if (over > kTurnedOver && over > turned_over(muscle, before.x, before.target)) {
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kTurnedOver, over,
+                        kTurnedOver);
+    }
+  }
+  if (!(energy <= strain.usual)) {
+    const double limit = energy_limit(model, h, state);
+    if (!(energy <= limit)) {
+      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kEnergy, energy, limit);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+const CauseWords& words_of(Cause cause) {
+  static constexpr const char* kMotion = "see the motion and the scale of the rig in this frame";
+  static constexpr const char* kPath =
+      "see its path, its wraps and the joints round it in this frame";
+  static constexpr const char* kMaterial = "use more substeps or softer material";
+  // By Cause.
+  static constexpr CauseWords kWords[] = {
+      {"", "", "", ""},
+      {"solution", "", "the solver found no solution", kMaterial},
+      {"distance from the root", "m", "it left the rig's surroundings", kMotion},
+      {"speed", "m/s", "it became faster than any part of the rig", kMotion},
+      {"length of an edge", "m", "an edge of it was torn", kMaterial},
+      {"enclosed volume", "m^3", "it was emptied", kMaterial},
+      {"part of its surface turned inside out", "of 1", "its surface turned inside out", kPath},
+      {"energy", "J", "it gained more energy than anything gave it", kMaterial},
+      {"way into a bone in one step", "m", "it would have passed into a bone in one step", kMotion},
+      {"way into a bone, however short the step", "m",
+       "it jumps into a bone, however short the step", kPath}};
+  return kWords[static_cast<int>(cause)];
+}
+
+StepFailure::StepFailure(const Model& model, double time, const Trouble& of, int steps)
+    : Error(ExitCode::kSolver, text_of(model, time, of, steps)),
+      trouble(of),
+      frame(frame_at(model, time)),
+      substeps(of.substep > 0 ? steps : 0) {}
+
+namespace {
+
+// What has changed since the muscle was last remembered.
+void remember(MuscleState& muscle) {
+  MuscleMotion& before = muscle.frame_before;
+  switch (muscle.highest) {
+    case Level::kAsleep:
+      break;
+    case Level::kGeometric:
+      before.x = muscle.x;
+      before.v = muscle.v;
+      break;
+    default:
+      before = muscle;
+  }
+  muscle.highest = Level::kAsleep;
+}
+
+}  // namespace
+
+void begin_frame(const Model& model, State& state) {
+  leave_rungs(model, state);
+  for (MuscleState& muscle : state.muscles) {
+    muscle.volume_error = muscle.substep_volume_error = 0.0;
+    muscle.unreached = muscle.weight_fallbacks = muscle.zone_fallbacks = 0;
+    remember(muscle);
+  }
+  state.skin_before = state.skin;
+  state.frame_pose = state.pose;
+}
+
+void take_back(State& state) {
+  for (MuscleState& muscle : state.muscles) {
+    static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
+    muscle.followed.x.clear();  // the next search knows of no motion
+    muscle.shaped = false;
+  }
+  static_cast<SkinMotion&>(state.skin) = state.skin_before;
+  state.pose = state.frame_pose;
+  state.taken_back = true;
+}
+
+std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>()>& step) {
+  try {
+    return step();
+  } catch (const NoSolution& none) {
+    Trouble trouble{none.what()};
+    trouble.muscle = none.muscle;
+    return trouble;
+  }
+}
+
+std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
+  const double extent = extent_of(model, state);
+  for (int m = 0; m < state.count(); ++m) {
+    if (state.muscles[m].level == Level::kAsleep) continue;
+    if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
+  }
+  for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers
+    if (!has_forces(state.muscles[m].level)) continue;
+    if (auto trouble = find_bad_shape(model, h, state, m)) return trouble;
+  }
+  return {};
+}
+
+std::optional<Trouble> find_skin_trouble(const Model& model, const State& state) {
+  const double reach = kBox * extent_of(model, state);
+  const SkinMotion& skin = state.skin;
+  for (size_t i = 0; i < skin.x.size(); ++i) {
+    const auto is_beyond = [&](double value) { return !(value <= reach); };
+    for (const Rows* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {
+      if (i >= rows->size() || !is_beyond(norm((*rows)[i]))) continue;
+      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
+    }
+    if (i < skin.moved.size() && is_beyond(skin.moved[i])) {
+      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, skin.moved[i], reach};
+    }
+  }
+  return {};
+}
+
+double fastest_node(const Model& model, const State& state) {
+  double fastest = 0.0;
+  for (int m = 0; m < state.count(); ++m) {
+    const MuscleState& now = state.muscles[m];
+    for (size_t i = 0; i < now.v.size(); ++i) {
+      if (!model.muscles[m].driven[i]) fastest = std::max(fastest, norm(now.v[i]));
+    }
+  }
+  return fastest;
+}
+
+}  // namespace thew

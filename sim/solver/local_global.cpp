@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "muscles/volume.h"
+#include "rig/vectorise.h"
+#include "sim/solver/levels.h"
+#include "sim/solver/muscle_step.h"
+#include "sim/solver/trouble.h"
+#include "sim/solver/volume_rule.h"
+#include "skin/contact/implicit_contact.h"
+
+namespace thew {
+namespace {
+
+// 1/s^2, of a quasi-static iteration about its own start: keeps the matrix definite where nothing
+// holds a body, and leaves the rest where it is.
+constexpr double kNearness = 1.0;
+
+// [x, z] = A^-1 [f, W dV/dx], by new index and back.
+THEW_VECTORISED
+void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Rows& f, const Rows& g, Rows& x,
+                Rows& z) {
+  const Skyline& matrix = muscle.stiffness;
+  work.pairs.resize(matrix.size());
+  x.resize(f.size(), Row{});
+  z.resize(f.size(), Row{});
+  for (int i = 0; i < matrix.size(); ++i) {
+    const int node = matrix.order[i];
+    work.pairs[i] = __builtin_shufflevector(f[node], g[node], 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  solve(matrix, work.factor, work.pairs);
+  for (int i = 0; i < matrix.size(); ++i) {
+    const int node = matrix.order[i];
+    x[node] = __builtin_shufflevector(work.pairs[i], work.pairs[i], 0, 1, 2, 3);
+    z[node] = __builtin_shufflevector(work.pairs[i], work.pairs[i], 4, 5, 6, 7);
+  }
+}
+
+// A^-1 W dL/dx of each cut between zones, two at a time; the last, of the whole, is there already.
+void solve_zones(const Muscle& muscle, MuscleState& now, LocalGlobalWork& work) {
+  std::vector<Rows>& gradients = now.volume.zones.gradients;
+  std::vector<Rows>& directions = now.volume.zone_directions;
+  for (Rows& gradient : gradients) {
+    for (size_t i = 0; i < gradient.size(); ++i) gradient[i] *= now.weights[i];
+  }
+  directions.resize(gradients.size());
+  const size_t cuts = gradients.size() - 1;
+  for (size_t c = 0; c < cuts; c += 2) {
+    solve_pair(muscle, work, gradients[c], gradients[c + 1], directions[c], directions[c + 1]);
+  }
+  directions[cuts] = now.volume.direction;
+}
+
+THEW_VECTORISED
+double dot(const Rows& a, const Rows& b) {
+  Row sum = {};
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum[0] + sum[1] + sum[2];
+}
+
+THEW_VECTORISED
+void scale(const std::vector<double>& by, const Rows& rows, Rows& out) {
+  out.resize(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) out[i] = by[i] * rows[i];
+}
+
+// By node: mass times what does not depend on other nodes.
+THEW_VECTORISED
+void set_base(const Muscle& muscle, double h, double inertia, double damping, const Row& gravity,
+              const MuscleState& now, Rows& base) {
+  const double drag = damping / h, guide = muscle.settings.guide;
+  base.resize(now.x.size());
+  for (size_t i = 0; i < now.x.size(); ++i) {
+    base[i] = muscle.mass[i] * (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
+                                damping * now.target_velocity[i] + guide * now.target[i] + gravity);
+  }
+}
+
+}  // namespace
+
+namespace {
+
+// A^-1 stands as long as the diagonal does.
+void factorise_step(const Model& model, int m, LocalGlobalWork& work) {
+  const Muscle& muscle = model.muscles[m];
+  if (work.diagonal == work.factored_diagonal) return;
+  work.factored_diagonal.clear();  // a factor that fails is of no diagonal
+  if (!factorise(muscle.stiffness, work.diagonal, work.factor)) {
+    throw NoSolution(m, "muscle \"" + muscle.name +
+                            "\": the step's matrix is not positive definite; check its material "
+                            "and time step");
+  }
+  work.factored_diagonal = work.diagonal;
+}
+
+void begin_contacts(const Model& model, int m, double h, State& state, LocalGlobalWork& work) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const ContactSolve solve = contact_solve(model, m, state);
+  const bool held = std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
+  if (!held && !is_quasi_static(model, m)) {
+    guess_flight(solve, now, muscle.mass, to_row(model.gravity), h, now.start, now.v, now.x);
+  }
+  if (solve.friction > 0.0) find_slip_origins(solve, now.contacts, now.start, work.apart);
+}
+
+}  // namespace
+
+void begin_local_global(const Model& model, int m, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  LocalGlobalWork& work = work_of<LocalGlobalWork>(now.work);
+  const bool still = is_quasi_static(model, m);
+  const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
+  const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
+  set_base(muscle, h, inertia, damping, to_row(model.gravity), now, work.base);
+  const double shape = muscle.settings.material.shape;
+  add_ring_edges(muscle.rings, shape, now.target, work.base);
+  lengths_by_slot(muscle.rings, now.rest_length, work.rest_by_slot);
+  for (const auto& [node, anchor, stiffness] : muscle.anchored) {  // goes to the right side
+    work.base[node] += (1.0 + shape) * stiffness * now.x[anchor];
+  }
+  const Skyline& matrix = muscle.stiffness;
+  work.diagonal.resize(matrix.size());
+  for (int i = 0; i < matrix.size(); ++i) {
+    work.diagonal[i] = muscle.mass[matrix.order[i]] * (inertia + drag + guide);
+    if (still) work.diagonal[i] += kNearness * muscle.mass[matrix.order[i]];
+  }
+  for (size_t c = 0; c < now.contacts.size(); c = end_of_one(now.contacts, c)) {
+    const int node = now.contacts[c].node;
+    work.diagonal[matrix.position[node]] += muscle.contact_stiffness[node];
+  }
+  factorise_step(model, m, work);
+  now.volume.gradient.resize(now.x.size());
+  now.volume.direction.resize(now.x.size(), Row{});  // where driven it stays 0
+  begin_contacts(model, m, h, state, work);
+  if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.volume.zone_targets);
+}
+
+void iterate_local_global(const Model& model, int m, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  const VolumeRule& rule = rule_of(model.solver.volume);
+  MuscleState& now = state.muscles[m];
+  LocalGlobalWork& work = std::get<LocalGlobalWork>(now.work);
+  Rows &gradient = now.volume.gradient, &direction = now.volume.direction, &f = work.forces;
+  now.node_iterations += static_cast<std::int64_t>(now.x.size());
+  f = work.base;
+  add_ring_projections(muscle.rings, work.rest_by_slot, now.x, f);  // the local step
+  if (is_quasi_static(model, m)) {
+    for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
+  }
+  add_contacts(contact_solve(model, m, state), now.x, work.apart, now, f);
+  volume_gradient(now.x, muscle.rest.triangles, gradient);
+  scale(now.weights, gradient, work.weighted);
+  const bool zoned = muscle.zones.count() > 0;
+  if (zoned) {
+    gradients_before(muscle.zones, now.x, muscle.rest.triangles, now.volume.zones.gradients);
+  }
+  solve_pair(muscle, work, f, work.weighted, now.x, direction);
+  // G A^-1 W G need not be positive: fall back on even weights, under which it is.
+  const double along = dot(gradient, direction);
+  double even_along = 0.0;
+  if (!(along > 0.0) || rule.wants_even) {
+    solve_pair(muscle, work, gradient, gradient, work.unused, work.even);
+    even_along = dot(gradient, work.even);
+    if (!(along > 0.0)) {
+      direction = work.even;
+      ++now.weight_fallbacks;
+    }
+  }
+  if (zoned) {
+    solve_zones(muscle, now, work);
+    restore_zones(muscle, now);
+  }
+  rule.restore(muscle, direction, even_along, now.x);
+}
+
+}  // namespace thew

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/solver/state_archive.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <type_traits>
+
+#include "sim/solver/drive.h"
+
+namespace thew {
+namespace {
+
+// One list of numbers, written and read by the same function so that the two cannot differ.
+struct Writer {
+  std::vector<double>& out;
+  void number(double& value) { out.push_back(value); }
+  void count(size_t& n) { out.push_back(static_cast<double>(n)); }
+};
+
+struct Reader {
+  const std::vector<double>& in;
+  size_t at = 0;
+  void number(double& value) {
+    if (at == in.size())
+      throw Error(ExitCode::kInput,
+                  "the bake's state is shorter than its own lists; bake again without --resume");
+    value = in[at++];
+  }
+  void count(size_t& n) {
+    double value = 0.0;
+    number(value);
+    if (!(value >= 0.0 && value <= static_cast<double>(in.size()))) {
+      throw Error(ExitCode::kInput, "the bake's state is damaged; bake again without --resume");
+    }
+    n = static_cast<size_t>(value);
+  }
+};
+
+template <typename Archive>
+void walk(Archive& archive, double& value) {
+  archive.number(value);
+}
+
+// Of small whole numbers: counts, indices, enumerators.
+template <typename Archive, typename Whole>
+requires(std::is_integral_v<Whole> || std::is_enum_v<Whole>) void walk(Archive& archive,
+                                                                       Whole& value) {
+  double real = static_cast<double>(value);
+  archive.number(real);
+  value = static_cast<Whole>(static_cast<std::int64_t>(real));
+}
+
+template <typename Archive>
+void walk(Archive& archive, Vec3& v) {
+  for (double& value : v) archive.number(value);
+}
+
+template <typename Archive>
+void walk(Archive& archive, Row& row) {
+  for (int k = 0; k < 3; ++k) {
+    double value = row[k];
+    archive.number(value);
+    row[k] = value;
+  }
+}
+
+template <typename Archive, typename T, typename Allocator>
+void walk(Archive& archive, std::vector<T, Allocator>& values) {
+  size_t n = values.size();
+  archive.count(n);
+  values.resize(n);
+  for (T& value : values) walk(archive, value);
+}
+
+template <typename Archive>
+void walk(Archive& archive, Contact& contact) {
+  walk(archive, contact.node);
+  walk(archive, contact.other);
+  walk(archive, contact.of_face);
+}
+
+template <typename Archive, typename... Fields>
+void walk_all(Archive& archive, Fields&... fields) {
+  (walk(archive, fields), ...);
+}
+
+// The fields by structured binding: one that is added and not saved does not compile.
+template <typename Archive>
+void walk(Archive& archive, NodeMotion& motion) {
+  auto& [x, v, zone_radius, weights, rested, level, shaped] = motion;
+  walk_all(archive, x, v, zone_radius, weights, rested, level, shaped);
+}
+
+template <typename Archive>
+void walk(Archive& archive, CarriedMotion& motion) {
+  auto& [target, rest_length, path_length] = motion;
+  walk_all(archive, target, rest_length, path_length);
+}
+
+template <typename Archive>
+void walk(Archive& archive, ContactMotion& motion) {
+  auto& [contacts, normal_multiplier, friction_multiplier] = motion;
+  walk_all(archive, contacts, normal_multiplier, friction_multiplier);
+}
+
+template <typename Archive>
+void walk(Archive& archive, SolverMeasures& measures) {
+  auto& [volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks, given] =
+      measures;
+  auto& [impulse, angular_impulse] = given;
+  walk_all(archive, volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks,
+           impulse, angular_impulse);
+}
+
+template <typename Archive>
+void walk(Archive& archive, MuscleMotion& motion) {
+  static_assert(sizeof(MuscleMotion) == sizeof(NodeMotion) + sizeof(CarriedMotion) +
+                                            sizeof(ContactMotion) + sizeof(SolverMeasures));
+  walk_all(archive, static_cast<NodeMotion&>(motion), static_cast<CarriedMotion&>(motion),
+           static_cast<ContactMotion&>(motion), static_cast<SolverMeasures&>(motion));
+}
+
+template <typename Archive>
+void walk(Archive& archive, SkinMotion& motion) {
+  auto& [x, offset, force, slip, moved] = motion;
+  walk_all(archive, x, offset, force, slip, moved);
+}
+
+// What each search finds out anew of where all are is left out.
+template <typename Archive>
+void walk(Archive& archive, Followed& followed) {
+  walk_all(archive, followed.x, followed.travelled);
+}
+
+template <typename Archive>
+void walk(Archive& archive, ContactMemory& memory) {
+  size_t others = memory.others.size();
+  archive.count(others);
+  memory.others.resize(others);
+  for (ContactMemory::Other& other : memory.others) {
+    walk_all(archive, other.triangle, other.clear, other.travelled);
+  }
+}
+
+template <typename Archive>
+void walk(Archive& archive, MuscleSearches& searches) {
+  auto& [memory, face_memory, followed] = searches;
+  walk_all(archive, memory, face_memory, followed);
+}
+
+template <typename Archive>
+void walk(Archive& archive, LadderMotion& ladder) {
+  auto& [rung, since, passes, taken, because] = ladder;
+  walk_all(archive, rung, since, passes, taken, because);
+}
+
+template <typename Archive>
+void walk(Archive& archive, State& state) {
+  walk(archive, state.time);
+  for (MuscleState& muscle : state.muscles) {
+    walk(archive, static_cast<MuscleMotion&>(muscle));
+    walk(archive, static_cast<MuscleSearches&>(muscle));
+    walk(archive, muscle.ladder);
+  }
+  for (BoneState& bone : state.bones) walk(archive, bone.followed);
+  walk(archive, static_cast<SkinMotion&>(state.skin));
+}
+
+}  // namespace
+
+State initial_state(const Model& model) {
+  State state;
+  state.time = -model.settle;
+  state.muscles.resize(model.muscles.size());
+  state.bones.resize(model.bones.size());
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    state.bones[b].x = to_rows(model.bones[b].in_body.vertices);
+    state.bones[b].bvh =
+        build_bvh(model.surfaces[model.muscles.size() + b].surface, state.bones[b].x);
+  }
+  drive_bones(model, state.time, state);
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    MuscleState& now = state.muscles[m];
+    now.x = to_rows(model.muscles[m].rest.vertices);
+    now.v.assign(now.x.size(), Row{});
+    now.target = now.x;
+    now.target_velocity = now.v;
+    now.start = now.seen = now.x;
+    now.weights = model.muscles[m].weights;
+    now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
+    now.bvh = build_bvh(model.surfaces[m].surface, now.x);
+    now.pose = carry_pose(model.muscles[m].shape, state.pose);
+    now.path_length = now.pose.path_length;
+  }
+  if (model.skinned) {
+    state.skin = initial_skinned(*model.skinned);
+  } else if (model.has_skin) {
+    state.skin = initial_skin(model.skin);
+  }
+  return state;
+}
+
+std::vector<double> pack_state(const State& state) {
+  std::vector<double> out;
+  Writer writer{out};
+  State copy = state;
+  walk(writer, copy);
+  return out;
+}
+
+namespace {
+
+bool fits(const MuscleMotion& motion, const Model& model, const Muscle& muscle) {
+  const size_t nodes = muscle.rest.vertices.size(), contacts = motion.contacts.size();
+  const bool known =
+      std::all_of(motion.contacts.begin(), motion.contacts.end(), [&](const Contact& contact) {
+        return contact.node >= 0 && contact.node < static_cast<int>(nodes) && contact.other >= 0 &&
+               contact.other < model.colliders();
+      });
+  return known && motion.x.size() == nodes && motion.v.size() == nodes &&
+         motion.target.size() == nodes && motion.weights.size() == nodes &&
+         motion.rest_length.size() == muscle.springs.nodes.size() &&
+         motion.normal_multiplier.size() == contacts &&
+         (motion.friction_multiplier.empty() || motion.friction_multiplier.size() == contacts);
+}
+
+bool fits(const ContactMemory& memory, const Model& model) {
+  const size_t others = memory.others.size();
+  return (others == 0 || others == static_cast<size_t>(model.colliders())) &&
+         std::all_of(memory.others.begin(), memory.others.end(),
+                     [](const auto& other) { return other.triangle.size() == other.clear.size(); });
+}
+
+// What is read back was written for these meshes, or by no one.
+bool fits(const State& state, const Model& model) {
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const MuscleState& now = state.muscles[m];
+    if (!fits(now, model, model.muscles[m]) || !fits(now.memory, model) ||
+        !fits(now.face_memory, model) || now.ladder.passes >= model.colliders()) {
+      return false;
+    }
+  }
+  const SkinState rest = model.skinned    ? initial_skinned(*model.skinned)
+                         : model.has_skin ? initial_skin(model.skin)
+                                          : SkinState{};
+  const SkinState& skin = state.skin;
+  return skin.x.size() == rest.x.size() && skin.offset.size() == rest.offset.size() &&
+         skin.force.size() == rest.force.size() && skin.slip.size() == rest.slip.size() &&
+         skin.moved.size() == rest.moved.size();
+}
+
+}  // namespace
+
+void unpack_state(const Model& model, const std::vector<double>& packed, State& state) {
+  state = initial_state(model);
+  Reader reader{packed};
+  walk(reader, state);
+  if (reader.at != packed.size() || !fits(state, model)) {
+    throw Error(ExitCode::kInput,
+                "the bake's state is of other meshes; bake again without --resume");
+  }
+  drive_bones(model, state.time, state);
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    MuscleState& now = state.muscles[m];
+    now.pose = carry_pose(model.muscles[m].shape, state.pose);
+    now.start = now.seen = now.x;  // of one that is asleep
+    refit_bvh(model.surfaces[m].surface, now.x, now.bvh);
+  }
+}
+
+void forget_searches(State& state) {
+  for (MuscleState& muscle : state.muscles) static_cast<MuscleSearches&>(muscle) = {};
+  for (BoneState& bone : state.bones) bone.followed = {};
+}
+
+}  // namespace thew

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the exact multiplier is measured against: no volume at all, the paper's equations as they
+// are printed (the denominator without the weights) and mended, and a bulk stiffness.
+#include "muscles/volume.h"
+#include "sim/solver/volume_rule.h"
+
+namespace thew {
+namespace {
+
+// s = (V0 - V) / denominator.
+bool move_linearly(const Muscle& muscle, double volume, double denominator, const Rows& direction,
+                   Rows& x) {
+  if (denominator == 0.0) return false;
+  const double s = (muscle.rest_volume - volume) / denominator;
+  for (size_t i = 0; i < x.size(); ++i) x[i] += s * direction[i];
+  return true;
+}
+
+VolumeCubic along(const Muscle& muscle, const Rows& direction, const Rows& x) {
+  return volume_along(x, direction, muscle.rest.triangles);
+}
+
+double lambda_over(const Muscle& muscle, double h, double denominator, const VolumeSums& sums,
+                   bool& reached) {
+  reached = denominator > 0.0;
+  return reached ? ((sums.volume - muscle.rest_volume) / h + sums.rate) / denominator : 0.0;
+}
+
+}  // namespace
+
+bool leave_volume(const Muscle&, const Rows&, double, Rows&) { return true; }
+
+bool restore_linearly(const Muscle& muscle, const Rows& direction, double, Rows& x) {
+  const VolumeCubic cubic = along(muscle, direction, x);
+  return move_linearly(muscle, cubic.c0, cubic.c1, direction, x);
+}
+
+bool restore_as_printed(const Muscle& muscle, const Rows& direction, double even, Rows& x) {
+  return move_linearly(muscle, along(muscle, direction, x).c0, even, direction, x);
+}
+
+bool restore_by_penalty(const Muscle& muscle, const Rows& direction, double, Rows& x) {
+  const VolumeCubic cubic = along(muscle, direction, x);
+  return move_linearly(muscle, cubic.c0, cubic.c1 + volume_compliance(muscle, kPenaltyBulk),
+                       direction, x);
+}
+
+double linear_lambda(const Muscle& muscle, double h, const VolumeSums& sums, double,
+                     bool& reached) {
+  return lambda_over(muscle, h, sums.weighted, sums, reached);
+}
+
+double printed_lambda(const Muscle& muscle, double h, const VolumeSums& sums, double even,
+                      bool& reached) {
+  return lambda_over(muscle, h, even, sums, reached);
+}
+
+double penalty_lambda(const Muscle& muscle, double h, const VolumeSums& sums, double,
+                      bool& reached) {
+  reached = true;
+  return h * (sums.volume - muscle.rest_volume) / volume_compliance(muscle, kPenaltyBulk);
+}
+
+double volume_compliance(const Muscle& muscle, double bulk) { return muscle.rest_volume / bulk; }
+
+}  // namespace thew

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A skin that its user has skinned already, over muscles.
+#include <gtest/gtest.h>
+
+#include "skin/depth.h"
+#include "skin/skinned_skin.h"
+#include "tests/unit/skin/shapes.h"
+
+namespace thew {
+namespace {
+
+constexpr int kSide = 13;
+
+// A sheet at y = 12 mm over a flat muscle that ends at 10 mm, both wide.
+struct Sheet {
+  TriMesh mesh;
+  SkinWeights weights;
+  std::vector<int> map_back;
+  TriMesh muscle = ball(1.0, Vec3(0, 0, 0), 48, 47);
+  Surface surface;
+  SkinnedSkin skin;
+
+  template <typename Act>
+  auto with_muscle(const Vec3& by, Act act) const {
+    Rows x;
+    for (const Vec3& p : muscle.vertices) x.push_back(to_row(p + by));
+    const Bvh bvh = build_bvh(surface, x);
+    return act(std::vector<Collider>{{&surface, &bvh, &x, nullptr}});
+  }
+
+  explicit Sheet(double edge = 0.008, double radius = 0.12) {
+    for (Vec3& p : muscle.vertices) p = p.cwiseProduct(Vec3(radius, 0.01, radius));
+    for (int i = 0; i < kSide * kSide; ++i) {
+      mesh.vertices.emplace_back(edge * (i % kSide - kSide / 2), 0.012,
+                                 edge * (i / kSide - kSide / 2));
+      map_back.push_back(i);
+      weights.first.push_back(i);
+      weights.link.push_back(0);
+      weights.weight.push_back(1.0);
+    }
+    weights.first.push_back(kSide * kSide);
+    weights.links.push_back({0, Affine::Identity()});
+    for (int row = 0; row + 1 < kSide; ++row) {
+      for (int k = 0; k + 1 < kSide; ++k) {
+        const int a = row * kSide + k, b = a + kSide;
+        mesh.triangles.push_back({a, b, b + 1});
+        mesh.triangles.push_back({a, b + 1, a + 1});
+      }
+    }
+    surface = make_surface(muscle.triangles, static_cast<int>(muscle.vertices.size()));
+    skin = with_muscle(Vec3::Zero(), [&](const std::vector<Collider>& below) {
+      return bind_skinned(mesh, map_back, weights, {Affine::Identity()}, below, {});
+    });
+  }
+
+  // The sheet, with the body and then the muscle moved.
+  Rows moved(const Vec3& body, const Vec3& by) const {
+    SkinState state = initial_skinned(skin);
+    Affine place = Affine::Identity();
+    place.translation() = body;
+    with_muscle(body + by, [&](const std::vector<Collider>& below) {
+      step_skinned(skin, {place}, below, state);
+      return 0;
+    });
+    return state.x;
+  }
+  Vec3 middle(const Vec3& body, const Vec3& by) const {
+    return to_vec(moved(body, by)[kSide * kSide / 2]);
+  }
+};
+
+TEST(SkinnedSkin, StaysWhereMusclesGoAsTheWeightsDo) {
+  const Sheet sheet;
+  EXPECT_LT((sheet.middle(Vec3::Zero(), Vec3::Zero()) - Vec3(0, 0.012, 0)).norm(), 1e-9);
+  EXPECT_LT((sheet.middle(Vec3(1, 2, 3), Vec3::Zero()) - Vec3(1, 2.012, 3)).norm(), 1e-9);
+}
+
+// Further in one frame than the muscle is thick: nearest to the old place is the muscle's far side.
+TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
+  const Sheet sheet;
+  for (const double way : {0.004, 0.015, 0.028}) {
+    EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0, way, 0)).y(), 0.012 + way, 1e-3) << way;
+  }
+}
+
+// Further than its reach, as the weights of a bent elbow do.
+TEST(SkinnedSkin, StaysOutsideWhereItsWeightsSinkIn) {
+  const Sheet sheet;
+  for (const double way : {0.01, 0.025, 0.045, 0.06}) {
+    EXPECT_NEAR(sheet.middle(Vec3(0, -way, 0), Vec3(0, way, 0)).y(), 0.012, 1e-3) << way;
+  }
+}
+
+// A muscle that comes up in the middle of a triangle with no vertex near it.
+TEST(SkinnedSkin, CoversAMuscleBetweenItsVertices) {
+  const Sheet sheet(0.06, 0.01);
+  const int a = (kSide + 1) * (kSide / 2);  // the muscle's top is under this cell's diagonal
+  for (const double way : {0.0, 0.004, 0.012, 0.02}) {
+    const Vec3 to(0.025, way, 0.02);
+    const Rows x = sheet.moved(Vec3::Zero(), to);
+    const double u = to.x() / 0.06, v = to.z() / 0.06;  // u > v: the triangle a, b + 1, a + 1
+    const double y = (1.0 - u) * x[a][1] + v * x[a + kSide + 1][1] + (u - v) * x[a + 1][1];
+    EXPECT_GT(y, 0.01 + way - 1e-3) << way;
+  }
+}
+
+// A muscle that slides by below changes nothing.
+TEST(SkinnedSkin, LetsAMuscleSlide) {
+  const Sheet sheet;
+  EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
+}
+
+// The end of this muscle is turned inside out, as one pinched in a fold may be: what lies before it
+// is not inside, however far the sign of the nearest place says so.
+TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
+  TriMesh mesh = spindle(0.0, 0.1, 24, 19, [](double, double) { return 0.01; });
+  for (Vec3& p : mesh.vertices) p.z() *= p.y() > 0.093 ? -1.0 : 1.0;
+  const Shape muscle = make_shape(mesh);
+  const std::vector<Collider> below = {{&muscle.surface, &muscle.bvh, &muscle.x, nullptr}};
+  const auto depth = [&](const Vec3& p) { return deepest_inside(below, {to_row(p)}); };
+  EXPECT_NEAR(depth(Vec3(0.007, 0.05, 0.0)), 0.003, 2e-4);
+  EXPECT_EQ(depth(Vec3(0.011, 0.05, 0.0)), 0.0);
+  EXPECT_EQ(depth(Vec3(0.004, 0.098, 0.008)), 0.0);
+  EXPECT_EQ(depth(Vec3(0.004, 0.13, 0.0)), 0.0);
+}
+
+}  // namespace
+}  // namespace thew

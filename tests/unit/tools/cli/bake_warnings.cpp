@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/bake_warnings.h"
+
+#include <gtest/gtest.h>
+
+#include "rig/text.h"
+#include "tests/unit/rig/temp.h"
+#include "tools/cli/commands.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BakeWarnings : public TempFolder {
+ protected:
+  // What is said of the made-up figure with two muscles in its upper arm, of radii in m.
+  std::string said(const std::string& one, const std::string& two) {
+    fs::copy_file(fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf",
+                  folder / "figure.gltf", fs::copy_options::overwrite_existing);
+    const auto muscle = [](const std::string& name, const std::string& radius) {
+      return "[[muscle]]\nname = \"" + name +
+             "\"\npath = [[\"LeftArm\", 0.05, -0.04, 0], [\"LeftArm\", 0.15, -0.13, 0]]\n"
+             "profile = { around = 12, rings = 9, radius = [[0, " +
+             radius + "]] }\n";
+    };
+    CommandOptions options;
+    options.input = write("figure.toml",
+                          "[scene]\nframes = \"3-4\"\n[rig]\nfile = \"figure.gltf\"\n"
+                          "[skin]\nkind = \"skinned\"\n[contact]\nenabled = false\n" +
+                              muscle("one", one) + muscle("two", two));
+    options.out = folder / "out";
+    options.pictures = false;
+    options.overwrite = true;
+    options.progress = "none";
+    testing::internal::CaptureStderr();
+    const ExitCode code = bake_command(options);
+    const std::string stderr_text = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(code, ExitCode::kDone);
+    const std::string report = read_whole(options.out / "report.json", 1 << 20);
+    EXPECT_EQ(report.find("stands out") == std::string::npos,
+              stderr_text.find("stands out") == std::string::npos);
+    return stderr_text;
+  }
+};
+
+TEST_F(BakeWarnings, ThatAMuscleStandsOutOfTheSkinNamesItSizeAndFrame) {
+  EXPECT_EQ(said("0.01", "0.012").find("stands out"), std::string::npos);
+  const std::string text = said("0.01", "0.08");
+  std::printf("%s", text.c_str());
+  EXPECT_HAS(text, "muscle \"two\" stands out of the character's skin by ");
+  EXPECT_HAS(text, " mm in frame ");
+  EXPECT_HAS(said("0.08", "0.01"), "muscle \"one\" stands out");
+}
+
+TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
+  Model model;
+  model.has_skin = model.skin.settings.keeps_volume = true;
+  BakeResult result;
+  for (const double error : {0.0, 0.031, 1e-14}) {
+    result.measures.emplace_back().skin.volume_error = error;
+  }
+  const auto said = [&] { return skin_too_full(model, {7, 8, 9}, result.measures); };
+  EXPECT_EQ(said(),
+            "skin: 0.031 of its volume off in frame 8, where what is below leaves no room; more "
+            "fat over it at rest gives some");
+  result.measures[1].skin.volume_error = 2e-14;
+  EXPECT_EQ(said(), "");
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "rig/math.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
+#include "sim/step.h"
+#include "tests/unit/rig/temp.h"
+#include "tools/cli/commands.h"
+
+namespace thew {
+
+namespace fs = std::filesystem;
+
+inline const fs::path kFigure = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
+
+class NewScene : public TempFolder {
+ protected:
+  fs::path data(const char* name) { return fs::path(THEW_SHARED_DATA) / name; }
+  NewOptions asked(const fs::path& character, const std::string& side, double scale = 1.0) {
+    NewOptions options;
+    options.character = character;
+    options.out = folder / "character.toml";
+    options.side = side;
+    options.scale = scale;
+    options.force = true;
+    return options;
+  }
+};
+
+struct Found {
+  fs::path file;
+  double scale;
+};
+// The project's own and, of the real inputs, those that are there.
+inline std::vector<Found> characters() {
+  std::vector<Found> found = {{kFigure, 1.0}};
+  for (const auto& [name, scale] : {std::pair("cesium_man.gltf", 1.0), {"robot.glb", 0.4}}) {
+    const fs::path file = fs::path(THEW_SHARED_DATA) / name;
+    if (fs::exists(file)) {
+      found.push_back({file, scale});
+    } else {
+      std::printf("%s is not there\n", name);
+    }
+  }
+  return found;
+}
+
+// The new scene, settled.
+struct MadeArm {
+  Model model;
+  Parallel parallel{1};
+  State state;
+  StageSeconds seconds;
+
+  explicit MadeArm(const NewOptions& options, const std::vector<std::string>& overrides = {}) {
+    EXPECT_EQ(new_command(options), ExitCode::kDone);
+    model = build_model(read_scene(options.out, overrides));
+    state = initial_state(model);
+    settle(model, parallel, state);
+  }
+  void step(int frame) { step_frame(model, frame / 24.0, parallel, state, seconds); }
+};
+
+// Solid angle of the surface seen from p, over that of a sphere: 0 outside of all its shapes.
+inline double winding(const TriMesh& mesh, const Vec3& p) {
+  double sum = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p,
+               c = mesh.vertices[t[2]] - p;
+    const double x = a.norm(), y = b.norm(), z = c.norm();
+    sum +=
+        2.0 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+  }
+  return sum / (4.0 * kPi);
+}
+
+inline double distance(const TriMesh& mesh, const Vec3& p) {
+  double least = 1.0;
+  for (const Triangle& t : mesh.triangles) {
+    // Close enough by the triangle's points on a grid of eighths.
+    const Vec3 &a = mesh.vertices[t[0]], u = mesh.vertices[t[1]] - a, v = mesh.vertices[t[2]] - a;
+    if ((a - p).norm() > least + std::max(u.norm(), v.norm())) continue;
+    for (int i = 0; i <= 8; ++i) {
+      for (int k = 0; k + i <= 8; ++k) {
+        least = std::min(least, (a + i / 8.0 * u + k / 8.0 * v - p).norm());
+      }
+    }
+  }
+  return least;
+}
+
+inline std::string from_base64(const std::string& text) {
+  const std::string_view digits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned value = 0;
+  int bits = 0;
+  for (size_t i = 0; i < text.size() && text[i] != '='; ++i) {
+    value = value << 6 | static_cast<unsigned>(digits.find(text[i]));
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes.push_back(static_cast<char>(value >> bits & 255));
+  }
+  return bytes;
+}
+
+}  // namespace thew

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// thew new on the project's figure, dressed, cut, scaled and maimed: a scene that can be used, or a
+// refusal that says why.
+#include "tests/unit/tools/fit/new_figure.h"
+
+#include <algorithm>
+
+#include "rig/import/urdf_import.h"
+#include "rig/text.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
+
+namespace thew {
+namespace {
+
+class NewFigure : public NewScene {
+ protected:
+  NewOptions options(const Figure& figure, const std::string& side = "both", double scale = 1.0) {
+    figure.write(folder / "figure.gltf");
+    NewOptions asked_for = asked(folder / "figure.gltf", side, scale);
+    asked_for.out = folder / "scene" / "character.toml";
+    return asked_for;
+  }
+  Model made(const NewOptions& asked_for) {
+    EXPECT_EQ(new_command(asked_for), ExitCode::kDone);
+    return build_model(read_scene(asked_for.out));
+  }
+  // The refusal, with a picture that it names and no scene.
+  std::string refusal(const NewOptions& asked_for) {
+    try {
+      new_command(asked_for);
+    } catch (const Error& error) {
+      EXPECT_FALSE(fs::exists(asked_for.out));
+      return error.what();
+    }
+    ADD_FAILURE() << "taken";
+    return "";
+  }
+  fs::path why() { return folder / "scene" / "character.why.svg"; }
+};
+
+double volume_of(const Model& model) {
+  double sum = 0.0;
+  for (const Muscle& muscle : model.muscles) sum += muscle.rest_volume;
+  return sum;
+}
+
+// Muscle vertices outside of a closed surface.
+int outside(const Model& model, const TriMesh& shell) {
+  int count = 0;
+  for (const Muscle& muscle : model.muscles) {
+    for (size_t i = 0; i < muscle.rest.vertices.size(); i += 5) {
+      count += winding(shell, muscle.rest.vertices[i]) < 0.5;
+    }
+  }
+  return count;
+}
+
+// The first mesh that the scene's character has, at rest.
+TriMesh shell_of(const Model& model, size_t mesh) {
+  const Character& character = model.character->character;
+  const int first = character.parts[mesh].first_vertex;
+  const int end = mesh + 1 < character.parts.size()
+                      ? character.parts[mesh + 1].first_vertex
+                      : static_cast<int>(character.mesh.vertices.size());
+  TriMesh shell;
+  for (const Row& x : model.skinned->rest) shell.vertices.push_back(to_vec(x));
+  for (const Triangle& t : character.mesh.triangles) {
+    if (t[0] >= first && t[0] < end) shell.triangles.push_back(t);
+  }
+  return shell;
+}
+
+// A body within its clothes, thinner, with nothing below them in places: muscles as in the clothes.
+TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
+  const double plain = volume_of(made(options(Figure())));
+  Figure figure;
+  Figure::Mesh body = figure.meshes[0];
+  figure.meshes[0].name = "Shirt";
+  Figure::thin(0.4, body);
+  // Cut away under the left sleeve, the right arm is whole.
+  body.cut([](const Vec3& p) { return p.x() > 0.2 && p.x() < 0.33; });
+  figure.meshes.insert(figure.meshes.begin(), body);
+  const Model model = made(options(figure));
+  EXPECT_NEAR(volume_of(model) / plain, 1.0, 0.02);
+  EXPECT_EQ(outside(model, shell_of(model, 1)), 0);
+  // Who wants the body under the clothes says so.
+  NewOptions bare = options(figure, "right");
+  bare.skin = {"Body"};
+  EXPECT_LT(volume_of(made(bare)) / plain, 0.25);
+  bare.skin = {"Boddy"};
+  bare.out = folder / "none.toml";
+  EXPECT_HAS(refusal(bare), "did you mean \"Body\"");
+}
+
+// Holes all over, each with the wall of an inner tube behind it.
+TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
+  const double plain = volume_of(made(options(Figure())));
+  Figure figure;
+  Figure::Mesh inner = figure.meshes[0];
+  inner.name = "Inner";
+  Figure::thin(0.3, inner);
+  std::vector<Triangle>& triangles = figure.meshes[0].triangles;
+  for (size_t i = triangles.size(); i-- > 0;) {
+    if (i % 7 == 0) triangles.erase(triangles.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  const double alone = volume_of(made(options(figure)));
+  figure.meshes.push_back(inner);
+  const double walled = volume_of(made(options(figure)));
+  std::printf("holes %.2f, with inner walls %.2f of the volume\n", alone / plain, walled / plain);
+  EXPECT_NEAR(alone / plain, 1.0, 0.1);
+  EXPECT_NEAR(walled / plain, 1.0, 0.1);
+}
+
+// Armour: upper arm and forearm apart by 3 cm, each closed by a cap, a ball in the joint between.
+TEST_F(NewFigure, PiecesMakeOneArm) {
+  const double plain = volume_of(made(options(Figure())));
+  Figure figure;
+  const auto at_elbow = [](const Vec3& p) { return std::abs(std::abs(p.x()) - 0.37) < 0.025; };
+  Figure::Mesh ball = figure.meshes[0];
+  ball.name = "Ball";
+  Figure::thin(0.6, ball);
+  ball.cut([](const Vec3& p) { return std::abs(std::abs(p.x()) - 0.37) > 0.03; });
+  figure.meshes[0].cut(at_elbow);
+  figure.meshes.push_back(ball);
+  const Model model = made(options(figure));
+  std::printf("%.2f of the volume\n", volume_of(model) / plain);
+  EXPECT_GT(volume_of(model) / plain, 0.6);
+  EXPECT_LT(volume_of(model) / plain, 1.05);
+}
+
+// From shoulder over elbow to wrist, of the figure over the template.
+double length_of_arm() {
+  const auto length = [](const Vec3& a, const Vec3& b, const Vec3& c) {
+    return (b - a).norm() + (c - b).norm();
+  };
+  const Scene scene = read_scene(fs::path(THEW_SOURCE_DIR) / "assets/arm/arm.toml");
+  const Skeleton skeleton = import_urdf(scene.rig, scene.folder);
+  Pose rest;
+  forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);
+  const auto place = [&](const char* body) {
+    return Vec3(rest[find_body(skeleton, body)].translation());
+  };
+  const Figure figure;
+  return length(figure.joints[3].place, figure.joints[4].place, figure.joints[5].place) /
+         length(place("humerus"), place("ulna"), place("hand"));
+}
+
+// Alike in the small and in the large: sizes, volumes, what the scene says of its size, and what
+// the solver does with it.
+TEST_F(NewFigure, ChildAndGiantAreTheSameArm) {
+  const Model plain = made(options(Figure()));
+  for (const double size : {0.5, 8.0}) {
+    Figure figure;
+    figure.place([&](const Vec3& p) { return Vec3(size * p); });
+    const Model model = made(options(figure));
+    EXPECT_NEAR(model.size, size * length_of_arm(), 0.01 * size);
+    for (size_t m = 0; m < model.muscles.size(); ++m) {
+      const double ratio = model.muscles[m].rest_volume / plain.muscles[m].rest_volume;
+      EXPECT_NEAR(ratio / (size * size * size), 1.0, 1e-3) << model.muscles[m].name;
+    }
+  }
+}
+
+// The length of its arm over the template's, whose humerus measures 0.309 m to its 0.263.
+TEST_F(NewFigure, AnArmsSizeIsItsLengthOverTheTemplates) {
+  EXPECT_NEAR(made(options(Figure())).size, 0.85, 0.01);
+}
+
+TEST_F(NewFigure, UnitsAreTheUsersToName) {
+  const Model plain = made(options(Figure()));
+  for (const double unit : {0.01, 0.0254}) {
+    Figure figure;
+    figure.place([&](const Vec3& p) { return Vec3(p / unit); });
+    const Model model = made(options(figure, "both", unit));
+    EXPECT_NEAR(volume_of(model) / volume_of(plain), 1.0, 1e-3);
+  }
+}
+
+// Lying on its back, as a file with z up has it: the arms are the same.
+TEST_F(NewFigure, ZUpIsAPersonLyingDown) {
+  const Model plain = made(options(Figure()));
+  Figure figure;
+  figure.place([](const Vec3& p) { return Vec3(p.x(), -p.z(), p.y()); });
+  const Model model = made(options(figure));
+  std::printf("%.2f of the volume\n", volume_of(model) / volume_of(plain));
+  EXPECT_NEAR(volume_of(model) / volume_of(plain), 1.0, 0.1);
+}
+
+TEST_F(NewFigure, AHandThatIsNotThereGetsNoBones) {
+  Figure figure;
+  figure.meshes[0].cut([](const Vec3& p) { return p.x() > 0.53; });
+  const Model model = made(options(figure));
+  EXPECT_EQ(model.bones.size(), 9u);  // of ten the left hand's is missing
+  for (const Bone& bone : model.bones) EXPECT_NE(bone.name, "hand_left");
+  // Nor is there an arm's end without the bone.
+  Figure without;
+  without.joints[5].name = "Glove";
+  without.joints[5].parent = 1;
+  for (auto& joints : without.meshes[0].joints) {
+    for (auto& joint : joints) joint = joint == 5 ? 4 : joint;
+  }
+  NewOptions handless = options(without);
+  handless.out = folder / "handless.toml";
+  EXPECT_HAS(refusal(handless), "which body is the left hand");
+}
+
+TEST_F(NewFigure, OneArmIsTakenAndTheOtherAskedFor) {
+  Figure figure;
+  figure.joints.resize(6);  // hips, chest and the left arm
+  Figure::Mesh& mesh = figure.meshes[0];
+  const Figure::Mesh whole = mesh;
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return std::any_of(t.begin(), t.end(), [&](int i) { return whole.share(i, 6, 9) > 0.0; });
+  });
+  for (auto& joints : mesh.joints) {
+    for (auto& joint : joints) joint = joint > 5 ? 1 : joint;
+  }
+  EXPECT_EQ(made(options(figure, "left")).muscles.size(), 12u);
+  NewOptions both = options(figure, "both");
+  both.out = folder / "both.toml";
+  EXPECT_HAS(refusal(both), "which body is the right humerus");
+}
+
+TEST_F(NewFigure, ThinArmsAreRefusedWithAPicture) {
+  Figure figure;
+  Figure::thin(0.2, figure.meshes[0]);
+  const std::string said = refusal(options(figure));
+  EXPECT_HAS(said, "too thin for muscles");
+  EXPECT_HAS(said, why().string());
+  EXPECT_HAS(read_whole(why(), 8 << 20), "too thin for muscles");
+  EXPECT_FALSE(fs::exists(folder / "scene" / "muscles"));  // nothing is left lying about
+}
+
+TEST_F(NewFigure, ArmsWithoutSkinAreRefusedWithAPicture) {
+  Figure figure;
+  figure.meshes[0].cut([](const Vec3& p) { return p.x() > 0.2 && p.x() < 0.36; });
+  const std::string said = refusal(options(figure));
+  EXPECT_HAS(said, "the left upper arm: skin is found around its bone in");
+  EXPECT_HAS(said, "of Body");
+  EXPECT_HAS(read_whole(why(), 8 << 20), "skin is found around its bone");
+}
+
+// The fingers ended 60 mm beyond a short hand's.
+TEST_F(NewFigure, FingersEndInsideTheHand) {
+  for (const double share : {1.0, 0.6}) {
+    Figure figure;
+    for (Vec3& p : figure.meshes[0].positions) {
+      const double side = p.x() < 0.0 ? -1.0 : 1.0;
+      const Vec3 wrist(0.53, 1.075, 0.02), left(side * p.x(), p.y(), p.z());
+      if (left.x() < wrist.x()) continue;
+      const Vec3 now = wrist + share * (left - wrist);
+      p = Vec3(side * now.x(), now.y(), now.z());
+    }
+    const Model model = made(options(figure));
+    const State state = initial_state(model);
+    const TriMesh shell = shell_of(model, 0);
+    int hands = 0;
+    for (size_t b = 0; b < model.bones.size(); ++b) {
+      if (!model.bones[b].name.starts_with("hand")) continue;
+      ++hands;
+      double most = 0.0;
+      for (const Row& x : state.bones[b].x) {
+        if (winding(shell, to_vec(x)) < 0.5) most = std::max(most, distance(shell, to_vec(x)));
+      }
+      std::printf("%s, hand of %.1f: %.1f mm outside\n", model.bones[b].name.c_str(), share,
+                  1e3 * most);
+      EXPECT_LT(most, 2e-3);
+    }
+    EXPECT_EQ(hands, 2);
+  }
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The arms of other people's skeletons, by the names that their tools give.
+#include <gtest/gtest.h>
+
+#include "rig/skeleton.h"
+#include "tools/fit/arm.h"
+
+namespace thew {
+namespace {
+
+// A trunk with one chain of these bodies, each 0.2 m below the one before.
+Character chain_of(const std::vector<std::string>& names) {
+  Character character;
+  std::vector<std::string> all = {"Root"};
+  all.insert(all.end(), names.begin(), names.end());
+  for (size_t i = 0; i < all.size(); ++i) {
+    character.skeleton.body_names.push_back(all[i]);
+    character.skeleton.parent.push_back(static_cast<int>(i) - 1);
+    Affine at = Affine::Identity();
+    at.translation() = Vec3(0.2, 2.0 - 0.2 * static_cast<double>(i), 0.0);
+    character.bind.push_back(at);
+    character.skin.links.push_back({static_cast<int>(i), at.inverse()});
+  }
+  return character;
+}
+
+struct Names {
+  const char* tool;
+  std::vector<std::string> chain;          // clavicle first
+  int humerus = 1, forearm = 2, hand = 3;  // places in it
+};
+
+TEST(NewNames, OfTheToolsThatMakeCharacters) {
+  const std::vector<Names> tools = {
+      {"Mixamo",
+       {"mixamorig:RightShoulder", "mixamorig:RightArm", "mixamorig:RightForeArm",
+        "mixamorig:RightHand"}},
+      {"Mixamo, second",
+       {"mixamorig1:RightShoulder", "mixamorig1:RightArm", "mixamorig1:RightForeArm",
+        "mixamorig1:RightHand"}},
+      {"HumanIK",
+       {"Character1_RightShoulder", "Character1_RightArm", "Character1_RightForeArm",
+        "Character1_RightHand"}},
+      {"VRM", {"J_Bip_R_Shoulder", "J_Bip_R_UpperArm", "J_Bip_R_LowerArm", "J_Bip_R_Hand"}},
+      {"VRM's own words", {"rightShoulder", "rightUpperArm", "rightLowerArm", "rightHand"}},
+      {"Rigify", {"shoulder.R", "upper_arm.R", "forearm.R", "hand.R"}},
+      {"Rigify's deforming bones",
+       {"DEF-shoulder.R", "DEF-upper_arm.R", "DEF-upper_arm.R.001", "DEF-forearm.R",
+        "DEF-forearm.R.001", "DEF-hand.R"},
+       1,
+       3,
+       5},
+      {"MakeHuman",
+       {"clavicle.R", "shoulder01.R", "upperarm01.R", "upperarm02.R", "lowerarm01.R",
+        "lowerarm02.R", "wrist.R"},
+       2,
+       4,
+       6},
+      {"Unreal",
+       {"clavicle_r", "upperarm_r", "upperarm_twist_01_r", "lowerarm_r", "lowerarm_twist_01_r",
+        "hand_r"},
+       1,
+       3,
+       5},
+      {"VRoid, as VRM 0.x",
+       {"J_Bip_R_Shoulder", "J_Bip_R_UpperArm", "J_Bip_R_LowerArm", "J_Bip_R_Hand"}},
+      {"Mixamo, no prefix", {"RightShoulder", "RightArm", "RightForeArm", "RightHand"}},
+      {"Rigify's halves",
+       {"DEF-shoulder.R", "DEF-upper_arm.R", "DEF-upper_arm.R.001", "DEF-forearm.R",
+        "DEF-forearm.R.001", "DEF-hand.R", "DEF-f_index.01.R"},
+       1,
+       3,
+       5},
+      {"Biped, of 3ds Max 2010",
+       {"Bip001 R Clavicle", "Bip001 R UpperArm", "Bip001 R Forearm", "Bip001 R Hand"}},
+      {"Daz, Genesis 3", {"rCollar", "rShldrBend", "rForearmBend", "rHand"}},
+      {"Poser", {"RightCollar", "RightShoulder", "RightElbow", "RightWrist"}},
+      {"Poser, short", {"rCollar", "rShldr", "rForeArm", "rHand"}},
+      {"capitals", {"RShoulder", "RArm", "RForeArm", "RHand"}},
+      {"the side between", {"clavicle_right", "arm_right_upper", "arm_right_lower", "hand_right"}},
+      {"Biped", {"Bip01 R Clavicle", "Bip01 R UpperArm", "Bip01 R Forearm", "Bip01 R Hand"}},
+      {"Daz",
+       {"rCollar", "rShldrBend", "rShldrTwist", "rForearmBend", "rForearmTwist", "rHand"},
+       1,
+       3,
+       5},
+      {"CMU", {"RightShoulder", "RightArm", "RightForeArm", "RightHand"}},
+      {"MakeHuman's walk", {"Shoulder_R", "UpArm_R", "LoArm_R", "Hand_R"}},
+      {"assimp's FBX",
+       {"RightShoulder", "RightArm_$AssimpFbx$_PreRotation", "RightArm",
+        "RightForeArm_$AssimpFbx$_PreRotation", "RightForeArm", "RightHand"},
+       2,
+       4,
+       5}};
+  for (const auto& [tool, chain, humerus, forearm, hand] : tools) {
+    SCOPED_TRACE(tool);
+    std::vector<std::string> notes;
+    const std::vector<ArmBodies> arms =
+        find_arms(chain_of(chain), "right", {}, "character.glb", notes);
+    ASSERT_EQ(arms.size(), 1u);
+    EXPECT_FALSE(arms[0].left);
+    EXPECT_EQ(arms[0].humerus, humerus + 1);
+    EXPECT_EQ(arms[0].forearm, forearm + 1);
+    EXPECT_EQ(arms[0].hand, hand + 1);
+    EXPECT_TRUE(notes.empty()) << notes[0];  // by name, not by shape
+  }
+}
+
+TEST(NewNames, OneArmOfPlainNames) {
+  const Character character = chain_of({"Shoulder", "UpperArm", "Forearm", "Hand"});
+  std::vector<std::string> notes;
+  for (const char* side : {"right", "left"}) {
+    const auto arms = find_arms(character, side, {}, "arm.glb", notes);
+    ASSERT_EQ(arms.size(), 1u);
+    EXPECT_EQ(arms[0].humerus, 2);
+    EXPECT_EQ(arms[0].forearm, 3);
+    EXPECT_EQ(arms[0].hand, 4);
+  }
+  EXPECT_TRUE(notes.empty()) << notes[0];
+  EXPECT_THROW(find_arms(character, "both", {}, "arm.glb", notes), Error);
+  // One that has a side is not the other's.
+  EXPECT_THROW(find_arms(chain_of({"LeftArm", "LeftForeArm", "LeftHand"}), "right", {}, "x", notes),
+               Error);
+}
+
+TEST(NewNames, VrmsMapBeforeNames) {
+  Character character = chain_of({"RightArm", "a", "b", "c", "d"});
+  character.humanoid = {{"rightHand", 5}, {"rightLowerArm", 4}, {"rightUpperArm", 3}};
+  std::vector<std::string> notes;
+  const auto arms = find_arms(character, "right", {}, "x.vrm", notes);
+  EXPECT_EQ(arms[0].humerus, 3);
+  EXPECT_EQ(arms[0].forearm, 4);
+  EXPECT_EQ(arms[0].hand, 5);
+  EXPECT_TRUE(notes.empty()) << notes[0];
+}
+
+TEST(NewNames, WhatTheShapeDecidesIsSaidInOneLine) {
+  const Character character =
+      chain_of({"RightShoulder", "RightArm", "RightFore_$AssimpFbx$_PreRotation", "limb", "end"});
+  std::vector<std::string> notes;
+  const auto arms = find_arms(character, "right", {}, "x", notes);
+  EXPECT_EQ(arms[0].forearm, 4);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("names do not tell: forearm limb, hand end;"), std::string::npos)
+      << notes[0];
+}
+
+}  // namespace
+}  // namespace thew

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/author/files.h"
+
+#include <fstream>
+#include <string>
+
+#include "rig/math.h"
+#include "rig/text.h"
+#include "tools/author/bones.h"
+#include "tools/author/packing.h"
+#include "tools/author/skin.h"
+#include "tools/author/table.h"
+#include "tools/base/obj_text.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMadeBy = ", metres; made by author_arm, Apache-2.0";
+constexpr double kSkinClearance = 0.0029;  // m; the scene asks for 2 mm
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) {
+    throw Error(ExitCode::kOutput, file.string() + ": cannot be written; check folder and space");
+  }
+}
+
+std::string urdf_text(const Skeleton& skeleton) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n"
+      "<!-- Right arm: joints of Holzbaur, Murray, Delp 2005 (arm26, myo_sim); metres, radians.\n"
+      "     Made by author_arm. -->\n<robot name=\"arm\">\n";
+  for (int i = 0; i < skeleton.size(); ++i) {
+    const std::string& body = skeleton.body_names[i];
+    text += "  <link name=\"" + body + "\">\n    <visual><geometry><mesh filename=\"bones/" + body +
+            ".obj\"/></geometry></visual>\n  </link>\n";
+    if (skeleton.parent[i] < 0) continue;
+    text += "  <joint name=\"" + skeleton.joint_names[i] + "\" type=\"revolute\">\n" +
+            "    <parent link=\"" + skeleton.body_names[skeleton.parent[i]] + "\"/>\n" +
+            "    <child link=\"" + body + "\"/>\n    <origin xyz=\"" +
+            metres(skeleton.joint_in_parent[i].translation(), " ") + "\"/>\n    <axis xyz=\"" +
+            metres(skeleton.joint_axes[i], " ") + "\"/>\n    <limit lower=\"" +
+            metres(skeleton.lower[i]) + "\" upper=\"" + metres(skeleton.upper[i]) +
+            "\" effort=\"100\" velocity=\"10\"/>\n  </joint>\n";
+  }
+  return text + "</robot>\n";
+}
+
+std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
+  std::string text = "[[muscle]]\nname = \"" + muscle.name + "\"\nmesh = \"muscles/" + muscle.name +
+                     ".obj\"\npath = [\n";
+  for (const PathPoint& point : muscle.path.points) {
+    text +=
+        "  [\"" + skeleton.body_names[point.body] + "\", " + metres(point.position, ", ") + "],\n";
+  }
+  text += "]\n";
+  for (const WrapCylinder& wrap : muscle.path.wraps) {
+    text += "wrap = [{ segment = " + std::to_string(wrap.segment) + ", body = \"" +
+            skeleton.body_names[wrap.body] + "\", centre = [" + metres(wrap.centre, ", ") +
+            "], axis = [" + metres(wrap.axis, ", ") + "], radius = " + metres(wrap.radius) +
+            ", turn = " + metres(wrap.turn) + " }]\n";
+  }
+  text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
+  if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
+  return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +
+         "\nfibre_length = " + metres(muscle.fibre_length) + "\n\n";
+}
+
+// The scene beside the table is ours but for what stands between these two lines.
+constexpr const char* kFirstLine = "# Muscles, written by author_arm from muscles.csv:\n";
+constexpr const char* kLastLine = "# end of muscles\n";
+
+std::string scene_text(const fs::path& scene, const std::string& muscles) {
+  const std::string text = read_whole(scene, 1 << 20);
+  const size_t first = text.find(kFirstLine), last = text.find(kLastLine);
+  if (first == std::string::npos || last == std::string::npos || last < first) {
+    throw Error(ExitCode::kInput, scene.string() + ": the lines \"" + kFirstLine + "\" and \"" +
+                                      kLastLine + "\" are not in it; add them");
+  }
+  return text.substr(0, first) + kFirstLine + "\n" + muscles + text.substr(last);
+}
+
+}  // namespace
+
+void write_arm(const fs::path& table, const fs::path& folder) {
+  const Skeleton skeleton = arm_skeleton();
+  const Pose rest = rest_pose(skeleton);
+  const std::vector<TableMuscle> muscles = read_muscle_table(table, skeleton);
+  const std::vector<BoneShape> bones = arm_bones();
+  const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
+
+  std::vector<TriMesh> below;
+  fs::create_directories(folder / "muscles");
+  fs::create_directories(folder / "bones");
+  for (const BoneShape& bone : bones) {
+    const Vec3 shift = humerus - rest[find_body(skeleton, bone.body)].translation();
+    below.push_back(bone_mesh(bone));
+    write_text(
+        folder / "bones" / (bone.body + ".obj"),
+        obj_text(bone.body + " in its own frame" + kMadeBy, in_order_of_use(below.back()), shift));
+  }
+  const std::vector<TriMesh> meshes = pack_muscles(muscles, skeleton, bones);
+  std::string blocks;
+  for (size_t m = 0; m < muscles.size(); ++m) {
+    const std::string& name = muscles[m].name;
+    write_text(
+        folder / "muscles" / (name + ".obj"),
+        obj_text(name + " at rest in the root's frame" + std::string(kMadeBy), meshes[m], humerus));
+    blocks += muscle_text(muscles[m], skeleton);
+  }
+  below.insert(below.end(), meshes.begin(), meshes.end());
+  write_text(folder / "skin.obj",
+             obj_text("skin at rest in the root's frame" + std::string(kMadeBy),
+                      arm_skin(below, kSkinClearance), humerus));
+  write_text(folder / "arm.urdf", urdf_text(skeleton));
+  write_text(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
+}
+
+}  // namespace thew

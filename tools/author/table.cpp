@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/author/table.h"
+
+#include <algorithm>
+
+#include "rig/math.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+struct Record {
+  std::string muscle, record, body, source;
+  std::vector<double> values;
+  std::string place;  // "muscles.csv:12"
+
+  double at(size_t i) const {
+    if (i < values.size()) return values[i];
+    throw Error(ExitCode::kInput, place + ": " + muscle + ", " + record + " needs " +
+                                      std::to_string(i + 1) + " numbers; add the missing ones");
+  }
+  Vec3 vec(size_t i) const { return {at(i), at(i + 1), at(i + 2)}; }
+};
+
+std::vector<std::string> split(const std::string& line, char separator) {
+  std::vector<std::string> cells(1);
+  for (char c : line) {
+    if (c == separator) {
+      cells.emplace_back();
+    } else if (c != '\r') {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+constexpr size_t kFirstValue = 3, kValues = 7;
+
+std::vector<Record> read_records(const std::filesystem::path& file) {
+  std::vector<Record> records;
+  const std::vector<std::string> lines = split(read_whole(file, 1 << 20), '\n');
+  for (size_t i = 1; i < lines.size(); ++i) {  // the first is the header
+    if (lines[i].empty()) continue;
+    const std::vector<std::string> cells = split(lines[i], ',');
+    const std::string place = file.filename().string() + ":" + std::to_string(i + 1);
+    if (cells.size() != kFirstValue + kValues + 1) {
+      throw Error(ExitCode::kInput, place + ": " + std::to_string(cells.size()) +
+                                        " cells instead of 11; a source has no comma");
+    }
+    Record record{cells[0], cells[1], cells[2], cells.back(), {}, place};
+    for (size_t k = 0; k < kValues && !cells[kFirstValue + k].empty(); ++k) {
+      const auto value = parse_number(cells[kFirstValue + k]);
+      if (!value) {
+        throw Error(ExitCode::kInput,
+                    place + ": \"" + cells[kFirstValue + k] + "\" is no number; correct it");
+      }
+      record.values.push_back(*value);
+    }
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+PathPoint path_point(const Record& record, const Skeleton& skeleton, const Vec3& position) {
+  if (record.body == "base") {  // arm26's trunk: humerus = base + (-.017545, -.007, .17)
+    return {find_body(skeleton, "scapula"), position + Vec3(0.007995, -0.027, -0.161)};
+  }
+  if (record.body == "r_ulna_radius_hand") {  // arm26's forearm, as the ulna's frame
+    return {find_body(skeleton, "ulna"), position};
+  }
+  const int body = find_body(skeleton, record.body);
+  if (body >= 0) return {body, position};
+  throw Error(ExitCode::kInput, record.place + ": body \"" + record.body + "\" is not in the arm" +
+                                    did_you_mean(record.body, skeleton.body_names));
+}
+
+void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& muscle) {
+  const std::string& what = record.record;
+  if (what == "force") {
+    muscle.f_max = record.at(0);
+  } else if (what == "fibre_tendon") {
+    muscle.fibre_length = record.at(0);
+  } else if (what == "volume") {
+    muscle.volume = record.at(0) * 1e-6;  // cm^3
+  } else if (what == "belly") {
+    muscle.belly = {record.at(0), record.at(1)};
+  } else if (what == "twist_from") {
+    muscle.twist_from = record.at(0);
+  } else if (what == "mesh") {
+    muscle.around = static_cast<int>(record.at(0));
+    muscle.rings = static_cast<int>(record.at(1));
+  } else if (what == "point") {
+    muscle.path.points.push_back(path_point(record, skeleton, record.vec(0)));
+  } else if (what == "wrap") {
+    const PathPoint centre = path_point(record, skeleton, record.vec(1));
+    const bool about_elbow = record.values.size() == 6;  // an axis is given only where it differs
+    const Vec3 axis = about_elbow ? skeleton.joint_axes[find_body(skeleton, "ulna")]
+                                  : Vec3(-0.00628, 0.13969, 0.99017);
+    muscle.path.wraps.push_back({static_cast<int>(record.at(0)), centre.body, centre.position, axis,
+                                 record.at(4), record.at(5)});
+  } else if (what == "beside") {
+    for (size_t i = static_cast<size_t>(record.at(0)); i < muscle.path.points.size(); ++i) {
+      muscle.path.points[i].position += record.vec(1);
+    }
+  } else if (what == "tendon") {
+    muscle.tendon_radius = {record.at(0), record.at(1)};
+  } else if (what == "before") {
+    muscle.before = record.values;
+  } else if (what == "after") {
+    muscle.after = record.values;
+  } else if (what == "weights") {
+    muscle.weights = record.body;
+  } else if (what == "fullest") {
+    muscle.fullest = record.at(0);
+  } else if (what == "centre") {
+    muscle.centres.emplace_back(record.at(0), record.vec(1));
+  } else if (what == "across") {
+    muscle.across.emplace_back(record.at(0), record.vec(1));
+  } else if (what == "flat") {
+    muscle.flat = record.at(0);
+    muscle.flat_along = record.vec(1);
+  } else {
+    throw Error(ExitCode::kInput, record.place + ": unknown record \"" + what + "\"; correct it");
+  }
+}
+
+}  // namespace
+
+Skeleton arm_skeleton() {
+  Skeleton skeleton;
+  const auto add = [&](const std::string& body, const std::string& joint, const Vec3& origin,
+                       const Vec3& axis, double lower, double upper) {
+    Transform in_parent = Transform::Identity();
+    in_parent.translation() = origin;
+    skeleton.parent.push_back(skeleton.size() - 1);
+    skeleton.body_names.push_back(body);
+    skeleton.joint_in_parent.push_back(in_parent);
+    skeleton.joint_names.push_back(joint);
+    skeleton.joint_types.push_back(joint.empty() ? Skeleton::JointType::kFixed
+                                                 : Skeleton::JointType::kRevolute);
+    skeleton.joint_axes.push_back(axis.normalized());
+    skeleton.lower.push_back(lower * kDegree);
+    skeleton.upper.push_back(upper * kDegree);
+    skeleton.visuals.emplace_back();
+  };
+  // Holzbaur, Murray, Delp 2005, as in arm26 and myo_sim.
+  add("scapula", "", Vec3::Zero(), Vec3::UnitZ(), 0, 0);
+  add("humerus", "shoulder_elevation", {-0.00955, -0.034, 0.009}, {-0.0589, 0.0023, 0.99826}, -90,
+      180);
+  add("ulna", "elbow", {0.0061, -0.2904, -0.0123}, {0.0494, 0.0366, 0.9981}, 0, 130);
+  add("radius", "forearm_rotation", {0.0004, -0.0115, 0.02}, {-0.0172, 0.9927, -0.1197}, -90, 90);
+  add("hand", "wrist_flexion", {0.022, -0.2571, 0.0273}, {1, 0, 0}, -70, 70);
+  return skeleton;
+}
+
+Pose rest_pose(const Skeleton& skeleton) {
+  Pose pose;
+  forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), pose);
+  return pose;
+}
+
+std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
+                                           const Skeleton& skeleton) {
+  std::vector<TableMuscle> muscles;
+  for (const Record& record : read_records(file)) {
+    auto muscle = std::find_if(muscles.begin(), muscles.end(),
+                               [&](const TableMuscle& m) { return m.name == record.muscle; });
+    if (muscle == muscles.end()) {
+      muscles.emplace_back().name = record.muscle;
+      muscle = muscles.end() - 1;
+    }
+    add_record(record, skeleton, *muscle);
+  }
+  return muscles;
+}
+
+}  // namespace thew

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/base/command_options.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <thread>
+
+#include "rig/text.h"
+
+namespace thew {
+
+int thread_count(int asked) {
+  if (asked > 0) return asked;
+  const int machine = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const char* farm = std::getenv("SLURM_CPUS_PER_TASK");
+  const std::optional<double> given = farm ? parse_number(farm) : std::nullopt;
+  return given && *given >= 1.0 ? static_cast<int>(std::min<double>(*given, machine)) : machine;
+}
+
+}  // namespace thew

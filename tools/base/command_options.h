@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace thew {
+
+/// What the command line says, for the commands that share it.
+struct CommandOptions {
+  std::filesystem::path input, out;
+  std::vector<std::string> overrides;  ///< --set key=value
+  std::string frames;                  ///< "" for all
+  int threads = 0;                     ///< 0: as many as the machine or the farm gives
+  bool resume = false, dry_run = false, json = false, pictures = true;
+  bool overwrite = false;  ///< also what Thew did not write; bake: completed frames, unless resume
+  std::string progress = "auto";
+  std::string command,
+      commit = "unknown";  ///< what was called, and of which commit; for the report
+};
+
+/// As asked; where 0 is, what the farm gives of what the machine has.
+int thread_count(int asked);
+
+}  // namespace thew

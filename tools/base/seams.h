@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sim/cache/cache.h"
+
+namespace thew {
+
+/// The triangles by which a mesh is shaded: flesh and bone are smooth, and so go by the first
+/// vertex of each place at rest; a skin may have vertices apart for the sake of a sharp edge.
+std::vector<Triangle> shaded_triangles(const BakeMesh& mesh);
+
+}  // namespace thew

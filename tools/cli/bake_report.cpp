@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/bake_report.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <map>
+
+#include "tools/cli/bake_warnings.h"
+
+namespace thew {
+namespace {
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+Report::Solver solver_of(const Scene& scene, const BakeResult& result) {
+  Report::Solver solver = {scene.solver.integrator,
+                           scene.solver.volume,
+                           scene.solver.substeps,
+                           "set by the scene",
+                           {},
+                           0.0,
+                           0.0};
+  if (result.plan) {
+    solver.substeps = result.plan->fidelity.substeps;
+    solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
+    solver.plan = result.plan;
+    solver.tolerance_m = scene.solver.tolerance->position;
+    solver.plan_seconds = result.seconds.plan;
+  }
+  return solver;
+}
+
+Report::Muscle muscle_of(const Model& model, size_t m, const BakeResult& result) {
+  const Muscle& muscle = model.muscles[m];
+  Report::Muscle row;
+  row.name = muscle.name;
+  row.vertices = static_cast<int>(muscle.rest.vertices.size());
+  row.triangles = static_cast<int>(muscle.rest.triangles.size());
+  row.rest_volume_m3 = muscle.rest_volume;
+  row.zones = muscle.zones.count();
+  for (const FrameMeasures& frame : result.measures) {
+    const MuscleMeasures& at = frame.muscles[m];
+    row.volume_error_written.push_back(at.volume_error_written);
+    row.length_m.push_back(at.length);
+    row.belly_area_ratio.push_back(at.area_ratio);
+    row.max_volume_error = std::max(row.max_volume_error, at.volume_error);
+    row.max_substep_volume_error = std::max(row.max_substep_volume_error, at.substep_volume_error);
+    row.max_attachment_gap_m = std::max(row.max_attachment_gap_m, at.attachment_gap);
+    row.max_zone_error = std::max(row.max_zone_error, at.zone_error);
+  }
+  row.max_volume_error_written = largest(row.volume_error_written);
+  return row;
+}
+
+// By muscle, the rungs from the least on, and their causes.
+std::vector<Report::Rung> rungs_of(const Model& model, const std::vector<int>& frames,
+                                   const BakeResult& result) {
+  std::vector<Report::Rung> rows;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    std::map<std::pair<Rung, Cause>, Report::Rung> taken;
+    for (size_t f = 0; f < result.measures.size() && f < frames.size(); ++f) {
+      const MuscleMeasures& at = result.measures[f].muscles[m];
+      if (at.rung == Rung::kNone) continue;
+      Report::Rung& row = taken[{at.rung, at.because}];
+      row.frames.push_back(frames[f]);
+      row.max_penetration_m = std::max(row.max_penetration_m, at.penetration);
+    }
+    for (auto& [what, row] : taken) {
+      row.muscle = model.muscles[m].name;
+      row.rung = kRungs[static_cast<int>(what.first)];
+      row.because = words_of(what.second).happened;
+      rows.push_back(std::move(row));
+    }
+  }
+  return rows;
+}
+
+// The largest of the whole bake: of what is written, where that is another figure.
+double measured(const std::string& quantity, const Report& report) {
+  if (quantity == "penetration") {
+    return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
+  }
+  if (quantity == "poke_through") return report.skin.max_poke_through_m;
+  const bool of_skin = quantity == "volume_error" && report.skin.keeps_volume;
+  double most = of_skin ? report.skin.max_volume_error_written : 0.0;
+  for (const Report::Muscle& row : report.muscles) {
+    most = std::max(most, quantity == "volume_error"           ? row.max_volume_error_written
+                          : quantity == "substep_volume_error" ? row.max_substep_volume_error
+                                                               : row.max_attachment_gap_m);
+  }
+  return most;
+}
+
+// Now, or when SOURCE_DATE_EPOCH says: ISO 8601, UTC.
+std::string date() {
+  const char* given = std::getenv("SOURCE_DATE_EPOCH");
+  const std::time_t now = given ? std::strtoll(given, nullptr, 10) : std::time(nullptr);
+  std::tm utc{};
+  char text[64];
+  if (!gmtime_r(&now, &utc) || !std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)) {
+    return "unknown";
+  }
+  return text;
+}
+
+std::string host() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+Report::Origin origin_of(const Scene& scene, const Model& model, const CommandOptions& options) {
+  return {std::filesystem::absolute(scene.file).lexically_normal().string(),
+          model.hash,
+          options.command,
+          options.commit,
+          date(),
+          host(),
+          "none"};
+}
+
+}  // namespace
+
+Report make_report(const Scene& scene, const Model& model, const CommandOptions& options,
+                   const std::vector<int>& frames, const BakeResult& result) {
+  Report report;
+  report.scene = scene.name;
+  report.fps = scene.fps;
+  report.frames = frames;
+  report.threads = result.threads;
+  report.hash = result.hash;
+  report.double_precision = scene.output.double_precision;
+  report.origin = origin_of(scene, model, options);
+  report.solver = solver_of(scene, result);
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    report.muscles.push_back(muscle_of(model, m, result));
+  }
+  report.rungs = rungs_of(model, frames, result);
+  std::vector<double> volume_error, written;  // of a skin layer
+  report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
+  for (const FrameMeasures& frame : result.measures) {
+    report.skin.penetration_m.push_back(frame.skin.max_penetration);
+    report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
+    if (model.has_skin && !model.skinned) {
+      volume_error.push_back(frame.skin.volume_error);
+      written.push_back(frame.skin_volume_error_written);
+    }
+    report.contact.max_penetration_m =
+        std::max(report.contact.max_penetration_m, frame.contact_penetration);
+    report.contact.intersecting_triangle_pairs.push_back(frame.intersecting_pairs);
+  }
+  if (!volume_error.empty()) report.skin.max_volume_error = largest(volume_error);
+  report.skin.max_volume_error_written = largest(written);
+  report.skin.keeps_volume =
+      report.skin.max_volume_error.has_value() && model.skin.settings.keeps_volume;
+  report.skin.max_penetration_m = largest(report.skin.penetration_m);
+  report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
+  for (const Bound& bound : scene.bounds) {
+    report.bounds.push_back({bound.quantity, measured(bound.quantity, report), bound.limit});
+  }
+  report.warnings = bake_warnings(model, frames, result, BakeReader(options.out / "bake.h5"));
+  return report;
+}
+
+std::vector<std::string> files_beside_report(const std::filesystem::path& folder,
+                                             const std::vector<SceneView>& views) {
+  std::vector<std::string> files = {"report.json", "bake.h5"};
+  if (views.empty()) return files;
+  files.push_back("frames/");
+  for (const SceneView& view : views) {
+    const std::string movie = "frames/" + view.name + ".mp4";
+    if (std::filesystem::exists(folder / movie)) files.push_back(movie);
+  }
+  return files;
+}
+
+}  // namespace thew

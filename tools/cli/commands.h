@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "rig/types.h"
+#include "tools/base/command_options.h"
+#include "tools/compare/compare.h"
+#include "tools/fit/new_options.h"
+
+namespace thew {
+
+/// Scene -> cache, pictures, report.
+ExitCode bake_command(const CommandOptions& options);
+/// Cache -> pictures, by the views of a scene, or by views of its own where none is named;
+/// `turntable` > 0: so many of one frame, all round it.
+ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene,
+                        int turntable = 0);
+/// Cache -> a file of another program, options.out, whose ending says which. `meshes` empty: all;
+/// `basis` > 0: glTF with so many morph targets at most.
+ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
+                        int basis);
+/// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
+/// they moved most. kDifferent where they differ.
+ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,
+                         const CommandOptions& options, CompareOptions limits);
+/// Bakes the scene as its goldens were (or as the options say) and rewrites them; says what moved.
+ExitCode golden_update_command(const CommandOptions& options, const std::filesystem::path& golden);
+/// Bakes the scene as its goldens were, options.overrides on top, and compares. options.out keeps
+/// what was baked; without it only a bake that differs is kept.
+ExitCode golden_check_command(const CommandOptions& options, const std::filesystem::path& golden,
+                              const CompareOptions& limits);
+
+/// `repaired`: where the mesh goes once its safe repairs are done, or "".
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
+
+/// Character -> a scene with the template's muscles on it.
+ExitCode new_command(const NewOptions& options);
+
+}  // namespace thew

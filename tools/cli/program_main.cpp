@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/program_main.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <system_error>
+
+#include "rig/skeleton.h"
+#include "rig/text.h"
+#include "sim/cache/version.h"
+#include "tools/base/large_stack.h"
+#include "tools/base/options.h"
+#include "tools/base/printing.h"
+#include "tools/base/signals.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 compared and different, or a bound of the scene not met; 2 usage or "
+    "scene;\n3 bad input file; 4 cannot write; 5 the solver could not go on; 75 interrupted, "
+    "locked or short of\nmemory or processes: run again";
+
+// Where a standard stream is closed, the next file would take its number, and our messages. What
+// stands in for the output cannot be written to, so that print() finds it closed.
+void open_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) >= 0) continue;
+    if (::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR) < 0) return;
+  }
+}
+
+std::vector<std::string> names_of(const CLI::App& command, bool options) {
+  std::vector<std::string> names;
+  if (!options) {
+    for (const CLI::App* one : command.get_subcommands({})) names.push_back(one->get_name());
+    return names;
+  }
+  for (const CLI::Option* one : command.get_options()) {
+    for (const std::string& name : one->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// The nearest name, or the only one that the word begins.
+std::string meant(const std::string& word, const std::vector<std::string>& names) {
+  std::string near = nearest_name(word, names);
+  if (!near.empty()) return near;
+  const auto begun = [&](const std::string& name) { return name.starts_with(word); };
+  if (std::count_if(names.begin(), names.end(), begun) != 1) return "";
+  return *std::find_if(names.begin(), names.end(), begun);
+}
+
+// CLI11 would say first what is missing, of which a word written wrongly is often the cause.
+Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  std::string name = app.get_name();
+  while (command->remaining().empty() && !command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    name += " " + command->get_name();
+  }
+  const auto refuse = [&](const std::string& what, const std::string& near) {
+    return Error(ExitCode::kUsage, what + (near.empty() ? "; " + name + " --help says what it takes"
+                                                        : "; did you mean " + near + "?"));
+  };
+  const std::vector<std::string> unknown = command->remaining();
+  if (unknown.empty() && command->get_require_subcommand_min() > 0) {
+    return refuse("no command is given", "");
+  }
+  if (unknown.empty()) return refuse(error.what(), "");
+  if (command->get_require_subcommand_min() > 0 && unknown[0][0] != '-') {
+    return refuse("\"" + unknown[0] + "\" is no command of " + name,
+                  meant(unknown[0], names_of(*command, false)));
+  }
+  const auto option = std::find_if(unknown.begin(), unknown.end(), [](const std::string& word) {
+    return word.size() > 1 && word[0] == '-';
+  });
+  if (option == unknown.end()) return refuse("\"" + unknown[0] + "\" is a word too many", "");
+  const std::string word = option->substr(0, option->find('='));
+  return refuse(word + " is no option of " + name, meant(word, names_of(*command, true)));
+}
+
+std::string command_of(const CLI::App& app) {
+  std::string name;
+  for (const CLI::App* command = &app; !command->get_subcommands().empty();) {
+    command = command->get_subcommands().front();
+    name += (name.empty() ? "" : " ") + command->get_name();
+  }
+  return name;
+}
+
+void parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (dynamic_cast<const CLI::Success*>(&error)) throw;
+    throw usage_error(app, error);
+  }
+}
+
+int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
+  if (std::find(call.words.begin(), call.words.end(), "") != call.words.end()) {
+    throw Error(ExitCode::kUsage,
+                "one of the command's words is empty; look for a variable that is not set");
+  }
+  parts.begin(call, argv);
+  CLI::App app{"Thew deforms the muscles and skin of animated characters.", "thew"};
+  app.footer(kExitCodes);
+  app.set_version_flag("--version", std::string("thew ") + kVersion);
+  app.require_subcommand(1);
+  CommandOptions options;
+  app.add_flag("--json", options.json, kJsonFlag);
+  options.command = command_text(argc, argv);
+  options.commit = parts.commit;
+  parts.declare(app, options);
+  try {
+    parse(app, argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    std::ostringstream text;
+    app.exit(asked, text, text);
+    print(text.str());
+    return 0;
+  }
+  call.command = command_of(app);
+  call.json = options.json;
+  call.out = options.out;
+  if (options.json && options.progress == "openjd") {
+    throw Error(ExitCode::kUsage,
+                "--progress openjd writes to standard output, where --json is to be alone; "
+                "leave one of them out");
+  }
+  return static_cast<int>(parts.run(options, call));
+}
+
+// What it means that the system refuses something.
+Error explained(const std::error_code& cause, const std::string& place, ExitCode otherwise) {
+  const int number = cause.value();
+  const std::string what = place + cause.message();
+  if (number == EAGAIN || number == ENOMEM || number == EMFILE || number == ENFILE) {
+    return {ExitCode::kRetry,
+            what + "; allow more processes, open files or memory (ulimit -a) and run again"};
+  }
+  if (number == ENOSPC || number == EDQUOT || number == EROFS) {
+    return {ExitCode::kOutput, what + "; free some space or write elsewhere"};
+  }
+  return {otherwise, what + "; check the path and its permissions"};
+}
+
+bool is_at_or_below(const fs::path& path, const fs::path& folder) {
+  return !folder.empty() && (path == folder || is_below(path, folder));
+}
+
+// The exception at hand as an Error.
+Error explained(const Call& call) {
+  try {
+    throw;
+  } catch (const Error& error) {
+    return error;
+  } catch (const fs::filesystem_error& error) {
+    const bool ours = is_at_or_below(error.path1(), call.out);
+    return explained(error.code(), error.path1().string() + ": ",
+                     ours ? ExitCode::kOutput : ExitCode::kInput);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) {
+      return explained(error.code(), "a thread cannot be started: ", ExitCode::kRetry);
+    }
+    return {ExitCode::kSolver,
+            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+  } catch (const std::bad_alloc&) {
+    return {ExitCode::kRetry, "there is not enough memory; free some and run again"};
+  } catch (const std::exception& error) {
+    return {ExitCode::kSolver,
+            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+  }
+}
+
+// One message for people and, where it was asked for, one document for programs.
+int fail(const Error& error, const Call& call) {
+  std::string message = error.what();
+  if (call.command == "bake" && message.ends_with("run again")) message += " with --resume";
+  std::fprintf(stderr, "thew: %s\n", printable(message).c_str());
+  try {
+    if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));
+  } catch (const Error&) {  // the message has been given
+  }
+  return static_cast<int>(error.code());
+}
+
+int run_and_explain(int argc, char** argv, const ProgramParts& parts) {
+  open_standard_streams();
+  listen_for_signals();
+  Call call;
+  call.words.assign(argv, argv + argc);
+  const auto end = std::find(call.words.begin(), call.words.end(), "--");
+  call.json = std::find(call.words.begin(), end, "--json") != end;
+  try {
+    return run(argc, argv, parts, call);
+  } catch (...) {
+    return fail(explained(call), call);
+  }
+}
+
+int run_guarded(int argc, char** argv, const ProgramParts& parts) {
+  try {
+    return run_and_explain(argc, argv, parts);
+  } catch (const std::bad_alloc&) {  // not even for a message
+    std::fputs("thew: there is not enough memory; free some and run again\n", stderr);
+    return static_cast<int>(ExitCode::kRetry);
+  }
+}
+
+}  // namespace
+
+void add_overwrite(CLI::App& command, CommandOptions& options, const char* what) {
+  command.add_flag("--overwrite", options.overwrite, what);
+}
+
+int program_main(int argc, char** argv, const ProgramParts& parts) {
+  return on_large_stack([&] { return run_guarded(argc, argv, parts); });
+}
+
+}  // namespace thew

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "tools/base/commit.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/program_main.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_common(CLI::App& command, CommandOptions& options) {
+  command.add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
+  command.add_option("--set", options.overrides, "any key of the scene: solver.volume=none")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  command.add_option("--progress", options.progress, kProgressWords);
+}
+
+void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) {
+  command.add_option("--distance", millimetres, "mm that a vertex may move")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  PixelLimits& pixels = limits.limits;
+  command.add_option("--threshold", pixels.threshold, "levels of 255 beyond which a pixel changed")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  command.add_option("--share", pixels.share, "of the pixels that may change")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command.add_option("--largest", pixels.largest, "levels by which any pixel may change")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  command.add_option("--rmse", pixels.rmse, "levels at most; not limited unless given");
+  command.add_option("--ssim", pixels.ssim, "at least; not limited unless given");
+  command.add_option("--flip", pixels.flip, "mean FLIP at most; not limited unless given");
+  command.add_option("--mask", limits.mask, "PNG: what is dark in it is not compared");
+}
+
+CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
+  CLI::App* command = app.add_subcommand("bake", "rig -> muscles -> skin -> cache, frames, report");
+  command->add_option("SCENE", options.input, "scene file, TOML")->required();
+  command->add_option("--out", options.out, "folder of the bake")->required();
+  add_common(*command, options);
+  command->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
+  add_overwrite(*command, options,
+                "bake anew (with --resume: go on), and replace files that Thew did not write");
+  command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
+  command->add_flag("--json", options.json, kJsonFlag);
+  command->add_flag("!--no-render", options.pictures, "no pictures");
+  return command;
+}
+
+CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, int& turntable) {
+  CLI::App* command = app.add_subcommand("render", "frames again from a cache, no simulation");
+  command->add_option("BAKE", options.input, "bake.h5")->required();
+  command->add_option("--scene", scene, "scene whose views are drawn; its [render] is enough");
+  command->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--out", options.out, "folder of the pictures")->required();
+  add_overwrite(*command, options);
+  add_common(*command, options);
+  command->add_flag("--json", options.json, kJsonFlag);
+  return command;
+}
+
+CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::string>& meshes,
+                     int& basis) {
+  CLI::App* command = app.add_subcommand(
+      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
+  command->add_option("BAKE", options.input, "bake.h5")->required();
+  command->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
+      ->required();
+  command->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  add_overwrite(*command, options);
+  command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
+  command->add_option("--progress", options.progress, kProgressWords);
+  command->add_flag("--json", options.json, kJsonFlag);
+  return command;
+}
+
+CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
+  CLI::App* command = app.add_subcommand(
+      "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
+  command->add_option("FILE", options.input, "mesh, character, .urdf, .toml or .h5")->required();
+  command->add_flag("--json", options.json, kJsonFlag);
+  command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
+  command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
+  add_overwrite(*command, options);
+  return command;
+}
+
+CLI::App* add_new(CLI::App& app, NewOptions& options, CommandOptions& common) {
+  CLI::App* command = app.add_subcommand("new", "a scene for another character");
+  command->add_option("CHARACTER", options.character, "glTF, VRM, FBX or Collada")->required();
+  command->add_option("--out", options.out, "the scene, SCENE.toml")->required();
+  command->add_option("--template", "what is put on it")->check(CLI::IsMember({"arm"}));
+  command->add_option("--side", options.side, "whose arm")
+      ->check(CLI::IsMember({"left", "right", "both"}))
+      ->capture_default_str();
+  command->add_option("--scale", options.scale, "times all lengths of the file; 1: as they are")
+      ->check(CLI::Range(1e-6, 1e6));
+  command->add_option_function<std::vector<std::string>>(
+      "--map",
+      [&options](const std::vector<std::string>& pairs) {
+        for (const std::string& pair : pairs) {
+          const size_t middle = pair.find('=');
+          if (middle == std::string::npos) throw CLI::ValidationError("--map", "give PART=BODY");
+          options.map[pair.substr(0, middle)] = pair.substr(middle + 1);
+        }
+      },
+      "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
+  command->add_option("--skin", options.skin, "a mesh around the arm, of several; else all are")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  command->add_flag("--force,--overwrite", options.force,
+                    "replace a scene that is there, and files that Thew did not write");
+  command->add_flag("--json", common.json, kJsonFlag);
+  return command;
+}
+
+CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
+                      CompareOptions& limits, double& millimetres) {
+  CLI::App* command = app.add_subcommand(
+      "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
+  command->add_option("EXPECTED", options.input, "bake, PNG or folder")->required();
+  command->add_option("ACTUAL", actual, "the same kind")->required();
+  command->add_option("--frames", options.frames, "those to compare");
+  command->add_option("--html", options.out, "write a page with both, difference and slider");
+  add_overwrite(*command, options);
+  command->add_flag("--json", options.json, kJsonFlag);
+  command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  add_limits(*command, limits, millimetres);
+  return command;
+}
+
+// What update and check have in common.
+void add_golden(CLI::App& command, CommandOptions& options, fs::path& golden) {
+  command.add_option("SCENE", options.input, "scene file, TOML")->required();
+  command.add_flag("--json", options.json, kJsonFlag);
+  command.add_option("--golden", golden, "their folder; else golden/ beside the scene");
+  command.add_option("--out", options.out, "keep what is baked here");
+  add_overwrite(command, options);
+  command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
+  command.add_option("--progress", options.progress, kProgressWords);
+  command.add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
+      ->type_size(1)
+      ->allow_extra_args(false);
+}
+
+CLI::App* add_update(CLI::App& goldens, CommandOptions& options, fs::path& golden) {
+  CLI::App* command = goldens.add_subcommand("update", "rewrite them on purpose, say what moved");
+  add_golden(*command, options, golden);
+  command->add_option("--frames", options.frames, "those to keep; else as before");
+  return command;
+}
+
+CLI::App* add_check(CLI::App& goldens, CommandOptions& options, fs::path& golden,
+                    CompareOptions& limits, double& millimetres) {
+  CLI::App* command = goldens.add_subcommand("check", "bake the scene and compare with them");
+  add_golden(*command, options, golden);
+  add_limits(*command, limits, millimetres);
+  return command;
+}
+
+// Yardsticks are another program, installed beside this one, so that this one carries none.
+constexpr const char* kLaboratory = "thew-lab";
+constexpr std::array<std::array<const char*, 2>, 2> kLaboratoryCommands = {
+    {{"chart", "speed against accuracy of a scene's muscles"},
+     {"paper", "the paper's tables and figures, ours beside them"}}};
+
+void become_laboratory(const Call& call, char** argv) {
+  const auto word = std::find_if(call.words.begin() + 1, call.words.end(),
+                                 [](const std::string& one) { return one[0] != '-'; });
+  if (word == call.words.end()) return;
+  const auto is_asked = [&](const auto& command) { return *word == command[0]; };
+  if (std::none_of(kLaboratoryCommands.begin(), kLaboratoryCommands.end(), is_asked)) return;
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / kLaboratory;
+  ::execv(program.c_str(), argv);
+  throw Error(ExitCode::kInput, program.string() + ": cannot be started (" + std::strerror(errno) +
+                                    "); install it beside thew, for " + *word);
+}
+
+// What the command line says besides what all commands share.
+struct Arguments {
+  NewOptions create;
+  CompareOptions limits;
+  double millimetres = 1e3 * kDistanceTolerance;
+  fs::path scene, repaired, actual, golden;
+  std::vector<std::string> meshes;
+  int turntable = 0, basis = 0;
+  std::function<ExitCode(CommandOptions&)> run;
+};
+
+void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
+  const auto runs = [&a](CLI::App* command, std::function<ExitCode(CommandOptions&)> run) {
+    command->final_callback([&a, run = std::move(run)] { a.run = run; });
+  };
+  runs(add_bake(app, options), bake_command);
+  runs(add_render(app, options, a.scene, a.turntable),
+       [&a](CommandOptions& o) { return render_command(o, a.scene, a.turntable); });
+  runs(add_export(app, options, a.meshes, a.basis),
+       [&a](CommandOptions& o) { return export_command(o, a.meshes, a.basis); });
+  runs(add_inspect(app, options, a.repaired),
+       [&a](CommandOptions& o) { return inspect_command(o, a.repaired); });
+  runs(add_new(app, a.create, options), [&a](CommandOptions&) { return new_command(a.create); });
+  runs(add_compare(app, options, a.actual, a.limits, a.millimetres),
+       [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.limits); });
+  CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
+  goldens->require_subcommand(1);
+  goldens->add_flag("--json", options.json, kJsonFlag);
+  runs(add_update(*goldens, options, a.golden),
+       [&a](CommandOptions& o) { return golden_update_command(o, a.golden); });
+  runs(add_check(*goldens, options, a.golden, a.limits, a.millimetres),
+       [&a](CommandOptions& o) { return golden_check_command(o, a.golden, a.limits); });
+  for (const auto& [name, what] : kLaboratoryCommands) app.add_subcommand(name, what);
+}
+
+}  // namespace
+}  // namespace thew
+
+int main(int argc, char** argv) {
+  thew::Arguments arguments;
+  return thew::program_main(
+      argc, argv,
+      {.commit = thew::kCommit,
+       .begin = thew::become_laboratory,
+       .declare = [&](CLI::App& app, auto& options) { thew::declare(app, options, arguments); },
+       .run =
+           [&](thew::CommandOptions& options, thew::Call& call) {
+             if (!arguments.create.out.empty()) call.out = arguments.create.out;
+             arguments.create.json = options.json;
+             arguments.limits.distance = 1e-3 * arguments.millimetres;
+             if (arguments.golden.empty()) {
+               arguments.golden = options.input.parent_path() / "golden";
+             }
+             return arguments.run(options);
+           }});
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/export/shot.h"
+
+namespace thew {
+
+/// What an exporter wrote, and what there is to say of it beyond facts_of().
+struct Exported {
+  std::vector<std::filesystem::path> files;
+  std::string note;
+};
+
+/// One mesh, positions as float32: export_point_cache.cpp. Beside FILE.pc2 or FILE.mdd stands
+/// FILE.rest.obj, the mesh that the cache is to be put on, which also states what they cannot.
+Exported export_pc2(const Shot& shot, const std::filesystem::path& file);
+Exported export_mdd(const Shot& shot, const std::filesystem::path& file);
+std::filesystem::path rest_file(const std::filesystem::path& cache);
+
+/// One file a frame, #### in the name being its number: NAME.####.obj where there is none.
+/// OBJ: all meshes, with normals. PLY: one mesh, with normals and velocities.
+Exported export_obj(const Shot& shot, const std::filesystem::path& file);
+Exported export_ply(const Shot& shot, const std::filesystem::path& file);
+
+/// glTF 2, binary: a morph target a frame, or, with `basis` > 0, so many of the best:
+/// export_gltf.cpp.
+Exported export_glb(const Shot& shot, const std::filesystem::path& file, int basis);
+
+/// XDMF 3 beside the bake, whose numbers it points to: export_xdmf.cpp.
+Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
+                     const std::filesystem::path& bake);
+
+/// USD as text, positions, normals and velocities by frame: export_usda.cpp.
+Exported export_usda(const Shot& shot, const std::filesystem::path& file);
+
+/// Alembic in Ogawa's container, positions, normals and velocities by frame: export_alembic.cpp.
+Exported export_alembic(const Shot& shot, const std::filesystem::path& file);
+
+}  // namespace thew

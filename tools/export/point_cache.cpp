@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// PC2 (little-endian): "POINTCACHE2\0", int32 version 1, int32 points, float32 first frame, float32
+// frames between samples, int32 samples; then float32 x, y, z by sample and point.
+// MDD (big-endian): int32 samples, int32 points, float32 seconds by sample; then as PC2.
+#include <algorithm>
+
+#include "tools/base/output_file.h"
+#include "tools/export/formats.h"
+#include "tools/export/obj.h"
+
+namespace thew {
+namespace {
+
+template <typename T>
+void put_big(std::string& bytes, T value) {
+  const std::size_t at = bytes.size();
+  put(bytes, value);
+  std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end());
+}
+
+// Frames from one sample to the next.
+int even_step(const Shot& shot, const std::filesystem::path& file) {
+  if (shot.places.size() == 1) return 1;
+  const int step = shot.frame(1) - shot.frame(0);
+  for (std::size_t i = 2; i < shot.places.size(); ++i) {
+    if (shot.frame(i) - shot.frame(i - 1) != step) {
+      throw Error(ExitCode::kUsage, file.string() + ": PC2 holds frames at even steps and frame " +
+                                        std::to_string(shot.frame(i)) + " breaks the step of " +
+                                        std::to_string(step) +
+                                        "; choose others with --frames, or write .mdd");
+    }
+  }
+  return step;
+}
+
+Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& file) {
+  WrittenFiles written;
+  out.finish();
+  written.add(file);
+  const std::filesystem::path rest = rest_file(file);
+  ExportFile rest_out(rest);
+  rest_out.append(facts_as_lines(shot, "# ") + "# rest mesh, for " + file.filename().string() +
+                  "\n");
+  rest_out.append(obj_text(shot, {shot.mesh(0).rest.vertices}));
+  rest_out.finish();
+  written.add(rest);
+  return {written.keep(), "put the cache on the mesh of " + rest.filename().string()};
+}
+
+}  // namespace
+
+std::filesystem::path rest_file(const std::filesystem::path& cache) {
+  return std::filesystem::path(cache).replace_extension(".rest.obj");
+}
+
+Exported export_pc2(const Shot& shot, const std::filesystem::path& file) {
+  const BakeMesh& mesh = only_mesh(shot, "PC2");
+  std::string bytes = "POINTCACHE2";
+  bytes += '\0';
+  put<std::int32_t>(bytes, 1);
+  put(bytes, static_cast<std::int32_t>(mesh.rest.vertices.size()));
+  put(bytes, static_cast<float>(shot.first_frame()));
+  put(bytes, static_cast<float>(even_step(shot, file)));
+  put(bytes, static_cast<std::int32_t>(shot.places.size()));
+  ExportFile out(file);
+  out.append(bytes);
+  for_each_frame(shot, [&](const ShotFrame& frame) {
+    bytes.clear();
+    for (const Vec3& p : frame.positions[0]) put_floats(bytes, p);
+    out.append(bytes);
+  });
+  return finish(shot, out, file);
+}
+
+Exported export_mdd(const Shot& shot, const std::filesystem::path& file) {
+  const BakeMesh& mesh = only_mesh(shot, "MDD");
+  std::string bytes;
+  put_big(bytes, static_cast<std::int32_t>(shot.places.size()));
+  put_big(bytes, static_cast<std::int32_t>(mesh.rest.vertices.size()));
+  for (std::size_t i = 0; i < shot.places.size(); ++i) {
+    put_big(bytes, static_cast<float>(shot.frame(i) / shot.info().fps));
+  }
+  ExportFile out(file);
+  out.append(bytes);
+  for_each_frame(shot, [&](const ShotFrame& frame) {
+    bytes.clear();
+    for (const Vec3& p : frame.positions[0]) {
+      for (int axis = 0; axis < 3; ++axis) put_big(bytes, static_cast<float>(p[axis]));
+    }
+    out.append(bytes);
+  });
+  return finish(shot, out, file);
+}
+
+}  // namespace thew

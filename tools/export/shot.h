@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/cache/cache.h"
+#include "tools/base/options.h"
+
+namespace thew {
+
+/// What of a bake is exported: some of its meshes, some of its frames.
+struct Shot {
+  const BakeReader& reader;
+  std::vector<int> meshes;  ///< places in the bake's
+  std::vector<int> places;  ///< of the frames among the bake's, rising
+  ProgressStyle progress = ProgressStyle::kNone;
+
+  const BakeInfo& info() const { return reader.info(); }
+  const BakeMesh& mesh(std::size_t m) const { return info().meshes[meshes[m]]; }
+  int frame(std::size_t i) const { return info().frames[places[i]]; }
+  int first_frame() const { return frame(0); }
+};
+
+/// `names` empty: all meshes; `frames` as on the command line, "" for all. Error(kUsage) with what
+/// the bake has where it lacks one of them.
+Shot choose_shot(const BakeReader& reader, const std::vector<std::string>& names,
+                 const std::string& frames);
+
+struct ShotFrame {
+  int place = 0;  ///< in the bake
+  int frame = 0;
+  std::vector<std::vector<Vec3>> positions;  ///< by chosen mesh, m
+};
+
+/// In the order of time; tells how far it is and ends with Error(kRetry) on a signal.
+void for_each_frame(const Shot& shot, const std::function<void(const ShotFrame&)>& work);
+/// For the formats that are not written frame by frame.
+std::vector<ShotFrame> all_frames(const Shot& shot);
+
+/// m/s, by chosen mesh: the difference of the bake's frames before and after over their time, at
+/// the first and the last frame that to the neighbour. A bake of one frame stands still.
+std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place);
+
+/// One a vertex, of length 1, smooth across a muscle's seams: a vertex without area gets up.
+std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions);
+
+/// The only mesh that is chosen. Error(kUsage) with the choice where there are more.
+const BakeMesh& only_mesh(const Shot& shot, const std::string& format);
+
+/// What each export states of itself, name and text: units, axis, fps, first frame, vertex order…
+using Facts = std::vector<std::pair<std::string, std::string>>;
+Facts facts_of(const Shot& shot);
+/// The same as lines, each after `mark`.
+std::string facts_as_lines(const Shot& shot, const std::string& mark);
+
+/// Without line breaks or other control characters.
+std::string one_line(std::string text);
+
+}  // namespace thew

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which bodies of a character are its arms.
+#include <algorithm>
+
+#include "rig/character_bones.h"
+#include "rig/text.h"
+#include "tools/fit/arm.h"
+
+namespace thew {
+namespace {
+
+Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
+
+// Past what FBX's reader puts between two bodies.
+int first_child(const Skeleton& skeleton, int body) {
+  for (int i = body + 1; i < skeleton.size(); ++i) {
+    if (skeleton.parent[i] != body) continue;
+    return is_pivot(skeleton.body_names[i]) ? first_child(skeleton, i) : i;
+  }
+  return -1;
+}
+
+int by_map(const Character& character, const BoneMap& map, const std::string& place, bool left,
+           bool both, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    auto found = map.find(std::string(left ? "left_" : "right_") + key);
+    if (found == map.end() && !both) found = map.find(key);
+    if (found == map.end()) continue;
+    const int body = find_body(character.skeleton, found->second);
+    if (body >= 0) return body;
+    throw Error(ExitCode::kUsage, "--map " + found->first + "=" + found->second +
+                                      ": is no body of " + place +
+                                      did_you_mean(found->second, character.skeleton.body_names) +
+                                      "; `thew inspect " + place + "` lists them");
+  }
+  return -1;
+}
+
+// The first body of a kind on a side whose place in the tree fits; the skin hangs on it. VRM's own
+// map has the first word. `side`: 1 left, -1 right, 0 where names tell none.
+void by_name(const Character& character, int side, ArmBodies& arm) {
+  const Skeleton& skeleton = character.skeleton;
+  std::vector<char> of_skin(skeleton.size(), 0);
+  for (const SkinWeights::Link& link : character.skin.links) of_skin[link.body] = 1;
+  const auto fits = [&](const BoneName& name, BoneKind kind, int body, int on) {
+    return name.kind == kind && name.side == side &&
+           (on < 0 || (body != on && hangs_on(skeleton, body, on)));
+  };
+  const auto seek = [&](BoneKind kind, int on) {
+    for (const Character::HumanBone& bone : character.humanoid) {
+      if (fits(read_bone_name(bone.bone), kind, bone.body, on)) return bone.body;
+    }
+    for (int i = 0; i < skeleton.size(); ++i) {
+      if (of_skin[i] && fits(read_bone_name(skeleton.body_names[i]), kind, i, on)) return i;
+    }
+    return -1;
+  };
+  if (arm.humerus < 0) arm.humerus = seek(BoneKind::kHumerus, -1);
+  if (arm.humerus < 0) {  // where the shoulder is the arm
+    const HumanBodies bodies = human_bodies(character);
+    const auto found = bodies.find({BoneKind::kHumerus, side});
+    if (found != bodies.end() && of_skin[found->second]) arm.humerus = found->second;
+  }
+  if (arm.humerus < 0) return;
+  if (arm.forearm < 0) arm.forearm = seek(BoneKind::kForearm, arm.humerus);
+  if (arm.forearm >= 0 && arm.hand < 0) arm.hand = seek(BoneKind::kHand, arm.forearm);
+}
+
+// Upper arm, forearm, hand, begun at a body that hangs on a trunk.
+struct Chain {
+  int bodies[3];
+  double lengths[2];
+};
+
+bool chain_from(const Character& character, int body, Chain& chain) {
+  const Skeleton& skeleton = character.skeleton;
+  int now[4];
+  double lengths[3];
+  for (int k = 0; k < 4; ++k) {
+    now[k] = k == 0 ? body : first_child(skeleton, now[k - 1]);
+    if (now[k] < 0 && k < 3) return false;
+    if (k == 0 || now[k] < 0) continue;
+    lengths[k - 1] = (place_of(character, now[k]) - place_of(character, now[k - 1])).norm();
+  }
+  // A short first one is a clavicle.
+  const int skip = now[3] >= 0 && lengths[0] < 0.5 * lengths[1] && lengths[2] > 0.5 * lengths[1];
+  for (int k = 0; k < 3; ++k) chain.bodies[k] = now[k + skip];
+  for (int k = 0; k < 2; ++k) chain.lengths[k] = lengths[k + skip];
+  return chain.lengths[0] > 0.0 && chain.lengths[1] > 0.3 * chain.lengths[0];
+}
+
+// Two chains on one trunk, alike, side by side and in the upper half of the body.
+void by_shape(const Character& character, bool left, ArmBodies& arm) {
+  const Skeleton& skeleton = character.skeleton;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : character.mesh.vertices) box.extend(p);
+  if (box.isEmpty()) return;
+  for (int a = 0; a < skeleton.size(); ++a) {
+    for (int b = a + 1; b < skeleton.size(); ++b) {
+      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
+      Chain one, two;
+      if (!chain_from(character, a, one) || !chain_from(character, b, two)) continue;
+      const Vec3 p = place_of(character, one.bodies[0]), q = place_of(character, two.bodies[0]);
+      const double size = one.lengths[0];
+      const bool alike = std::abs(two.lengths[0] - size) < 0.1 * size &&
+                         std::abs(two.lengths[1] - one.lengths[1]) < 0.1 * size;
+      const Vec3 line(p.x() - q.x(), 0.0, p.z() - q.z());
+      const bool beside = std::abs(p.y() - q.y()) < 0.2 * size && line.norm() > 0.1 * size;
+      if (!alike || !beside || p.y() < box.center().y()) continue;
+      Vec3 forward = facing_of(character, line);
+      if (forward.isZero()) forward = Vec3::UnitZ();  // as glTF has it
+      const bool first_is_left = line.dot(Vec3::UnitY().cross(forward)) > 0.0;
+      const Chain& mine = first_is_left == left ? one : two;
+      arm.humerus = mine.bodies[0];
+      arm.forearm = mine.bodies[1];
+      arm.hand = mine.bodies[2];
+      return;
+    }
+  }
+}
+
+[[noreturn]] void refuse_doubt(const Character& character, const std::string& place,
+                               const char* what, bool left) {
+  const Skeleton& skeleton = character.skeleton;
+  std::string list;
+  for (int i = 0; i < skeleton.size(); ++i) {
+    if (first_child(skeleton, i) < 0 || skeleton.parent[i] < 0) continue;
+    list += (list.empty() ? " " : " | ") + skeleton.body_names[i] + " at " +
+            point_text(place_of(character, i)) + ", on " + skeleton.body_names[skeleton.parent[i]];
+  }
+  throw Error(ExitCode::kUsage, place + ": which body is the " + (left ? "left " : "right ") +
+                                    what + "? Neither names nor shape tell; say --map " +
+                                    (left ? "left_" : "right_") + what +
+                                    "=BODY (humerus, forearm, hand, clavicle). Candidates:" +
+                                    (list.empty() ? " none, the file has no skeleton" : list));
+}
+
+}  // namespace
+
+namespace {
+
+// All but what was told, by names, else by shape; a note where it was the shape.
+void complete_arm(const Character& character, bool one_side, const std::string& place,
+                  ArmBodies& arm, std::vector<std::string>& notes) {
+  const Skeleton& skeleton = character.skeleton;
+  const std::vector<std::string>& names = skeleton.body_names;
+  std::string guessed;
+  const auto guess = [&](const char* what, int body) {
+    guessed += (guessed.empty() ? "" : ", ") + std::string(what) + " " + names[body];
+  };
+  by_name(character, arm.left ? 1 : -1, arm);
+  if (arm.humerus < 0 && one_side) by_name(character, 0, arm);  // its only arm, or either
+  const ArmBodies named = arm;
+  if (arm.humerus < 0) by_shape(character, arm.left, arm);
+  if (arm.humerus < 0) refuse_doubt(character, place, "humerus", arm.left);
+  if (arm.forearm < 0) arm.forearm = first_child(skeleton, arm.humerus);
+  if (arm.forearm < 0) refuse_doubt(character, place, "forearm", arm.left);
+  if (arm.hand < 0) arm.hand = first_child(skeleton, arm.forearm);
+  if (arm.hand < 0) refuse_doubt(character, place, "hand", arm.left);
+  for (int body = arm.humerus; arm.clavicle < 0 && skeleton.parent[body] >= 0;) {
+    body = skeleton.parent[body];
+    if (!is_pivot(names[body])) arm.clavicle = body;
+  }
+  if (arm.clavicle < 0) refuse_doubt(character, place, "clavicle", arm.left);
+  if (named.humerus < 0) guess("humerus", arm.humerus);
+  if (named.forearm < 0) guess("forearm", arm.forearm);
+  if (named.hand < 0) guess("hand", arm.hand);
+  if (guessed.empty()) return;
+  notes.push_back(std::string(arm.left ? "left" : "right") +
+                  " arm by the skeleton's shape, where names do not tell: " + guessed +
+                  (named.humerus < 0 ? "; left and right by the feet" : "") +
+                  "; if that is wrong, use --map");
+}
+
+}  // namespace
+
+std::vector<ArmBodies> find_arms(const Character& character, const std::string& side,
+                                 const BoneMap& map, const std::string& place,
+                                 std::vector<std::string>& notes) {
+  const std::vector<std::string> known = {"clavicle", "humerus", "forearm", "hand"};
+  for (const auto& [key, body] : map) {
+    std::string part = key;
+    const bool sided = key.starts_with("left_") || key.starts_with("right_");
+    if (sided ? key.starts_with(side == "left" ? "right_" : "left_") && side != "both"
+              : side == "both") {
+      throw Error(ExitCode::kUsage, "--map " + key + "=" + body + ": " +
+                                        (sided ? "is not on the side asked for; give --side both"
+                                               : "on which side? Give left_" + key + " or right_" +
+                                                     key + ", or --side"));
+    }
+    for (const char* begin : {"left_", "right_"}) {
+      if (part.starts_with(begin)) part = part.substr(std::string(begin).size());
+    }
+    if (std::find(known.begin(), known.end(), part) != known.end()) continue;
+    throw Error(ExitCode::kUsage,
+                "--map " + key + "=" + body + ": is no part of an arm" + did_you_mean(part, known) +
+                    "; give clavicle, humerus, forearm or hand, where needed with "
+                    "left_ or right_ before it");
+  }
+  std::vector<ArmBodies> arms;
+  for (const bool left : {false, true}) {
+    if (side == (left ? "right" : "left")) continue;
+    ArmBodies arm;
+    arm.left = left;
+    const auto told = [&](auto... keys) {
+      return by_map(character, map, place, left, side == "both", {keys...});
+    };
+    arm.clavicle = told("clavicle");
+    arm.humerus = told("humerus");
+    arm.forearm = told("forearm");
+    arm.hand = told("hand");
+    complete_arm(character, side != "both", place, arm, notes);
+    const Skeleton& skeleton = character.skeleton;
+    if (!hangs_on(skeleton, arm.forearm, arm.humerus) ||
+        !hangs_on(skeleton, arm.hand, arm.forearm)) {
+      throw Error(ExitCode::kUsage,
+                  place + ": \"" + skeleton.body_names[arm.hand] + "\" does not hang on \"" +
+                      skeleton.body_names[arm.forearm] + "\" and that on \"" +
+                      skeleton.body_names[arm.humerus] + "\"; name the arm's bodies with --map");
+    }
+    arms.push_back(arm);
+  }
+  return arms;
+}
+
+}  // namespace thew

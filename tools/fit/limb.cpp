@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The outermost surface around a limb.
+#include "tools/fit/limb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "rig/math.h"
+#include "rig/text.h"
+
+namespace thew {
+namespace {
+
+using Point = Eigen::Vector2d;
+
+// Of a triangle's weight, the least on a limb's bodies: at the shoulder and the armpit, where half
+// is the trunk's, the arm's section is still to be told.
+constexpr double kLeastShare = 0.35;
+// Shares of a triangle by which a ray may pass beside it: one that passes between two triangles at
+// an edge of both meets one of them.
+constexpr double kRounding = 1e-9;
+
+double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// Counter-clockwise (Andrew 1979).
+std::vector<Point> convex_hull(std::vector<Point> points) {
+  std::sort(points.begin(), points.end(), [](const Point& p, const Point& q) {
+    return p.x() < q.x() || (p.x() == q.x() && p.y() < q.y());
+  });
+  std::vector<Point> hull;
+  for (const bool back : {false, true}) {
+    const size_t least = hull.size() + 1;
+    for (const Point& p : points) {
+      while (hull.size() > least &&
+             cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    if (!back) std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+// Whether each edge lies between two triangles that run along it either way.
+bool is_closed(const TriMesh& mesh) {
+  std::map<std::pair<int, int>, int> sides;
+  for (const Triangle& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      if (a != b) sides[std::minmax(a, b)] += a < b ? 1 : -1;
+    }
+  }
+  return std::all_of(sides.begin(), sides.end(), [](const auto& side) { return side.second == 0; });
+}
+
+// Whether the axis passes left of the edge: of the two triangles at an edge one says yes.
+bool left_of(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x() > 0.0;
+}
+
+}  // namespace
+
+Limb::Limb(const TriMesh& mesh) : mesh_(mesh) {
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 middle = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0;
+    double reach = 0.0;
+    for (const int i : t) reach = std::max(reach, (mesh.vertices[i] - middle).norm());
+    balls_.push_back({middle, 1.001 * reach});
+  }
+  closed_ = is_closed(mesh);
+}
+
+double Limb::way_out(const Vec3& from, const Vec3& to) const {
+  const std::vector<Vec3>& x = mesh_.vertices;
+  const Vec3 across = to.unitOrthogonal(), over = to.cross(across);
+  struct Hit {
+    double at;
+    int out;  // +1 leaves, -1 enters
+  };
+  std::vector<Hit> hits;
+  int inside = 0;
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const Vec3 off = balls_[i].middle - from;
+    const double ahead = to.dot(off);
+    if (off.squaredNorm() - ahead * ahead > balls_[i].reach * balls_[i].reach) continue;
+    const Triangle& t = mesh_.triangles[i];
+    Eigen::Vector2d p[3];
+    double depth[3];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 d = x[t[k]] - from;
+      p[k] = {across.dot(d), over.dot(d)};
+      depth[k] = to.dot(d);
+    }
+    bool left[3];
+    for (int k = 0; k < 3; ++k) {
+      const int m = (k + 1) % 3;
+      left[k] = t[k] < t[m] ? left_of(p[k], p[m]) : !left_of(p[m], p[k]);
+    }
+    if (left[0] != left[1] || left[1] != left[2]) continue;
+    double share[3], sum = 0.0, at = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector2d &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
+      share[k] = a.x() * b.y() - a.y() * b.x();
+      sum += share[k];
+    }
+    for (int k = 0; k < 3; ++k) at += sum == 0.0 ? depth[k] / 3.0 : share[k] / sum * depth[k];
+    if (at <= 0.0) continue;
+    hits.push_back({at, left[0] ? 1 : -1});
+    inside += hits.back().out;
+  }
+  std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.at < b.at; });
+  for (const Hit& hit : hits) {
+    if (inside <= 0) return -1.0;
+    inside -= hit.out;
+    if (inside <= 0) return hit.at;
+  }
+  return -1.0;
+}
+
+double Limb::outermost(const Vec3& from, const Vec3& to, double reach) const {
+  double last = -1.0;
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    const Vec3 off = balls_[i].middle - from;
+    const double ahead = to.dot(off), around = balls_[i].reach;
+    if (ahead + around < last || ahead - around > reach ||
+        off.squaredNorm() - ahead * ahead > around * around) {
+      continue;
+    }
+    // from + s to = a + u (b - a) + v (c - a) (Möller, Trumbore 1997)
+    const Triangle& t = mesh_.triangles[i];
+    const Vec3& a = mesh_.vertices[t[0]];
+    const Vec3 ab = mesh_.vertices[t[1]] - a, ac = mesh_.vertices[t[2]] - a;
+    const Vec3 p = to.cross(ac), d = from - a, q = d.cross(ab);
+    const double scale = ab.dot(p);
+    if (std::abs(scale) < 1e-12 * ab.norm() * ac.norm()) continue;  // seen edge-on
+    const double u = d.dot(p) / scale, v = to.dot(q) / scale, s = ac.dot(q) / scale;
+    if (u < -kRounding || v < -kRounding || u + v > 1.0 + kRounding) continue;
+    if (s > 0.0 && s <= reach) last = std::max(last, s);
+  }
+  return last;
+}
+
+double Limb::Section::within(const Vec3& p) const {
+  if (radius <= 0.0) return -1.0;
+  const Point here(a.dot(p - at), b.dot(p - at));
+  double least = radius;
+  for (size_t k = 0; k < outline.size(); ++k) {
+    const Point &one = outline[k], &next = outline[(k + 1) % outline.size()];
+    least = std::min(least, cross(next - one, here - one) / (next - one).norm());
+  }
+  return least;
+}
+
+Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double reach) const {
+  Section out;
+  out.at = out.middle = at;
+  out.a = a;
+  out.b = b;
+  const Vec3 normal = a.cross(b);
+  std::vector<Point> points;
+  for (size_t i = 0; i < balls_.size(); ++i) {
+    if (std::abs(normal.dot(balls_[i].middle - at)) > balls_[i].reach) continue;
+    const Triangle& t = mesh_.triangles[i];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 p = mesh_.vertices[t[k]] - at, q = mesh_.vertices[t[(k + 1) % 3]] - at;
+      const double over = normal.dot(p), under = normal.dot(q);
+      if ((over < 0.0) == (under < 0.0)) continue;
+      const Vec3 cut = p + over / (over - under) * (q - p);
+      if (cut.norm() <= reach) points.emplace_back(a.dot(cut), b.dot(cut));
+    }
+  }
+  if (points.size() < 3) return out;
+  out.outline = convex_hull(std::move(points));
+  double twice = 0.0;
+  Point moment = Point::Zero();
+  for (size_t k = 0; k < out.outline.size(); ++k) {
+    const Point &p = out.outline[k], &q = out.outline[(k + 1) % out.outline.size()];
+    twice += cross(p, q);
+    moment += cross(p, q) * (p + q);
+  }
+  if (!(twice > 0.0)) return out;
+  moment /= 3.0 * twice;
+  out.middle = at + moment.x() * a + moment.y() * b;
+  out.radius = std::sqrt(0.5 * twice / kPi);
+  return out;
+}
+
+std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm) {
+  const Skeleton& skeleton = character.skeleton;
+  const auto place = [&](int body) { return Vec3(character.bind[body].translation()); };
+  std::vector<int> bodies = {arm.hand};
+  for (int b = 0; b < skeleton.size(); ++b) {
+    const bool has_more =
+        std::find(skeleton.parent.begin(), skeleton.parent.end(), b) != skeleton.parent.end();
+    const bool at_wrist =
+        (place(b) - place(arm.hand)).norm() < (place(b) - place(arm.forearm)).norm();
+    if (b != arm.hand && skeleton.parent[b] == arm.forearm && has_more && at_wrist)
+      bodies.push_back(b);
+  }
+  return bodies;
+}
+
+namespace {
+
+bool is_named(const MeshPart& part, const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    return name == part.mesh || name == part.node;
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> mesh_names(const Character& character) {
+  std::set<std::string> names;
+  for (const MeshPart& part : character.parts)
+    names.insert(part.mesh.empty() ? part.node : part.mesh);
+  return {names.begin(), names.end()};
+}
+
+TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
+                    const std::vector<std::string>& meshes, const Rows& x,
+                    const std::string& place) {
+  for (const std::string& name : meshes) {
+    const auto has_name = [&](const MeshPart& part) { return is_named(part, {name}); };
+    if (std::any_of(character.parts.begin(), character.parts.end(), has_name)) continue;
+    const std::vector<std::string> each = mesh_names(character);
+    throw Error(ExitCode::kUsage, "--skin " + name + ": is no mesh of " + place +
+                                      did_you_mean(name, each) + "; it has: " + names_text(each));
+  }
+  const SkinWeights& weights = character.skin;
+  std::vector<double> share(x.size(), 0.0);
+  std::vector<char> chosen(x.size(), meshes.empty());
+  for (size_t i = 0; i < x.size(); ++i) {
+    for (int k = weights.first[i]; k < weights.first[i + 1]; ++k) {
+      const int on = weights.links[weights.link[k]].body;
+      const auto is_above = [&](int body) { return hangs_on(character.skeleton, on, body); };
+      if (std::any_of(bodies.begin(), bodies.end(), is_above)) share[i] += weights.weight[k];
+    }
+  }
+  for (size_t m = 0; m < character.parts.size() && !meshes.empty(); ++m) {
+    const bool take = is_named(character.parts[m], meshes);
+    const size_t end = m + 1 < character.parts.size()
+                           ? static_cast<size_t>(character.parts[m + 1].first_vertex)
+                           : x.size();
+    for (size_t i = character.parts[m].first_vertex; i < end; ++i) chosen[i] = take;
+  }
+  TriMesh out;
+  for (const Row& row : x) out.vertices.push_back(to_vec(row));
+  for (const Triangle& t : character.mesh.triangles) {
+    if (!chosen[t[0]] || share[t[0]] + share[t[1]] + share[t[2]] < 3.0 * kLeastShare) continue;
+    // One place, one vertex: no ray passes along a seam.
+    out.triangles.push_back(
+        {character.map_back[t[0]], character.map_back[t[1]], character.map_back[t[2]]});
+  }
+  return out;
+}
+
+}  // namespace thew

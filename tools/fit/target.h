@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/scene/scene.h"
+#include "tools/fit/limb.h"
+
+namespace thew {
+
+/// The arm of assets/arm.
+struct Template {
+  Scene scene;
+  Skeleton skeleton;
+  Pose rest;
+  Vec3 humerus;  // its origin at rest
+  ArmTemplate arm;
+};
+
+/// One arm of the character with all that is needed to put the template's things on it.
+struct Target {
+  const Template& from;
+  const Character& character;
+  const Pose& rest;
+  const Limb &limb, &body;  // the skin around it, at rest; all of it
+  const TriMesh& hand;      // that of the hand
+  ArmBodies arm;
+  ArmFit fit;
+  std::string side;  // "right" or "left"
+
+  int body_of(int template_body) const {
+    const std::string& name = from.skeleton.body_names[template_body];
+    if (name == "scapula") return arm.clavicle;
+    if (name == "humerus") return arm.humerus;
+    if (name == "ulna") return arm.ulna;
+    return name == "hand" ? arm.hand : arm.radius;
+  }
+  std::string name_of(int body) const {
+    const std::vector<std::string>& names = character.skeleton.body_names;
+    if (body == arm.ulna) return names[arm.forearm] + ".ulna";
+    return body == arm.radius ? names[arm.forearm] + ".radius" : names[body];
+  }
+  Vec3 mapped(const Vec3& world) const { return map_point(fit, world - from.humerus); }
+};
+
+std::string quoted(const std::string& text);
+TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into);
+
+/// Of a tube (muscles/tube.h): its nodes from `first` on.
+struct Ring {
+  int first, nodes;
+};
+std::vector<Ring> rings_of(const TriMesh& tube);
+TriMesh mapped_muscle(const Target& to, const TriMesh& mesh);
+
+struct MappedSize {
+  double volume, volume_ratio;  // m^3
+  double fat;                   // m, least over the muscle; negative: it stands out of the skin
+};
+
+/// A file beside the scene.
+struct NewFile {
+  std::filesystem::path file;
+  std::string heading;
+  TriMesh mesh;
+};
+
+/// What is written of the arms, but for the character itself.
+struct NewArms {
+  std::vector<NewFile> files;
+  std::string rig, muscles, ignore, keys;
+  std::vector<std::string> outside;       ///< muscles that stand out of the skin
+  std::vector<std::string> threads;       ///< muscles too thin to be any, with why
+  std::vector<std::string> handless;      ///< sides on which no hand's bones have room
+  double fat = 1.0;                       ///< m, the least over the muscles
+  std::vector<double> lengths;            ///< of the arms, over the template's
+  double volume = 0.0, own_volume = 0.0;  ///< m^3, of the muscles and of the template's
+  /// Least share of the room under an arm's skin that its muscles take, over the template's.
+  double fill = 1e3;
+  double in_proportion = 0.0;  ///< m^3, of the muscles in arms as long as the template's
+  double thickness = 1e3;      ///< of the thinnest segment, over the template's
+  double section = 1e3;        ///< of the thinnest section of a muscle, over the template's
+  bool slender = false;        ///< whether any is, for its length
+
+  /// For [scene] size: their length over the template's, in the mean.
+  double size() const;
+};
+void add_arm(const Target& to, NewArms& arms);
+std::string scene_text(const std::string& name, const std::filesystem::path& character_file,
+                       double scale, const Character& character, const ContactSettings& contact,
+                       const NewArms& arms, const std::string& views);
+
+/// m, of a muscle's mesh, below which it is a thread.
+double least_edge(const ArmFit& fit);
+/// Why no muscles can be put on the arm; "" if they can.
+std::string why_no_arm(const ArmFit& fit, const std::string& side);
+/// Why a muscle of it is none, in the words after its name; "" if it is one.
+std::string why_thread(const Target& to, const TriMesh& muscle, const MappedSize& size);
+/// The arm from before and from its side: its skin, its bones, what was measured and what is usual.
+/// SVG.
+std::string why_picture(const ArmTemplate& from, const ArmFit& fit, const TriMesh& skin,
+                        const std::string& title);
+
+/// Over the template's, of the upper arm and of the forearm.
+std::array<double, 2> thickness_of(const Target& to);
+/// A bone of the template as it lies at rest, in the world.
+TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual);
+/// The hand's bones, mapped as the forearm's, into the character's hand; false where it has no room
+/// for them.
+bool fit_hand(const Target& to, TriMesh& bones);
+
+/// The scene's table of a template's muscle; `mesh` is its file in the scene's folder.
+std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
+                        const std::filesystem::path& mesh, const MappedSize& size);
+
+}  // namespace thew

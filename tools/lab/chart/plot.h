@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tools/lab/chart/run.h"
+
+namespace thew {
+
+/// CPU ms a frame against one of a point's errors, both logarithmic; carries its own style.
+std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::string& what);
+
+/// The same as a picture of 1,720 pixels' width, by rsvg-convert; written beside and renamed. Says
+/// what went wrong, "" for nothing: that rsvg-convert is not installed is nothing either, and then
+/// there is no picture.
+std::string write_picture(const std::filesystem::path& png, const std::filesystem::path& svg);
+
+std::string chart_csv(const Chart& chart);
+std::string chart_json(const Chart& chart);
+/// One file, no network.
+std::string chart_html(const Chart& chart);
+
+}  // namespace thew

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "rig/types.h"
+#include "tools/base/command_options.h"
+
+namespace thew {
+
+/// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
+ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
+
+}  // namespace thew

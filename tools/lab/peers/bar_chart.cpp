@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lab/peers/bar_chart.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "sim/cache/durable_file.h"
+#include "sim/solver/muscle_step.h"
+#include "skin/surface/surface.h"
+#include "tools/base/options.h"
+#include "tools/lab/chart/plot.h"
+#include "tools/lab/elements/fem_ball.h"
+#include "tools/lab/paper/run.h"
+
+namespace thew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFinest = 3;  // from there on two_bellies moves by 0.2 mm
+
+/// The true surface, to find the nearest point of. Of a quarter: y and z are mirrored.
+struct TrueSurface {
+  TriMesh mesh;
+  Surface surface;
+  Rows x;
+  Bvh bvh;
+
+  explicit TrueSurface(const FemBody& body) : mesh(octant_surface(body)) {
+    surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
+    x = to_rows(mesh.vertices);
+    bvh = build_bvh(surface, x);
+  }
+  double distance(const Vec3& point) const {
+    const Vec3 p(point.x(), std::abs(point.y()), std::abs(point.z()));
+    return (closest_point(surface, bvh, x, p, 1.0).point - p).norm();
+  }
+};
+
+BarRun measure(const PaperRun& run, const TrueSurface& truth) {
+  const Muscle& muscle = run.model->muscles[0];
+  const MuscleState& now = run.state.muscles[0];
+  const std::vector<Vec3> x = points_of(now.x);
+  BarRun out;
+  out.nodes = static_cast<int>(x.size());
+  out.frames = static_cast<int>(run.frames.size());
+  out.volume_error = run.volume_error;
+  out.zone_fallbacks = now.zone_fallbacks;
+  out.free_half = free_half(muscle.rest, x) / free_half(muscle.rest, muscle.rest.vertices) - 1.0;
+  if (muscle.zones.count() > 0) {
+    std::vector<double> wanted, found;
+    zone_targets(muscle, now.target, wanted);
+    volumes_before(muscle.zones, now.x, muscle.rest.triangles, found);
+    out.zone_error = zone_error(muscle.zones, found, wanted);
+  }
+  int squeezed = 0, free = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (muscle.driven[i]) continue;
+    const double off = truth.distance(x[i]);
+    const bool is_free = muscle.rest.vertices[i].x() > 0.0;
+    (is_free ? out.free_mean : out.squeezed_mean) += off;
+    ++(is_free ? free : squeezed);
+    out.largest = std::max(out.largest, off);
+  }
+  out.mean = (out.free_mean + out.squeezed_mean) / (free + squeezed);
+  out.free_mean /= free;
+  out.squeezed_mean /= squeezed;
+  return out;
+}
+
+struct Bar {
+  std::string name, mesh;
+  BarShape shape;
+};
+
+// Of one multiplier, and of zones: what they are called, and their settings.
+struct Held {
+  std::string name;
+  std::vector<std::string> settings;
+};
+const std::vector<Held> kHeld = {
+    {"none", {"solver.volume=none"}},           {"exact", {"solver.volume=exact"}},
+    {"zonal, 2 zones", {"muscle.bar.zones=2"}}, {"zonal, 4 zones", {"muscle.bar.zones=4"}},
+    {"zonal, 8 zones", {"muscle.bar.zones=8"}},
+};
+
+std::string csv_row(const std::string& bar, const std::string& name, const BarRun& run) {
+  char line[240];
+  std::snprintf(line, sizeof line, "%s,\"%s\",%.3g,%.3g,%.3g,%.3g,%.3g,%.3g,%.2g,%.2g,%d\n",
+                bar.c_str(), name.c_str(), run.milliseconds, 1e3 * run.mean, 1e3 * run.largest,
+                1e3 * run.squeezed_mean, 1e3 * run.free_mean, 100.0 * run.free_half,
+                run.volume_error, run.zone_error, run.zone_fallbacks);
+  return line;
+}
+
+// The true surface too encloses more in its free half: the inside flows farther than the rim.
+std::string true_row(const std::string& bar, const TrueBar& truth) {
+  const TriMesh rest = octant_surface(truth.rest), now = octant_surface(truth.squeezed);
+  char line[120];
+  std::snprintf(line, sizeof line, "%s,\"finite elements\",,,,,,%.3g,%.2g,,\n", bar.c_str(),
+                100.0 * (free_half(rest, now.vertices) / free_half(rest, rest.vertices) - 1.0),
+                std::abs(fem_volume(truth.squeezed) / fem_volume(truth.rest) - 1.0));
+  return line;
+}
+
+}  // namespace
+
+TrueBar squeeze_true_bar(const BarShape& shape, int n) {
+  constexpr int kAlong = 9;  // elements along for each across: they are squarish
+  TrueBar bar;
+  bar.rest =
+      quarter_bar(shape, n, kAlong * n, {.neo_hookean = true, .shear = 1000.0, .penalty = 1e6});
+  bar.squeezed = bar.rest;
+  bar.result = squeeze_bar(shape, 16, bar.squeezed);
+  return bar;
+}
+
+double free_half(const TriMesh& rest, const std::vector<Vec3>& x) {
+  constexpr double kRounding = 1e-6;  // m, of the meshes' files
+  Vec3 tip = Vec3::Zero();
+  double rim = 0.0;
+  for (const Triangle& t : rest.triangles) {
+    for (int i : t) {
+      if (std::abs(rest.vertices[i].x()) > kRounding) continue;
+      tip.x() += x[i].x();
+      rim += 1.0;
+    }
+  }
+  tip /= rim;
+  double volume = 0.0;
+  for (const auto& [i, j, k] : rest.triangles) {
+    if (std::min({rest.vertices[i].x(), rest.vertices[j].x(), rest.vertices[k].x()}) < -kRounding) {
+      continue;
+    }
+    volume += (x[i] - tip).dot((x[j] - tip).cross(x[k] - tip)) / 6.0;
+  }
+  return volume;
+}
+
+std::vector<BarRun> run_bars(const fs::path& scene,
+                             const std::vector<std::vector<std::string>>& overrides,
+                             int repetitions, const TrueBar& truth) {
+  const TrueSurface surface(truth.squeezed);
+  std::vector<PaperScene> scenes;
+  for (const auto& more : overrides) scenes.push_back(ready_scene({scene, more, 0, {}, false}));
+  std::vector<BarRun> runs;
+  for (const PaperScene& ready : scenes) runs.push_back(measure(run_scene(ready), surface));
+  if (repetitions == 0) return runs;
+  const std::vector<double> seconds = time_scenes(scenes, repetitions, [] {});
+  for (size_t k = 0; k < runs.size(); ++k) runs[k].milliseconds = 1e3 * seconds[k];
+  return runs;
+}
+
+namespace {
+
+// Of one bar, the stand-in for its inside taken away where it is hollow. Returns the table's rows.
+std::string draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs::path& out) {
+  constexpr int kRepetitions = 3;
+  const std::string name = bar.name + (hollow ? "_hollow" : "");
+  std::vector<std::vector<std::string>> asks;
+  for (const Held& held : kHeld) {
+    asks.push_back(held.settings);
+    asks.back().push_back("muscle.bar.mesh=" + bar.mesh);
+    if (hollow) asks.back().push_back("muscle.bar.material.shape=0");
+  }
+  const std::vector<BarRun> runs = run_bars(own_asset("paper/bar.toml"), asks, kRepetitions, truth);
+  Chart chart;
+  chart.scene = name;
+  chart.muscles = 1;
+  chart.nodes = runs[0].nodes;
+  chart.frames = runs[0].frames;
+  std::string rows;
+  for (size_t k = 0; k < runs.size(); ++k) {
+    rows += csv_row(name, kHeld[k].name, runs[k]);
+    ChartPoint& point = chart.points.emplace_back();
+    point.setting = {"local_global", kHeld[k].name, 1, 20};
+    point.is_default = kHeld[k].name == "zonal, 4 zones";
+    point.milliseconds = runs[k].milliseconds;
+    point.percent = 100.0 * runs[k].mean / bar.shape.half.y();
+  }
+  const fs::path svg = out / (name + ".svg");
+  replace_durably(svg,
+                  draw_cost(chart, &ChartPoint::percent, "% of half the thickness off elements"));
+  write_picture(out / (name + ".png"), svg);
+  return rows;
+}
+
+}  // namespace
+
+void draw_bar_chart(const fs::path& out) {
+  std::string csv =
+      "bar,volume,cpu_ms_per_frame,mean_mm,largest_mm,squeezed_half_mean_mm,free_half_mean_mm,"
+      "free_half_percent,volume_error,zone_error,zone_fallbacks\n";
+  fs::create_directories(out);
+  for (const Bar& bar :
+       {Bar{"two_bellies", "two_bellies.obj", {.neck = kNeck}}, Bar{"spindle", "bar.obj", {}}}) {
+    const TrueBar truth = squeeze_true_bar(bar.shape, kFinest);
+    if (!truth.result.converged) {
+      throw Error(ExitCode::kSolver, "the neo-Hookean bar did not converge");
+    }
+    csv += true_row(bar.name, truth);
+    for (bool hollow : {false, true}) csv += draw_bar(bar, hollow, truth, out);
+  }
+  replace_durably(out / "bar.csv", csv);
+}
+
+}  // namespace thew

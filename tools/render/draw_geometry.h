@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/cache/cache.h"
+
+namespace thew {
+
+/// What changes from frame to frame.
+struct DrawVertex {
+  float position[3], normal[3];
+};
+
+/// What does not. `coordinate`: muscles (u, cos angle, sin angle, belly 1..0), so that it can be
+/// interpolated across the seam; others their rest position (m).
+struct DrawConstant {
+  float coordinate[4];
+  float weight;
+  std::uint8_t tint[4];  ///< RGB and nothing
+};
+
+/// One mesh, refined for drawing: its own vertices, then one on each edge.
+struct DrawMesh {
+  std::vector<Triangle> triangles;  ///< as they are shaded
+  std::vector<std::array<int, 2>> edges;
+  std::size_t first_vertex = 0;
+};
+
+using ShownKinds = std::array<bool, 3>;  ///< by BakeMesh::Kind
+
+/// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin.
+struct DrawGeometry {
+  std::vector<DrawMesh> meshes;
+  std::vector<DrawConstant> constants;
+  std::vector<std::uint32_t> indices;
+  std::array<std::size_t, 4> first_index{};      ///< by BakeMesh::Kind, and the end
+  std::array<bool, 3> closed{true, true, true};  ///< by kind: closed and outward, no back is seen
+  std::vector<DrawVertex> vertices;
+  float largest_weight = 2.0f;  ///< end of the colour scale: twice even, or the largest
+};
+
+DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes);
+
+/// As a cache of single precision holds them: a bake draws what is drawn from its cache again.
+std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions);
+
+/// Vertices of the meshes that are `shown` at `positions`: area-weighted smooth normals, and edge
+/// points on the cubic of PN triangles (Vlachos 2001).
+void place_vertices(const std::vector<BakeMesh>& meshes,
+                    const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
+                    DrawGeometry& geometry);
+
+/// Slim quads facing `eye`, from each muscle vertex along its normal, `unit` metres long per weight
+/// and `width` wide per metre of distance from the eye; two triangles each. After place_vertices.
+std::vector<DrawVertex> weight_quads(const std::vector<BakeMesh>& meshes,
+                                     const DrawGeometry& geometry, const Vec3& eye, double unit,
+                                     double width);
+
+}  // namespace thew

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/render/pictures.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <numeric>
+
+#include "sim/cache/hash.h"
+#include "sim/cache/version.h"
+#include "tools/base/output_file.h"
+#include "tools/render/contact_sheet.h"
+#include "tools/render/draw_geometry.h"
+#include "tools/render/movie.h"
+
+namespace thew {
+namespace {
+
+// How a view is drawn, whatever is seen.
+std::string look_of(const std::string& program, int width, int height, const SceneView& view) {
+  Hash hash;
+  const auto number = [&](double value) { hash.add(&value, sizeof value); };
+  const char* driver = std::getenv("GALLIUM_DRIVER");
+  for (const std::string& text :
+       {program, std::string(driver ? driver : ""), view.name, view.show}) {
+    number(static_cast<double>(text.size()));
+    hash.add(text);
+  }
+  number(width);
+  number(height);
+  for (const Vec3* v : {&view.eye, &view.target, &view.up}) {
+    hash.add(v->data(), 3 * sizeof(double));
+  }
+  number(view.field_of_view);
+  hash.add(view.light.data(), 3 * sizeof(double));
+  for (const auto& plane : view.cut) hash.add(plane.data(), sizeof plane);
+  return hash.hex();
+}
+
+// A bake lists its meshes in the order of the scene, its cache by name.
+std::vector<std::size_t> by_name(const std::vector<BakeMesh>& meshes) {
+  std::vector<std::size_t> order(meshes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return meshes[a].name < meshes[b].name; });
+  return order;
+}
+
+template <typename T>
+void add_all(const std::vector<T>& values, Hash& hash) {
+  const std::uint64_t count = values.size();
+  hash.add(&count, sizeof count);
+  hash.add(values.data(), count * sizeof(T));
+}
+
+std::string hash_of_meshes(const std::vector<BakeMesh>& meshes) {
+  Hash hash;
+  for (const std::size_t m : by_name(meshes)) {
+    hash.add(meshes[m].name);
+    hash.add(&meshes[m].kind, sizeof meshes[m].kind);
+    add_all(meshes[m].rest.vertices, hash);
+    add_all(meshes[m].rest.triangles, hash);
+    add_all(meshes[m].weights, hash);
+    add_all(meshes[m].coordinates, hash);
+  }
+  return hash.hex();
+}
+
+// As float64, of what the cache holds: the renderer draws that.
+std::string hash_of_positions(const std::vector<BakeMesh>& meshes, const BakeFrame& frame) {
+  Hash hash;
+  const auto positions = as_in_cache(frame.positions);
+  for (const std::size_t m : by_name(meshes)) add_all(positions[m], hash);
+  return hash.hex();
+}
+
+// VIEW of VIEW.####.png, "" of other names.
+std::string view_of(const std::string& name) {
+  const std::size_t end = name.rfind(".png"), dot = name.rfind('.', end - 1);
+  if (end == std::string::npos || end + 4 != name.size() || dot >= end) return "";
+  const std::string number = name.substr(dot + 1, end - dot - 1);
+  const bool is_number = number.find_first_not_of("-0123456789") == std::string::npos;
+  return is_number ? name.substr(0, dot) : "";
+}
+
+std::string set_part(const std::string& of) { return of.substr(0, of.find(' ')); }
+std::string frame_part(const std::string& of) {
+  return of.substr(std::min(of.find(' '), of.size()));
+}
+
+bool holds(const std::filesystem::path& file, const OwnFile& about) {
+  try {
+    check_replaceable(file, std::filesystem::file_type::regular);
+    const std::string bytes = read_whole_file(file, about.bytes);
+    return bytes.size() == about.bytes && hash_of(bytes) == about.hash;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string program_version() { return kVersion; }
+
+std::vector<SceneView> views_of(const BakeReader& bake) {
+  Vec3 low = Vec3::Constant(1e30), high = -low;
+  for (size_t i = 0; i < bake.info().frames.size(); ++i) {
+    const BakeFrame frame = bake.read(static_cast<int>(i));
+    for (const auto& mesh : frame.positions) {
+      for (const Vec3& p : mesh) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+      }
+    }
+  }
+  SceneView view;
+  view.target = 0.5 * (low + high);
+  const double half_tangent = 0.268;  // of 30 degrees
+  view.eye = view.target + 0.55 * (high - low).norm() / half_tangent * Vec3(0.6, 0.15, 0.79);
+  std::vector<SceneView> views;
+  for (const BakeMesh& mesh : bake.info().meshes) {
+    if (mesh.kind == BakeMesh::Kind::kSkin) view.name = view.show = "skin";
+  }
+  if (view.name == "skin") views.push_back(view);
+  for (const char* show : {"muscles", "weights"}) {
+    view.name = view.show = show;
+    views.push_back(view);
+  }
+  return views;
+}
+
+Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake, int width,
+                   int height, const std::vector<SceneView>& views,
+                   const std::vector<BakeMesh>& meshes, const std::string& program)
+    : folder_(folder), width_(width), height_(height), views_(views), meshes_(meshes) {
+  if (views_.empty()) return;
+  meshes_hash_ = hash_of_meshes(meshes);
+  for (const SceneView& view : views_) {
+    looks_[view.name] = look_of(program, width, height, view);
+    sets_[view.name] = hash_of(bake + " " + looks_[view.name]);
+  }
+  seen_ = std::filesystem::is_directory(std::filesystem::symlink_status(folder))
+              ? own_files(folder)
+              : std::map<std::string, OwnFile>{};
+}
+
+void Pictures::claim(const std::vector<int>& frames, bool overwrite) const {
+  if (views_.empty()) {  // a bake that drew may have been killed here
+    if (std::filesystem::is_directory(std::filesystem::symlink_status(folder_))) {
+      remove_leftovers(folder_);
+    }
+    return;
+  }
+  claim_folder(folder_);
+  std::vector<std::filesystem::path> files = {sheet_file()};
+  for (const SceneView& view : views_) {
+    files.push_back(movie_file(view));
+    for (const int frame : frames) files.push_back(file_of(view, frame));
+  }
+  thew::claim(files, overwrite);
+}
+
+std::filesystem::path Pictures::file_of(const SceneView& view, int frame) const {
+  char number[16];
+  std::snprintf(number, sizeof number, "%04d", frame);
+  return folder_ / (view.name + "." + number + ".png");
+}
+
+std::filesystem::path Pictures::movie_file(const SceneView& view) const {
+  return folder_ / (view.name + ".mp4");
+}
+
+std::filesystem::path Pictures::sheet_file() const { return folder_ / "contact_sheet.png"; }
+
+std::vector<SceneView> Pictures::keep(const BakeFrame& frame) {
+  std::vector<SceneView> missing;
+  if (views_.empty()) return missing;
+  const std::string drawn = meshes_hash_ + hash_of_positions(meshes_, frame);
+  for (const SceneView& view : views_) {
+    const std::filesystem::path file = file_of(view, frame.frame);
+    const std::string name = file.filename().string();
+    const std::string of = sets_[view.name] + " " + hash_of(looks_[view.name] + drawn);
+    of_[name] = of;
+    const auto listed = seen_.find(name);
+    if (listed == seen_.end() || frame_part(listed->second.of) != frame_part(of) ||
+        !holds(file, listed->second)) {
+      missing.push_back(view);
+    } else if (listed->second.of != of) {  // of another bake that comes to the same here
+      listed->second.of = of;
+      list_own(file, listed->second);
+    }
+  }
+  complete_ = complete_ && missing.empty();
+  return missing;
+}
+
+void Pictures::draw(const BakeFrame& frame) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (const SceneView& view : keep(frame)) {
+    if (!renderer_) {
+      claim_folder(folder_);
+      renderer_ = std::make_unique<Renderer>(width_, height_, meshes_);
+    }
+    const std::filesystem::path file = file_of(view, frame.frame);
+    writer_.add(file, renderer_->draw(view, frame.positions), of_[file.filename().string()]);
+  }
+  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frames) const {
+  std::vector<std::filesystem::path> files;
+  for (const SceneView& view : views_) {
+    for (const int frame : frames) files.push_back(file_of(view, frame));
+  }
+  return files;
+}
+
+void Pictures::finish() {
+  writer_.finish();
+  for (const auto& [name, about] : seen_) {
+    const auto set = sets_.find(view_of(name));
+    if (set != sets_.end() && !of_.contains(name) && set_part(about.of) != set->second) {
+      remove_own(folder_ / name);
+    }
+  }
+}
+
+std::string Pictures::key() const {
+  Hash hash;
+  for (const auto& [name, of] : of_) hash.add(name + " " + of + "\n");
+  return of_.empty() ? "" : hash.hex();
+}
+
+std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
+  std::string wrong;
+  for (const SceneView& view : frames.size() > 1 ? views_ : std::vector<SceneView>{}) {
+    std::vector<MoviePicture> pictures;
+    std::string text = digits(fps);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const int until = i + 1 < frames.size() ? frames[i + 1] : frames[i] + 1;
+      pictures.push_back({file_of(view, frames[i]), until - frames[i]});
+      const auto of = of_.find(pictures.back().file.filename().string());
+      text += " " + std::to_string(until - frames[i]) + " " + (of == of_.end() ? "" : of->second);
+    }
+    const std::filesystem::path file = movie_file(view);
+    const auto listed = seen_.find(file.filename().string());
+    const std::string of = hash_of(text);
+    if (listed != seen_.end() && listed->second.of == of && holds(file, listed->second)) continue;
+    wrong = write_movie(file, pictures, fps, of);
+    if (!wrong.empty()) break;
+  }
+  return wrong;
+}
+
+Image Pictures::sheet(const std::vector<int>& frames) const {
+  constexpr int kColumns = 6, kThumbnail = 320;
+  std::vector<Image> images;
+  std::vector<int> numbers;
+  for (const SceneView& view : views_) {
+    for (int index : spread_indices(static_cast<int>(frames.size()), kColumns)) {
+      images.push_back(read_png(file_of(view, frames[index])));
+      numbers.push_back(frames[index]);
+    }
+  }
+  return images.empty() ? Image{} : contact_sheet(images, kColumns, kThumbnail, numbers);
+}
+
+}  // namespace thew

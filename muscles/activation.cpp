@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Thelen 2003, table 1, young adults.
@@ -51,4 +51,4 @@ double muscle_tension(double f_max, double activation, double length, double vel
                   passive_force_length(length));
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

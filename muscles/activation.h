@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace thew {
+namespace thew::muscles {
 
 /// Hill-type curves of a fibre, normalised (Thelen 2003, eqs 1-7): length in optimal fibre lengths,
 /// velocity in optimal fibre lengths per second (negative: shortening), force in maximal isometric
@@ -13,4 +13,4 @@ double force_velocity(double velocity, double max_velocity = 10.0);
 /// Tension (N) of a muscle: f_max * (activation * fl * fv + passive).
 double muscle_tension(double f_max, double activation, double length, double velocity);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -10,7 +10,7 @@
 #include "rig/math.h"
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 constexpr int kSamples = 129;
@@ -26,9 +26,9 @@ void set_samples(const std::vector<Vec3>& points, const CurveFrames& frames, con
   curve.samples.resize(n);
   for (int i = 0; i < n; ++i) {
     const Vec3 &normal = frames.normal[i], binormal = frames.tangent[i].cross(normal);
-    curve.samples[i] = {to_row(points[i]), to_row(frames.tangent[i]),
-                        to_row(turn.cos * normal + turn.sin * binormal),
-                        to_row(turn.cos * binormal - turn.sin * normal)};
+    curve.samples[i] = {to_point(points[i]), to_point(frames.tangent[i]),
+                        to_point(turn.cos * normal + turn.sin * binormal),
+                        to_point(turn.cos * binormal - turn.sin * normal)};
     if (i >= from) {
       turn = {turn.sin * step.cos + turn.cos * step.sin, turn.cos * step.cos - turn.sin * step.sin};
     }
@@ -61,7 +61,7 @@ Mat3 frame_of(const CurveSample& sample) {
 }
 
 // x in a sample's frame.
-Vec3 place_in(const CurveSample& sample, const Row& x) {
+Vec3 place_in(const CurveSample& sample, const Point& x) {
   return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
@@ -209,7 +209,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     const double part = nearest_part(curve, mesh.vertices[i]);
     const double s = part * traced.length;
     shape.along[i] = s;
-    shape.offset[i] = place_in(interpolate(curve, part), to_row(mesh.vertices[i]));
+    shape.offset[i] = place_in(interpolate(curve, part), to_point(mesh.vertices[i]));
     shape.stretch_share[i] = profile.share(s);
     shape.stretch_rate[i] = profile.rate(s);
     const double u = belly_coordinate(shape, static_cast<int>(i));
@@ -226,8 +226,8 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     const Vec3 outward = (b - a).cross(c - a);
     for (int k : tri) {
       const CurveSample at = interpolate(curve, shape.along[k] / traced.length);
-      const double wedge =
-          dot(to_row(outward), shape.offset[k].y() * at.normal + shape.offset[k].z() * at.binormal);
+      const double wedge = dot(to_point(outward),
+                               shape.offset[k].y() * at.normal + shape.offset[k].z() * at.binormal);
       plain += wedge * shape.stretch_rate[k];
       weighted += wedge * shape.stretch_rate[k] * shape.bulge[k];
     }
@@ -302,8 +302,8 @@ void follow_bodies(const std::vector<FrameBody>& bodies, const CurveFrames& rest
         twist.at_origin + twist.shared_of_bodies * std::max(i - from, 0) / (kSamples - 1 - from);
     const Vec3 t = to_vec(sample.tangent), by_bodies = carried_normal(bodies, rest, i, t, angle);
     const Vec3 normal = ((1.0 - share) * to_vec(sample.normal) + share * by_bodies).normalized();
-    sample.normal = to_row(normal);
-    sample.binormal = to_row(t.cross(normal));
+    sample.normal = to_point(normal);
+    sample.binormal = to_point(t.cross(normal));
   }
 }
 
@@ -377,27 +377,27 @@ struct CarriedNode {
 
 THEW_VECTORISED
 void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                       Rows& positions, double scale, Rows* scaled) {
+                       Points& positions, double scale, Points* scaled) {
   const size_t nodes = shape.along.size();
   positions.resize(nodes);
   for (size_t i = 0; i < nodes && !shape.held.empty(); ++i) {
     const int body = shape.held[i];
-    positions[i] = to_row(body < 0 ? shape.offset[i] : pose.bodies[body] * shape.offset[i]);
+    positions[i] = to_point(body < 0 ? shape.offset[i] : pose.bodies[body] * shape.offset[i]);
   }
   if (!shape.held.empty()) return;
   if (scaled) scaled->resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const auto [at, swelling] = carry_node(shape, pose, swell, i);
     const Vec3& offset = shape.offset[i];
-    const Row axis = at.point + offset.x() * at.tangent;
-    const Row away = swelling * (offset.y() * at.normal + offset.z() * at.binormal);
+    const Point axis = at.point + offset.x() * at.tangent;
+    const Point away = swelling * (offset.y() * at.normal + offset.z() * at.binormal);
     positions[i] = axis + away;
     if (scaled) (*scaled)[i] = axis + (1.0 + (scale - 1.0) * shape.inner[i]) * away;
   }
 }
 
 std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                                  const Rows& x) {
+                                  const Points& x) {
   std::vector<Vec3> offsets;
   for (size_t i = 0; i < x.size(); ++i) {
     const auto [at, g] = carry_node(shape, pose, swell, i);
@@ -409,7 +409,7 @@ std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& 
 
 THEW_VECTORISED
 void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                        const CarriedProfile& profile, Rows& positions) {
+                        const CarriedProfile& profile, Points& positions) {
   const size_t nodes = shape.along.size();
   const std::vector<double>& knots = profile.change;
   const auto after = std::upper_bound(knots.begin(), knots.end(), pose.change);
@@ -419,8 +419,9 @@ void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool
   positions.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const auto [at, g] = carry_node(shape, pose, swell, i);
-    const Row one = to_row(profile.offset[low][i]), two = to_row(profile.offset[high][i]);
-    const Row offset = to_row(shape.offset[i]) * Row{1.0, g, g, 0.0} + (1.0 - t) * one + t * two;
+    const Point one = to_point(profile.offset[low][i]), two = to_point(profile.offset[high][i]);
+    const Point offset =
+        to_point(shape.offset[i]) * Point{1.0, g, g, 0.0} + (1.0 - t) * one + t * two;
     positions[i] =
         at.point + offset[0] * at.tangent + offset[1] * at.normal + offset[2] * at.binormal;
   }
@@ -446,4 +447,4 @@ void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, 
   tangent = to_vec(at.tangent).normalized();
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

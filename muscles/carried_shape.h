@@ -9,11 +9,11 @@
 #include "muscles/path.h"
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// A point of a curve (m) and its frame.
 struct CurveSample {
-  Row point, tangent, normal, binormal;
+  Point point, tangent, normal, binormal;
 };
 /// The traced path with its corners rounded (so a little shorter; places on it are parts of its
 /// length, which stand for the same parts of the path's), sampled at equal distances, with a frame
@@ -101,7 +101,7 @@ double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node);
 /// with `swell` false offsets keep their size. `scaled`, where asked for: the same of a muscle with
 /// a path, its offsets in the belly scaled by `scale` besides.
 void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                       Rows& positions, double scale = 1.0, Rows* scaled = nullptr);
+                       Points& positions, double scale = 1.0, Points* scaled = nullptr);
 
 /// What a muscle was measured to differ from its carried shape by, in the curve's frames: by knot,
 /// knots by rising change of the path. Linear between knots, constant beyond them.
@@ -111,10 +111,10 @@ struct CarriedProfile {
 };
 /// The offsets of one knot, from nodes at x.
 std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                                  const Rows& x);
+                                  const Points& x);
 /// The carried shape with its profile (one knot at least) upon it. Not for held shapes.
 void profiled_positions(const CarriedShape& shape, const CarriedPose& pose, bool swell,
-                        const CarriedProfile& profile, Rows& positions);
+                        const CarriedProfile& profile, Points& positions);
 
 /// The same of one node of a shape.
 double belly_coordinate(const CarriedShape& shape, int node);
@@ -127,4 +127,4 @@ std::array<double, 3> fibre_coordinates(const CarriedShape& shape, int node);
 void curve_at(const CarriedShape& shape, const CarriedPose& pose, double along, Vec3& point,
               Vec3& tangent);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -6,7 +6,7 @@
 
 #include "muscles/activation.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Rest shape of the springs is drawn a little tighter than the carried shape: springs under tension
@@ -79,4 +79,4 @@ void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, dou
            motion.rest_length);
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

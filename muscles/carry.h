@@ -3,20 +3,20 @@
 
 #include "muscles/muscle.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// What of a carried muscle goes from step to step.
 struct CarriedMotion {
-  Rows target;                      ///< the carried shape now, m; driven nodes are on it
+  Points target;                    ///< the carried shape now, m; driven nodes are on it
   std::vector<double> rest_length;  ///< of the springs, now, m
   double path_length = 0.0;         ///< m, see CarriedPose
 };
 /// What each step finds anew.
 struct CarriedStep {
   CarriedPose pose;
-  Rows target_velocity;             ///< m/s
+  Points target_velocity;           ///< m/s
   std::vector<double> rest_before;  ///< rest lengths a step before, m
-  Rows tight;                       ///< the carried shape that springs rest in, m
+  Points tight;                     ///< the carried shape that springs rest in, m
   CarryWork carry;
 };
 
@@ -25,4 +25,4 @@ struct CarriedStep {
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   CarriedMotion& motion, CarriedStep& step);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -6,7 +6,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::muscles {
 
 void resample(const std::vector<Vec3>& points, int count, std::vector<double>& s,
               std::vector<Vec3>& out) {
@@ -108,4 +108,4 @@ Vec3 carried_normal(const std::vector<FrameBody>& bodies, const CurveFrames& res
   return (sum - sum.dot(t) * t).normalized();
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

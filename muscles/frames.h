@@ -5,7 +5,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// Points at equal distances along a polyline, both ends included. `scratch` is any memory, here
 /// and below.
@@ -55,4 +55,4 @@ struct FrameBody {
 Vec3 carried_normal(const std::vector<FrameBody>& bodies, const CurveFrames& rest, int i,
                     const Vec3& t, double angle);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -5,7 +5,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::muscles {
 
 // Four nodes side by side, a coordinate a vector. Always inlined: across two instruction sets
 // vectors are passed in different registers.
@@ -18,28 +18,28 @@ struct Lanes3 {
 };
 
 // Transposed in registers.
-[[gnu::always_inline]] inline Lanes3 side_by_side(const Row& a, const Row& b, const Row& c,
-                                                  const Row& d) {
-  const Row xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  const Row xz1 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-  const Row y0 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Row y1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+[[gnu::always_inline]] inline Lanes3 side_by_side(const Point& a, const Point& b, const Point& c,
+                                                  const Point& d) {
+  const Point xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Point xz1 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Point y0 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Point y1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   return {__builtin_shufflevector(xz0, xz1, 0, 1, 4, 5),
           __builtin_shufflevector(y0, y1, 0, 1, 4, 5),
           __builtin_shufflevector(xz0, xz1, 2, 3, 6, 7)};
 }
 
-[[gnu::always_inline]] inline Lanes3 gather(const Row* rows, const int* i) {
+[[gnu::always_inline]] inline Lanes3 gather(const Point* rows, const int* i) {
   return side_by_side(rows[i[0]], rows[i[1]], rows[i[2]], rows[i[3]]);
 }
 
 // And back. Lanes that repeat a node write the same.
-[[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Row* rows) {
+[[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Point* rows) {
   const Lanes none = {};
-  const Row xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);
-  const Row xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7);
-  const Row z02 = __builtin_shufflevector(a.z, none, 0, 4, 2, 6);
-  const Row z13 = __builtin_shufflevector(a.z, none, 1, 5, 3, 7);
+  const Point xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);
+  const Point xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7);
+  const Point z02 = __builtin_shufflevector(a.z, none, 0, 4, 2, 6);
+  const Point z13 = __builtin_shufflevector(a.z, none, 1, 5, 3, 7);
   rows[i[0]] = __builtin_shufflevector(xy02, z02, 0, 1, 4, 5);
   rows[i[1]] = __builtin_shufflevector(xy13, z13, 0, 1, 4, 5);
   rows[i[2]] = __builtin_shufflevector(xy02, z02, 2, 3, 6, 7);
@@ -60,4 +60,4 @@ struct Lanes3 {
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

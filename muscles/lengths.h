@@ -4,7 +4,7 @@
 #include <array>
 #include <bit>
 
-namespace thew {
+namespace thew::muscles {
 
 /// Rounding of what is computed of places within kilometres: of sums in double precision, of boxes
 /// in single precision, and what a node may lie in bone by. No size multiplies them.
@@ -50,11 +50,11 @@ struct Lengths {
   double fat_reach = 0.03;        ///< beyond which flesh does not carry the skin
 
   // A character's own skin.
-  double flat = 1e-5;           ///< what the weights leave of a distance: less tells no direction
-  double beside = 0.008;        ///< from a point's line, within which a sample lifts the point
-  double smoothed = 0.01;       ///< over which the displacement is evened out ...
-  double spread = 0.02;         ///< ... in the fewest passes no farther than this: it would flatten
-  double crease = 0.05;         ///< within which a sharp crease that the weights do not have is evened
+  double flat = 1e-5;      ///< what the weights leave of a distance: less tells no direction
+  double beside = 0.008;   ///< from a point's line, within which a sample lifts the point
+  double smoothed = 0.01;  ///< over which the displacement is evened out ...
+  double spread = 0.02;    ///< ... in the fewest passes no farther than this: it would flatten
+  double crease = 0.05;    ///< within which a sharp crease that the weights do not have is evened
   double point_spacing = 0.01;  ///< from point to point within a triangle
   double sampled = 0.008;       ///< longest edge of what a sample of a muscle stands for
 };
@@ -65,4 +65,4 @@ inline Lengths times(const Lengths& lengths, double size) {
   return std::bit_cast<Lengths>(all);
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -9,15 +9,15 @@
 #include "muscles/weights.h"
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 std::string begin_of_message(const MuscleDef& def) {
-  return (def.place.empty() ? "" : def.place + ": ") + "muscle \"" + def.name + "\": ";
+  return (def.location.empty() ? "" : def.location + ": ") + "muscle \"" + def.name + "\": ";
 }
 
 [[noreturn]] void refuse(const MuscleDef& def, const std::string& why) {
-  throw Error(ExitCode::kUsage, begin_of_message(def) + why);
+  throw Error(ErrorCode::kUsage, begin_of_message(def) + why);
 }
 
 // Parallel arrays have the mesh's size, and indices what they point at.
@@ -103,15 +103,15 @@ std::vector<double> contact_stiffness(const Skyline& matrix) {
 
 // Where few nodes have to give all the volume back they are torn out of the surface, whatever the
 // integrator: none may move more than so many times what it would under even weights.
-void spread_weights(const Rows& x, Muscle& muscle) {
+void spread_weights(const Points& x, Muscle& muscle) {
   constexpr double kMostShare = 3.0;
-  Rows gradient;
+  Points gradient;
   volume_gradient(x, muscle.rest.triangles, gradient);
   std::vector<double> share;
   for (size_t i = 0; i < x.size(); ++i) {
     share.push_back(to_vec(gradient[i]).squaredNorm() / muscle.mass[i]);
   }
-  muscle.weight_floor = tame_weights(muscle.weights, share, muscle.driven, kMostShare);
+  muscle.weight_floor = limit_concentration(muscle.weights, share, muscle.driven, kMostShare);
 }
 
 std::vector<int> bodies_of(const CarriedShape& shape) {
@@ -210,7 +210,7 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   check_arrays(def, rest_pose);
   Muscle muscle;
   muscle.name = def.name;
-  muscle.place = def.place;
+  muscle.location = def.location;
   muscle.settings = def;
   muscle.rest = def.mesh;
   if (def.zone) muscle.zone_links = surface_links(muscle.rest);
@@ -224,7 +224,7 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   }
   for (char driven : muscle.driven) muscle.free_nodes.push_back(!driven);
   muscle.bodies = bodies_of(muscle.shape);
-  const Rows x = to_rows(muscle.rest.vertices);
+  const Points x = to_points(muscle.rest.vertices);
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
   try {
     make_forces(fibres_of(muscle, rest_pose), muscle);
@@ -239,4 +239,4 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   return muscle;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

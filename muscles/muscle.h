@@ -13,7 +13,7 @@
 #include "muscles/volume_zones.h"
 #include "muscles/zone.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// What a muscle is made of and driven by, besides its shape.
 struct MuscleSettings {
@@ -29,9 +29,9 @@ struct MuscleSettings {
 /// A muscle as it is given: arrays alone, all in the rest pose.
 struct MuscleDef : MuscleSettings {
   std::string name;
-  std::string place = {};  ///< where it was given, "arm.toml:12", for messages; may be empty
-  TriMesh mesh;            ///< m; closed, outward, no two vertices at one place
-  FileOrder order = {};    ///< in which a bake has it
+  std::string location = {};  ///< where it was given, "arm.toml:12", for messages; may be empty
+  TriMesh mesh;               ///< m; closed, outward, no two vertices at one place
+  FileOrder order = {};       ///< in which a bake has it
   /// By node, 0 or more, in any unit: bulge and volume correction both go by it. Empty: even.
   std::vector<double> weights;
   /// Line of action, origin to insertion. Empty: a soft body, which springs of rest length and its
@@ -48,7 +48,7 @@ struct MuscleDef : MuscleSettings {
 
 /// One muscle: what does not change during a bake.
 struct Muscle {
-  std::string name, place;
+  std::string name, location;
   TriMesh rest;
   FileOrder order;           ///< in which a bake has it
   double rest_volume = 0.0;  ///< m^3
@@ -87,4 +87,4 @@ std::array<double, 2> belly_of(const MuscleDef& def, const Pose& rest_pose);
 /// that are none, a belly or twist beyond the path, a matrix that is too large.
 Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& lengths);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -7,7 +7,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // The cylinder's own frame in the world. Columns 0 and 1 span its section, 2 is its axis. For a
@@ -116,7 +116,7 @@ const WrapCylinder* wrap_of(const MusclePath& path, int segment) {
 
 void check_path(const MusclePath& path) {
   const auto refuse = [](const std::string& what) {
-    throw Error(ExitCode::kUsage, "muscle path: " + what);
+    throw Error(ErrorCode::kUsage, "muscle path: " + what);
   };
   if (path.points.size() < 2) refuse("it lacks an origin or an insertion; add path points");
   const int segments = static_cast<int>(path.points.size()) - 1;
@@ -184,4 +184,4 @@ void trace_path(const MusclePath& path, const Pose& pose, TracedPath& traced) {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -5,7 +5,7 @@
 
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// A point that the muscle's line of action passes through, fixed to a body, or between two: then
 /// it goes where its body's origin goes, but takes only a share of how the body has turned against
@@ -60,4 +60,4 @@ struct TracedPath {
 TracedPath trace_path(const MusclePath& path, const Pose& pose);
 void trace_path(const MusclePath& path, const Pose& pose, TracedPath& traced);
 
-}  // namespace thew
+}  // namespace thew::muscles

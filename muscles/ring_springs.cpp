@@ -7,7 +7,7 @@
 
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Springs by their two ends, each to be taken once by either end: two edges of a small mesh may
@@ -116,9 +116,9 @@ template <bool kGradient>
 struct RingPass {
   const RingSprings& rings;
   const Lanes* rest_length;
-  const Row *x, *v;
+  const Point *x, *v;
   double dashpot;
-  Row *f, *gradient;
+  Point *f, *gradient;
 
   // f += k (1 + (dashpot rate - L) / |d|) d, rate = d . w / |d|, w the difference of velocities.
   [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
@@ -169,8 +169,8 @@ struct RingPull {
   const RingSprings& rings;
   const Lanes* rest_length;
   double scale;
-  const Row* x;
-  Row* f;
+  const Point* x;
+  Point* f;
 
   template <int kDegree>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
@@ -255,8 +255,8 @@ void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spr
 }
 
 void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length,
-                 RingSprings::Range of, const Rows& x, const Rows& v, double dashpot, Rows& f,
-                 Rows* gradient) {
+                 RingSprings::Range of, const Points& x, const Points& v, double dashpot, Points& f,
+                 Points* gradient) {
   const auto pass = [&]<bool kGradient>() {
     return RingPass<kGradient>{rings,
                                rest_length.data(),
@@ -274,12 +274,12 @@ void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_lengt
 }
 
 void add_ring_projections(const RingSprings& rings, const RingSprings::BySlot& rest_length,
-                          const Rows& x, Rows& f) {
+                          const Points& x, Points& f) {
   pull_pass({rings, rest_length.data(), 1.0, x.data(), f.data()});
 }
 
-void add_ring_edges(const RingSprings& rings, double scale, const Rows& x, Rows& f) {
+void add_ring_edges(const RingSprings& rings, double scale, const Points& x, Points& f) {
   pull_pass({rings, nullptr, scale, x.data(), f.data()});
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

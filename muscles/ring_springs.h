@@ -7,7 +7,7 @@
 #include "muscles/lanes.h"
 #include "muscles/springs.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// The springs of a closed surface by node, in the order of the node's ring: first the edges, then
 /// the vertices opposite the ring's edges. Each spring is computed at both of its ends, which needs
@@ -45,13 +45,13 @@ void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spr
 /// `gradient` also dV/dx (m^2): of the nodes of the slices `of` alone, f and gradient being as long
 /// as x. The same bytes for any vector width.
 void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length,
-                 RingSprings::Range of, const Rows& x, const Rows& v, double dashpot, Rows& f,
-                 Rows* gradient);
+                 RingSprings::Range of, const Points& x, const Points& v, double dashpot, Points& f,
+                 Points* gradient);
 
 /// What of the springs' force is not in proportion to d = x_i - x_j, at the free nodes:
 /// f += sum k L d / |d| (N). And f += scale sum k d.
 void add_ring_projections(const RingSprings& rings, const RingSprings::BySlot& rest_length,
-                          const Rows& x, Rows& f);
-void add_ring_edges(const RingSprings& rings, double scale, const Rows& x, Rows& f);
+                          const Points& x, Points& f);
+void add_ring_edges(const RingSprings& rings, double scale, const Points& x, Points& f);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -8,7 +8,7 @@
 
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 using Adjacency = std::vector<std::vector<int>>;
@@ -44,7 +44,7 @@ std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<c
 }
 
 // Inline even without optimisation: across clones a vector is not returned in the same register.
-template <typename Vector = Row>
+template <typename Vector = Point>
 [[gnu::always_inline]] inline Vector load(const double* from) {
   Vector vector;
   __builtin_memcpy(&vector, from, sizeof vector);
@@ -58,7 +58,7 @@ template <typename Vector>
 
 // Sum of a[k] b[k] in a fixed order of eight lanes, whatever the processor's width.
 inline double dot(const double* a, const double* b, int count) {
-  Row low = {}, high = {};
+  Point low = {}, high = {};
   int k = 0;
   for (; k + 8 <= count; k += 8) {
     low += load(a + k) * load(b + k);
@@ -66,7 +66,7 @@ inline double dot(const double* a, const double* b, int count) {
   }
   double tail = 0.0;
   for (; k < count; ++k) tail += a[k] * b[k];
-  const Row sum = low + high;
+  const Point sum = low + high;
   return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + tail;
 }
 
@@ -180,19 +180,19 @@ template <typename Vector>
 
 THEW_WIDE
 void solve_whole(const Skyline& matrix, const SkylineFactor& factor, double* x) {
-  solve_by<RowPair>(matrix, factor, x);
+  solve_by<PointPair>(matrix, factor, x);
 }
 
 THEW_VECTORISED
 void solve_in_halves(const Skyline& matrix, const SkylineFactor& factor, double* x) {
-  solve_by<Row>(matrix, factor, x);
+  solve_by<Point>(matrix, factor, x);
 }
 
 }  // namespace
 
-void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b) {
+void solve(const Skyline& matrix, const SkylineFactor& factor, PointPairs& b) {
   (THEW_HAS_WIDE ? solve_whole : solve_in_halves)(matrix, factor,
                                                   reinterpret_cast<double*>(b.data()));
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -6,11 +6,11 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// Two rows side by side: two right-hand sides of three coordinates, solved in one pass.
-using RowPair = double __attribute__((vector_size(64)));
-using RowPairs = std::vector<RowPair, AlignedAllocator<RowPair>>;
+using PointPair = double __attribute__((vector_size(64)));
+using PointPairs = std::vector<PointPair, AlignedAllocator<PointPair>>;
 
 /// A symmetric positive definite matrix, its rows kept from the first entry to the diagonal.
 /// Surfaces of tubes have short rows when numbered well.
@@ -49,6 +49,6 @@ void add_entry(Skyline& matrix, int a, int b, double k);
 bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineFactor& factor);
 
 /// Solves in place, b by new index.
-void solve(const Skyline& matrix, const SkylineFactor& factor, RowPairs& b);
+void solve(const Skyline& matrix, const SkylineFactor& factor, PointPairs& b);
 
-}  // namespace thew
+}  // namespace thew::muscles

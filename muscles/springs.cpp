@@ -8,7 +8,7 @@
 #include "muscles/lanes.h"
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // An edge as seen from one of its triangles.
@@ -58,9 +58,9 @@ struct SpringAdder {
     const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
     const double length2 = along.squaredNorm();
     if (length2 == 0.0) {
-      throw Error(ExitCode::kInput, "mesh: nodes " + std::to_string(a) + " and " +
-                                        std::to_string(b) +
-                                        " of one spring are in the same place; weld the mesh");
+      throw Error(ErrorCode::kInput, "mesh: nodes " + std::to_string(a) + " and " +
+                                         std::to_string(b) +
+                                         " of one spring are in the same place; weld the mesh");
     }
     const double fibre = fibre_share(fibres, a, b, along);
     const double young = material.young * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
@@ -71,8 +71,8 @@ struct SpringAdder {
   }
 };
 
-[[gnu::always_inline]] inline double squared(Row d) {
-  const Row p = d * d;
+[[gnu::always_inline]] inline double squared(Point d) {
+  const Point p = d * d;
   return (p[0] + p[1]) + p[2];
 }
 
@@ -117,11 +117,11 @@ std::vector<double> lumped_masses(const TriMesh& mesh, double density) {
 
 THEW_VECTORISED
 void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
-                       const Rows& x, Rows& f) {
+                       const Points& x, Points& f) {
   const size_t count = springs.nodes.size();
   for (size_t i = 0; i < count; ++i) {
     const auto [a, b] = springs.nodes[i];
-    const Row d = x[b] - x[a];
+    const Point d = x[b] - x[a];
     const double length = std::sqrt(squared(d));
     // Two nodes in one place have no direction to part in: no force.
     const double tension =
@@ -134,7 +134,7 @@ void add_spring_forces(const Springs& springs, const std::vector<double>& rest_l
 namespace {
 
 // x_a - x_b of four springs from `first`; the last of `count` stands for those beyond.
-[[gnu::always_inline]] inline Lanes3 ways_of(const Springs& springs, const Rows& x, size_t first,
+[[gnu::always_inline]] inline Lanes3 ways_of(const Springs& springs, const Points& x, size_t first,
                                              size_t count) {
   const auto way = [&](size_t k) {
     const auto& [a, b] = springs.nodes[std::min(k, count - 1)];
@@ -153,7 +153,7 @@ namespace {
 }  // namespace
 
 THEW_VECTORISED
-void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& length) {
+void spring_lengths(const Springs& springs, const Points& x, std::vector<double>& length) {
   const size_t count = springs.nodes.size();
   length.resize(count);
   for (size_t first = 0; first < count; first += kLanes) {
@@ -165,7 +165,7 @@ void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& 
 
 THEW_VECTORISED
 EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
-                           const Rows& x, const Rows& target, double most) {
+                           const Points& x, const Points& target, double most) {
   const size_t count = springs.structural;
   Lanes energy = {}, usual = {};
   auto within = energy == energy;  // by lane, -1 or 0
@@ -188,7 +188,7 @@ EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& re
 }
 
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length,
-                     const Rows& x) {
+                     const Points& x) {
   double energy = 0.0;  // sum of k (l - l0)^2 / 2
   for (size_t i = 0; i < springs.nodes.size(); ++i) {
     const auto [a, b] = springs.nodes[i];
@@ -211,4 +211,4 @@ double highest_frequency_squared(const Springs& springs, const std::vector<doubl
   return highest;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

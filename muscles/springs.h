@@ -6,7 +6,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// Material of a muscle's surface, per width, so that refining the mesh leaves it as it was.
 struct SpringMaterial {
@@ -42,10 +42,10 @@ std::vector<double> lumped_masses(const TriMesh& mesh, double density);
 
 /// f += spring forces (N) at positions x with the given rest lengths.
 void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
-                       const Rows& x, Rows& f);
+                       const Points& x, Points& f);
 
 /// m, by spring.
-void spring_lengths(const Springs& springs, const Rows& x, std::vector<double>& length);
+void spring_lengths(const Springs& springs, const Points& x, std::vector<double>& length);
 
 /// What the edges tell of a body's health.
 struct EdgeStrain {
@@ -56,14 +56,15 @@ struct EdgeStrain {
 };
 /// At x, `most`: the length that an edge may have over its rest length, now or at first.
 EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
-                           const Rows& x, const Rows& target, double most);
+                           const Points& x, const Points& target, double most);
 
 /// Elastic energy (J).
-double spring_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x);
+double spring_energy(const Springs& springs, const std::vector<double>& rest_length,
+                     const Points& x);
 
 /// Upper bound of the highest angular frequency squared (1/s^2) over free nodes, by Gershgorin:
 /// max over nodes of 2 * sum k / m. An explicit step is stable below 2 / sqrt of it.
 double highest_frequency_squared(const Springs& springs, const std::vector<double>& mass,
                                  const std::vector<char>& driven);
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -4,7 +4,7 @@
 #include "muscles/weights.h"
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::muscles {
 
 std::vector<Triangle> tube_triangles(int around, int rings) {
   std::vector<Triangle> triangles;
@@ -61,4 +61,4 @@ TriMesh make_tube(const TracedPath& path, int around, int rings,
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

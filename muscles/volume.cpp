@@ -7,12 +7,12 @@
 
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Sums stay in their lanes until the end, so that the order never depends on the processor.
-[[gnu::always_inline]] inline Row centroid(const Rows& x) {
-  Row even = {}, odd = {};
+[[gnu::always_inline]] inline Point centroid(const Points& x) {
+  Point even = {}, odd = {};
   const size_t n = x.size();
   for (size_t i = 0; i + 1 < n; i += 2) {
     even += x[i];
@@ -25,25 +25,25 @@ namespace {
 }  // namespace
 
 THEW_VECTORISED
-double enclosed_volume(const Rows& x, const std::vector<Triangle>& triangles) {
+double enclosed_volume(const Points& x, const std::vector<Triangle>& triangles) {
   // V = sum p1 . (p2 x p3) / 6 = sum p1 . N / 6 with N = (p2 - p1) x (p3 - p1)
-  const Row origin = centroid(x);
-  Row volume = {};
+  const Point origin = centroid(x);
+  Point volume = {};
   for (const auto& [i, j, k] : triangles) {
-    const Row a = x[i];
+    const Point a = x[i];
     volume += (a - origin) * cross3(x[j] - a, x[k] - a);
   }
   return sum3(volume) / 6.0;
 }
 
 THEW_VECTORISED
-void volume_gradient(const Rows& x, const std::vector<Triangle>& triangles, Rows& gradient) {
+void volume_gradient(const Points& x, const std::vector<Triangle>& triangles, Points& gradient) {
   // dV/dp1 = sum p2 x p3 / 6 over the triangles around p1. Round a closed ring p1 x (p3 - p2) sums
   // to zero, so N / 6 for all three corners is the same, in one product and without an origin.
-  gradient.assign(x.size(), Row{});
+  gradient.assign(x.size(), Point{});
   for (const auto& [i, j, k] : triangles) {
-    const Row a = x[i];
-    const Row n = cross3(x[j] - a, x[k] - a) * (1.0 / 6.0);
+    const Point a = x[i];
+    const Point n = cross3(x[j] - a, x[k] - a) * (1.0 / 6.0);
     gradient[i] += n;
     gradient[j] += n;
     gradient[k] += n;
@@ -51,17 +51,17 @@ void volume_gradient(const Rows& x, const std::vector<Triangle>& triangles, Rows
 }
 
 THEW_VECTORISED
-VolumeCubic volume_along(const Rows& x, const Rows& d, const std::vector<Triangle>& triangles) {
+VolumeCubic volume_along(const Points& x, const Points& d, const std::vector<Triangle>& triangles) {
   // V is a symmetric trilinear form T(x, x, x) of a closed surface, so V(x + s d) =
   // T(x,x,x) + 3 T(x,x,d) s + 3 T(x,d,d) s^2 + T(d,d,d) s^3. With N from x and Q from d as above:
   // 6 c0 = sum p1 . N, 6 c1 = sum (d1 + d2 + d3) . N, 6 c2 = sum (p1 + p2 + p3) . Q,
   // 6 c3 = sum d1 . Q.
-  const Row origin = centroid(x);
-  Row c0 = {}, c1 = {}, c2 = {}, c3 = {};
+  const Point origin = centroid(x);
+  Point c0 = {}, c1 = {}, c2 = {}, c3 = {};
   for (const auto& [i, j, k] : triangles) {
-    const Row a = x[i], u = x[j] - a, v = x[k] - a, p = a - origin;
-    const Row e = d[i], f = d[j] - e, g = d[k] - e;
-    const Row n = cross3(u, v), q = cross3(f, g);
+    const Point a = x[i], u = x[j] - a, v = x[k] - a, p = a - origin;
+    const Point e = d[i], f = d[j] - e, g = d[k] - e;
+    const Point n = cross3(u, v), q = cross3(f, g);
     c0 += p * n;
     c1 += (3.0 * e + (f + g)) * n;
     c2 += (3.0 * p + (u + v)) * q;
@@ -137,4 +137,4 @@ VolumeRoot nearest_root(const VolumeCubic& cubic, double target) {
   return {downhill * fall.root(high), true};
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

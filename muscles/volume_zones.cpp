@@ -11,7 +11,7 @@
 #include "rig/math.h"
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Of all volume: no zone may be smaller at rest, or rounding would be all of its error.
@@ -54,20 +54,20 @@ VolumeZones::Cut make_cut(const TriMesh& rest, const std::vector<double>& along,
   return out;
 }
 
-[[gnu::always_inline]] inline Row centre_of(const VolumeZones::Cut& cut, const Rows& x) {
-  Row centre = {};
+[[gnu::always_inline]] inline Point centre_of(const VolumeZones::Cut& cut, const Points& x) {
+  Point centre = {};
   for (const auto& [node, share] : cut.section) centre += share * x[node];
   return centre;
 }
 
 THEW_VECTORISED
-double volume_before(const VolumeZones::Cut& cut, const Rows& x,
+double volume_before(const VolumeZones::Cut& cut, const Points& x,
                      const std::vector<Triangle>& triangles) {
-  const Row centre = centre_of(cut, x);
-  Row volume = {};
+  const Point centre = centre_of(cut, x);
+  Point volume = {};
   for (const auto& [triangle, before] : cut.parts) {
     const auto& [i, j, k] = triangles[triangle];
-    const Row a = x[i];
+    const Point a = x[i];
     volume += before * (a - centre) * cross3(x[j] - a, x[k] - a);
   }
   return sum3(volume) / 6.0;
@@ -76,16 +76,16 @@ double volume_before(const VolumeZones::Cut& cut, const Rows& x,
 // dL/dx1 = before (x2 - a) x (x3 - a) / 6 and cyclic; dL/da = -sum before N / 6, with N the cross
 // product of two edges, which the nodes of the section share.
 THEW_VECTORISED
-void gradient_before(const VolumeZones::Cut& cut, const Rows& x,
-                     const std::vector<Triangle>& triangles, Rows& gradient) {
-  const Row centre = centre_of(cut, x);
-  gradient.assign(x.size(), Row{});
-  Row pull = {};
+void gradient_before(const VolumeZones::Cut& cut, const Points& x,
+                     const std::vector<Triangle>& triangles, Points& gradient) {
+  const Point centre = centre_of(cut, x);
+  gradient.assign(x.size(), Point{});
+  Point pull = {};
   for (const auto& [triangle, before] : cut.parts) {
     const auto& [i, j, k] = triangles[triangle];
-    const Row a = x[i] - centre, b = x[j] - centre, c = x[k] - centre;
+    const Point a = x[i] - centre, b = x[j] - centre, c = x[k] - centre;
     const double part = before / 6.0;
-    const Row bc = part * cross3(b, c), ca = part * cross3(c, a), ab = part * cross3(a, b);
+    const Point bc = part * cross3(b, c), ca = part * cross3(c, a), ab = part * cross3(a, b);
     gradient[i] += bc;
     gradient[j] += ca;
     gradient[k] += ab;
@@ -99,7 +99,7 @@ void gradient_before(const VolumeZones::Cut& cut, const Rows& x,
 VolumeZones make_volume_zones(const TriMesh& rest, const std::vector<double>& along, int count) {
   VolumeZones zones;
   for (int cut = 1; cut < count; ++cut) zones.cuts.push_back(make_cut(rest, along, cut, count));
-  volumes_before(zones, to_rows(rest.vertices), rest.triangles, zones.rest_before);
+  volumes_before(zones, to_points(rest.vertices), rest.triangles, zones.rest_before);
   for (int j = 0; j < count; ++j) {
     const double volume = zones.rest_before[j] - (j > 0 ? zones.rest_before[j - 1] : 0.0);
     if (volume > kLeastZone * zones.rest_before.back()) continue;
@@ -130,15 +130,15 @@ std::vector<double> longest_axis_coordinates(const TriMesh& mesh) {
   return along;
 }
 
-void volumes_before(const VolumeZones& zones, const Rows& x, const std::vector<Triangle>& triangles,
-                    std::vector<double>& before) {
+void volumes_before(const VolumeZones& zones, const Points& x,
+                    const std::vector<Triangle>& triangles, std::vector<double>& before) {
   before.clear();
   for (const VolumeZones::Cut& cut : zones.cuts) before.push_back(volume_before(cut, x, triangles));
   before.push_back(enclosed_volume(x, triangles));
 }
 
-void gradients_before(const VolumeZones& zones, const Rows& x,
-                      const std::vector<Triangle>& triangles, std::vector<Rows>& gradients) {
+void gradients_before(const VolumeZones& zones, const Points& x,
+                      const std::vector<Triangle>& triangles, std::vector<Points>& gradients) {
   const size_t cuts = zones.cuts.size();
   gradients.resize(cuts + 1);
   for (size_t c = 0; c < cuts; ++c) gradient_before(zones.cuts[c], x, triangles, gradients[c]);
@@ -161,20 +161,21 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostZon
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostZones, 1>;
 
 THEW_VECTORISED
-double product(const Rows& a, const Rows& b) {
-  Row sum = {};
+double product(const Points& a, const Points& b) {
+  Point sum = {};
   for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum3(sum);
 }
 
 THEW_VECTORISED
-void move(const Rows& direction, double way, Rows& x) {
+void move(const Points& direction, double way, Points& x) {
   for (size_t i = 0; i < x.size(); ++i) x[i] += way * direction[i];
 }
 
-// Row i: how the volume before cut i grows along each direction.
+// Point i: how the volume before cut i grows along each direction.
 Matrix slopes(const VolumeZones& zones, const std::vector<Triangle>& triangles,
-              const std::vector<Rows>& directions, const Rows& x, std::vector<Rows>& gradients) {
+              const std::vector<Points>& directions, const Points& x,
+              std::vector<Points>& gradients) {
   gradients_before(zones, x, triangles, gradients);
   Matrix out(zones.count(), zones.count());
   for (int i = 0; i < zones.count(); ++i) {
@@ -186,8 +187,8 @@ Matrix slopes(const VolumeZones& zones, const std::vector<Triangle>& triangles,
 }  // namespace
 
 bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triangles,
-                   const std::vector<double>& wanted, const std::vector<Rows>& directions,
-                   ZoneScratch& scratch, Rows& x) {
+                   const std::vector<double>& wanted, const std::vector<Points>& directions,
+                   ZoneScratch& scratch, Points& x) {
   constexpr int kMostPasses = 20;
   constexpr double kHeld = 1e-13;      // of all volume
   constexpr double kSingular = 1e-11;  // of the largest pivot
@@ -221,4 +222,4 @@ bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triang
   return false;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -5,7 +5,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::muscles {
 
 inline constexpr int kMostZones = 16;
 
@@ -50,11 +50,11 @@ VolumeZones make_volume_zones(const TriMesh& rest, const std::vector<double>& al
 std::vector<double> longest_axis_coordinates(const TriMesh& mesh);
 
 /// L_c (m^3) of each cut, then the enclosed volume.
-void volumes_before(const VolumeZones& zones, const Rows& x, const std::vector<Triangle>& triangles,
-                    std::vector<double>& before);
+void volumes_before(const VolumeZones& zones, const Points& x,
+                    const std::vector<Triangle>& triangles, std::vector<double>& before);
 /// Their derivatives (m^2), one row per node.
-void gradients_before(const VolumeZones& zones, const Rows& x,
-                      const std::vector<Triangle>& triangles, std::vector<Rows>& gradients);
+void gradients_before(const VolumeZones& zones, const Points& x,
+                      const std::vector<Triangle>& triangles, std::vector<Points>& gradients);
 
 /// Largest error of a zone's volume, relative to its own at rest.
 double zone_error(const VolumeZones& zones, const std::vector<double>& before,
@@ -63,14 +63,14 @@ double zone_error(const VolumeZones& zones, const std::vector<double>& before,
 /// Kept so that a step does not allocate.
 struct ZoneScratch {
   std::vector<double> before;
-  std::vector<Rows> gradients;
-  Rows start;
+  std::vector<Points> gradients;
+  Points start;
 };
 /// Moves x along the directions, one for each cut and one for all, to where the volumes before the
 /// cuts are `wanted` (m^3), by Newton on the k x k system. False, and x as it was, where that does
 /// not converge: no motion along them changes a zone that is wrong, or there is no such shape near.
 bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triangles,
-                   const std::vector<double>& wanted, const std::vector<Rows>& directions,
-                   ZoneScratch& scratch, Rows& x);
+                   const std::vector<double>& wanted, const std::vector<Points>& directions,
+                   ZoneScratch& scratch, Points& x);
 
-}  // namespace thew
+}  // namespace thew::muscles

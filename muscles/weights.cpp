@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace thew {
+namespace thew::muscles {
 
 WeightProfile preset_profile(const std::string& name) {
   if (name == "left") return {{{0.3, 1.8}, {0.7, 0.2}}};
@@ -54,9 +54,9 @@ std::vector<double> normalised_weights(std::vector<double> weights,
   return weights;
 }
 
-double tame_weights(std::vector<double>& weights,
-                    const std::vector<double>& gradient_squared_over_mass,
-                    const std::vector<char>& driven, double ratio) {
+double limit_concentration(std::vector<double>& weights,
+                           const std::vector<double>& gradient_squared_over_mass,
+                           const std::vector<char>& driven, double ratio) {
   if (!(ratio > 1.0)) {
     throw std::invalid_argument("limit of the weights' concentration is not above 1; raise it");
   }
@@ -79,7 +79,7 @@ double tame_weights(std::vector<double>& weights,
   return floor;
 }
 
-void remove_net_motion(const Rows& x, const std::vector<double>& mass, Rows& d) {
+void remove_net_motion(const Points& x, const std::vector<double>& mass, Points& d) {
   Vec3 moment = Vec3::Zero(), momentum = Vec3::Zero();
   double total = 0.0;
   for (size_t i = 0; i < x.size(); ++i) {
@@ -102,8 +102,8 @@ void remove_net_motion(const Rows& x, const std::vector<double>& mass, Rows& d) 
   }
   const Vec3 rate = inertia.inverse() * spin;
   for (size_t i = 0; i < x.size(); ++i) {
-    d[i] -= to_row(shift + rate.cross(to_vec(x[i]) - centre));
+    d[i] -= to_point(shift + rate.cross(to_vec(x[i]) - centre));
   }
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

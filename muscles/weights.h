@@ -7,7 +7,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// Weight against the axis coordinate u in 0..1 from origin to insertion of the belly; linear
 /// between keys, constant beyond them. The paper's figure 3: left 1.8 up to u = 0.3, 0.2 from 0.7,
@@ -33,13 +33,13 @@ std::vector<double> normalised_weights(std::vector<double> weights,
 /// normalised again, at which no free node's share of the volume correction exceeds `ratio` times
 /// its share under even weights; `gradient_squared_over_mass[i]` = |dV/dx_i|^2 / m_i. Returns the
 /// floor: 0 if the weights are tame already, as those are that it was added to.
-double tame_weights(std::vector<double>& weights,
-                    const std::vector<double>& gradient_squared_over_mass,
-                    const std::vector<char>& driven, double ratio = 1.5);
+double limit_concentration(std::vector<double>& weights,
+                           const std::vector<double>& gradient_squared_over_mass,
+                           const std::vector<char>& driven, double ratio = 1.5);
 
 /// Takes net force and torque out of a displacement field so that a body that no bone holds keeps
 /// its linear and angular momentum: d_i -= a + b x (x_i - c), with a, b from sum m d = 0,
 /// sum m (x - c) x d = 0.
-void remove_net_motion(const Rows& x, const std::vector<double>& mass, Rows& d);
+void remove_net_motion(const Points& x, const std::vector<double>& mass, Points& d);
 
-}  // namespace thew
+}  // namespace thew::muscles

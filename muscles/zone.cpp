@@ -9,7 +9,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::muscles {
 namespace {
 
 // Distance between p and q, the vertices opposite the edge a-b, in the plane that both triangles
@@ -114,4 +114,4 @@ void zone_weights(const SurfaceLinks& links, const std::vector<Vec3>& rest,
   for (double& w : weights) w *= scale;
 }
 
-}  // namespace thew
+}  // namespace thew::muscles

@@ -7,7 +7,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::muscles {
 
 /// Automatic deformation zone (paper eq. 15, mended by pi): W = (cos(pi d / r) + 1) / 2 for d < r,
 /// 0 beyond, d the distance along the surface from the loaded nodes.
@@ -59,4 +59,4 @@ void zone_weights(const SurfaceLinks& links, const std::vector<Vec3>& rest,
                   const Vec3& load_direction, const ZoneSettings& settings, double radius,
                   ZoneWork& work, std::vector<double>& weights);
 
-}  // namespace thew
+}  // namespace thew::muscles

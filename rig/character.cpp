@@ -9,7 +9,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 // Gram-Schmidt: unlike a polar decomposition it needs no iteration, and a bone's stretch is along
@@ -164,18 +164,18 @@ Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_
 }
 
 void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
-                   const std::vector<Affine>& of_links, Rows& x) {
+                   const std::vector<Affine>& of_links, Points& x) {
   x.resize(mesh.vertices.size());
   for (size_t i = 0; i < x.size(); ++i) {
-    x[i] = to_row(blended_transform(skin, of_links, static_cast<int>(i)) * mesh.vertices[i]);
+    x[i] = to_point(blended_transform(skin, of_links, static_cast<int>(i)) * mesh.vertices[i]);
   }
 }
 
 void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
-                   Rows& x) {
+                   Points& x) {
   std::vector<Affine> of_links;
   link_transforms(skin, world, of_links);
   skin_by_links(skin, mesh, of_links, x);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -8,7 +8,7 @@
 #include "rig/mesh.h"
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::rig {
 
 using Affine = Eigen::Affine3d;
 
@@ -102,10 +102,10 @@ void blend_bodies(const Skeleton& skeleton, const std::vector<Affine>& a,
                   const std::vector<Affine>& b, double share, std::vector<Affine>& world);
 /// The skin as the weights alone carry it.
 void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
-                   Rows& x);
+                   Points& x);
 /// The same by the links' transforms.
 void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
-                   const std::vector<Affine>& of_links, Rows& x);
+                   const std::vector<Affine>& of_links, Points& x);
 /// The blend of a vertex' transforms.
 Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex);
 /// world(body) from_bind of each link.
@@ -123,4 +123,4 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
                   const std::vector<std::array<std::string, 2>>& names, const std::string& place,
                   std::vector<std::string>& warnings);
 
-}  // namespace thew
+}  // namespace thew::rig

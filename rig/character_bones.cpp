@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cmath>
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
@@ -353,4 +353,4 @@ bool hangs_on(const Skeleton& skeleton, int body, int ancestor) {
   return body == ancestor;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -7,7 +7,7 @@
 
 #include "rig/character.h"
 
-namespace thew {
+namespace thew::rig {
 
 // Which bodies of other people's skeletons are which bones, by the names that their tools give.
 
@@ -51,4 +51,4 @@ std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies);
 /// Whether a body is the ancestor or below it.
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -10,12 +10,14 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 using Names = std::vector<std::array<std::string, 2>>;
 
-Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
+Vec3 location_of(const Character& character, int body) {
+  return character.bind[body].translation();
+}
 Mat3 turn_of(const Affine& transform) { return rigid_part(transform).linear(); }
 
 // "mixamorig1:LeftArm" -> "LeftArm"
@@ -31,13 +33,13 @@ struct Match {
 };
 
 void match_named(const Character& from, const Character& to, const Names& names,
-                 const std::string& place, Match& match) {
+                 const std::string& location, Match& match) {
   for (const auto& [theirs, ours] : names) {
     const int a = find_body(from.skeleton, theirs), b = find_body(to.skeleton, ours);
     if (a < 0 || b < 0) {
       const bool left = a < 0;
-      throw Error(ExitCode::kInput,
-                  place + ": body \"" + (left ? theirs : ours) + "\" is not in the " +
+      throw Error(ErrorCode::kInput,
+                  location + ": body \"" + (left ? theirs : ours) + "\" is not in the " +
                       (left ? "motion" : "rig") +
                       did_you_mean(left ? theirs : ours, (left ? from : to).skeleton.body_names) +
                       "; correct the name");
@@ -47,10 +49,10 @@ void match_named(const Character& from, const Character& to, const Names& names,
 }
 
 Match match_bodies(const Character& from, const HumanBodies& theirs, const Character& to,
-                   const HumanBodies& ours, const Names& names, const std::string& place) {
+                   const HumanBodies& ours, const Names& names, const std::string& location) {
   Match match;
   match.source.assign(to.skeleton.size(), -1);
-  match_named(from, to, names, place, match);
+  match_named(from, to, names, location, match);
   std::vector<char> used(from.skeleton.size(), 0);
   for (const int a : match.source) {
     if (a >= 0) used[a] = 1;
@@ -83,7 +85,7 @@ Match match_bodies(const Character& from, const HumanBodies& theirs, const Chara
 bool frame_of(const Character& character, const HumanBodies& bodies, Mat3& frame) {
   const auto at = [&](BoneKind kind, int side, Vec3& p) {
     const auto found = bodies.find({kind, side});
-    if (found != bodies.end()) p = place_of(character, found->second);
+    if (found != bodies.end()) p = location_of(character, found->second);
     return found != bodies.end();
   };
   Vec3 left, right, left_leg, right_leg;
@@ -136,7 +138,7 @@ std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs
       const auto direction = [&](const Character& of, const HumanBodies& bodies, Vec3& out) {
         const auto a = bodies.find({limb, side}), b = bodies.find({end, side});
         if (a == bodies.end() || b == bodies.end()) return -1;
-        out = place_of(of, b->second) - place_of(of, a->second);
+        out = location_of(of, b->second) - location_of(of, a->second);
         return out.norm() > 1e-9 ? a->second : -1;
       };
       Vec3 p, q;
@@ -202,15 +204,15 @@ std::string summary(const Match& match, const Character& to, const std::string& 
 }  // namespace
 
 BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
-                  const Names& names, const std::string& place,
+                  const Names& names, const std::string& location,
                   std::vector<std::string>& warnings) {
   HumanBodies theirs = human_bodies(from), ours = human_bodies(to);
   const std::string of_motion = add_limbs_by_shape(from, theirs),
                     of_rig = add_limbs_by_shape(to, ours);
-  const Match match = match_bodies(from, theirs, to, ours, names, place);
+  const Match match = match_bodies(from, theirs, to, ours, names, location);
   if (match.matched == 0) {
-    throw Error(ExitCode::kInput,
-                place + ": no body of the motion is one of the rig, by name or as a bone (\"" +
+    throw Error(ErrorCode::kInput,
+                location + ": no body of the motion is one of the rig, by name or as a bone (\"" +
                     from.skeleton.body_names.back() + "\", \"" + to.skeleton.body_names.back() +
                     "\"); name pairs with columns = { THEIRS = \"OURS\" }");
   }
@@ -220,7 +222,7 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
   std::string shape;
   if (!of_motion.empty()) shape += "; of the motion by shape: " + of_motion;
   if (!of_rig.empty()) shape += "; of the rig by shape: " + of_rig;
-  warnings.push_back(place + ": " + summary(match, to, farthest) + shape);
+  warnings.push_back(location + ": " + summary(match, to, farthest) + shape);
   const Skeleton& skeleton = to.skeleton;
   BodyClip out{clip.name, clip.duration, {}};
   for (int b = 0; b < skeleton.size(); ++b) out.tracks.push_back({b, {}, {}, {}});
@@ -254,4 +256,4 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -9,7 +9,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 constexpr double kAngleSlack = 0.5 * kDegree;  // rad
@@ -17,51 +17,52 @@ constexpr double kLengthSlack = 0.5e-3;        // m
 constexpr double kLongest = 1e9;               // s, beyond which a frame is no longer told
 constexpr double kRounding = 1e-12;            // of the slack: half a degree itself passes
 
-[[noreturn]] void refuse(const std::string& place, const std::string& what) {
-  throw Error(ExitCode::kInput, place + ": " + what);
+[[noreturn]] void refuse(const std::string& location, const std::string& what) {
+  throw Error(ErrorCode::kInput, location + ": " + what);
 }
 
-void check_shape(const Clip& clip, const std::string& place) {
-  if (clip.times.empty()) refuse(place, "the clip has no keys; give it at least one");
+void check_shape(const Clip& clip, const std::string& location) {
+  if (clip.times.empty()) refuse(location, "the clip has no keys; give it at least one");
   if (clip.values.size() != clip.times.size()) {
-    refuse(place, "the clip has " + std::to_string(clip.times.size()) + " times and " +
-                      std::to_string(clip.values.size()) + " rows of values; give one row a time");
+    refuse(location, "the clip has " + std::to_string(clip.times.size()) + " times and " +
+                         std::to_string(clip.values.size()) +
+                         " rows of values; give one row a time");
   }
   for (size_t k = 0; k < clip.times.size(); ++k) {
     if (!std::isfinite(clip.times[k]) || std::fabs(clip.times[k]) > kLongest) {
-      refuse(place, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
-                        " is no time in seconds; correct it");
+      refuse(location, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
+                           " is no time in seconds; correct it");
     }
     if (k > 0 && clip.times[k] <= clip.times[k - 1]) {
-      refuse(place, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
-                        " is not after the one before; sort the keys");
+      refuse(location, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
+                           " is not after the one before; sort the keys");
     }
     if (clip.values[k].size() != clip.joints.size()) {
-      refuse(place, "key " + std::to_string(k + 1) + ": " + std::to_string(clip.values[k].size()) +
-                        " values for " + std::to_string(clip.joints.size()) +
-                        " joints; give one each");
+      refuse(location, "key " + std::to_string(k + 1) + ": " +
+                           std::to_string(clip.values[k].size()) + " values for " +
+                           std::to_string(clip.joints.size()) + " joints; give one each");
     }
   }
 }
 
 int checked_joint(const Clip& clip, size_t column, const Skeleton& skeleton,
-                  const std::string& place) {
+                  const std::string& location) {
   const std::string& name = clip.joints[column];
   const int joint = find_joint(skeleton, name);
   const std::string at = "joint \"" + name + "\"";
   if (joint < 0) {
-    refuse(place, at + " is not in the rig" + did_you_mean(name, skeleton.joint_names) +
-                      "; correct the name or leave the column out");
+    refuse(location, at + " is not in the rig" + did_you_mean(name, skeleton.joint_names) +
+                         "; correct the name or leave the column out");
   }
   if (skeleton.joint_types[joint] == Skeleton::JointType::kFixed) {
-    refuse(place, at + " is fixed; leave its column out");
+    refuse(location, at + " is fixed; leave its column out");
   }
   if (clip.angles_only && skeleton.joint_types[joint] == Skeleton::JointType::kPrismatic) {
-    refuse(place, at + " is prismatic, but the file is in degrees; give it in m by a CSV");
+    refuse(location, at + " is prismatic, but the file is in degrees; give it in m by a CSV");
   }
   if (std::find(clip.joints.begin(), clip.joints.begin() + static_cast<long>(column), name) !=
       clip.joints.begin() + static_cast<long>(column)) {
-    refuse(place, at + " is driven by two columns; leave one out");
+    refuse(location, at + " is driven by two columns; leave one out");
   }
   return joint;
 }
@@ -72,7 +73,7 @@ std::string value_text(double value, bool is_angle) {
 }
 
 void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint,
-                  const std::string& place, std::vector<std::string>& warnings) {
+                  const std::string& location, std::vector<std::string>& warnings) {
   const bool is_angle = skeleton.joint_types[joint] != Skeleton::JointType::kPrismatic;
   const double lower = skeleton.lower[joint], upper = skeleton.upper[joint];
   const double slack = is_angle ? kAngleSlack : kLengthSlack;
@@ -81,7 +82,7 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
       "[" + value_text(lower, is_angle) + ", " + value_text(upper, is_angle) + "]";
   const auto fail = [&](size_t k, const std::string& what) {
     const std::string row = k < clip.rows.size() ? ":" + std::to_string(clip.rows[k]) : "";
-    refuse(row.empty() ? place : clip.file + row,
+    refuse(row.empty() ? location : clip.file + row,
            at + " is " + value_text(clip.values[k][column], is_angle) + " at " +
                number_text(clip.times[k]) + " s, " + what);
   };
@@ -101,7 +102,7 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
     value = inside;
   }
   if (clamped == 0) return;
-  warnings.push_back(place + ": " + at + ": " + std::to_string(clamped) + " of " +
+  warnings.push_back(location + ": " + at + ": " + std::to_string(clamped) + " of " +
                      std::to_string(clip.times.size()) + " keys clamped to " + range +
                      ", by at most " + value_text(largest, is_angle));
 }
@@ -135,12 +136,12 @@ double smooth_value(const Clip& clip, size_t k, size_t column, double u) {
 
 }  // namespace
 
-void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& place,
+void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& location,
                 std::vector<std::string>& warnings) {
-  check_shape(clip, place);
+  check_shape(clip, location);
   for (size_t column = 0; column < clip.joints.size(); ++column) {
-    const int joint = checked_joint(clip, column, skeleton, place);
-    clamp_column(clip, column, skeleton, joint, place, warnings);
+    const int joint = checked_joint(clip, column, skeleton, location);
+    clamp_column(clip, column, skeleton, joint, location, warnings);
   }
 }
 
@@ -167,4 +168,4 @@ void sample_clip(const Clip& clip, const Skeleton& skeleton, double time,
   }
 }
 
-}  // namespace thew
+}  // namespace thew::rig

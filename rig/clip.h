@@ -8,7 +8,7 @@
 
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::rig {
 
 /// Joint values against time (s): one row per key, rad or m. Held constant outside its range.
 struct Clip {
@@ -34,11 +34,11 @@ Clip read_csv(const std::filesystem::path& file, const ColumnMap& columns);
 /// Keys outside a joint's range by at most 0.5 degree (or 0.5 mm) are clamped, with one line per
 /// joint in `warnings`; more, an unknown joint, or a value that is not finite is Error(kInput).
 /// `place` begins each message.
-void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& place,
+void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& location,
                 std::vector<std::string>& warnings);
 
 /// Joint values at `time`, one per body of the skeleton (zero for joints that the clip lacks).
 void sample_clip(const Clip& clip, const Skeleton& skeleton, double time,
                  std::vector<double>& joint_values);
 
-}  // namespace thew
+}  // namespace thew::rig

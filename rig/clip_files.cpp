@@ -6,7 +6,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,7 +32,7 @@ struct Lines {
     return true;
   }
   [[noreturn]] void refuse(const std::string& what) const {
-    throw Error(ExitCode::kInput, file + ":" + std::to_string(std::max(row, 1)) + ": " + what);
+    throw Error(ErrorCode::kInput, file + ":" + std::to_string(std::max(row, 1)) + ": " + what);
   }
 };
 
@@ -204,4 +204,4 @@ Clip read_csv(const fs::path& file, const ColumnMap& map) {
   return clip;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -3,17 +3,17 @@
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 
 bool is_place(const Vec3& p, double farthest) { return (p.array().abs() <= farthest).all(); }
 
 void check_place(const Vec3& p, const std::string& where, const std::string& next) {
   if (is_place(p)) return;
-  throw Error(ExitCode::kInput,
+  throw Error(ErrorCode::kInput,
               where +
                   (p.allFinite() ? " lies at " + point_text(p) + " m, farther than 10 km; "
                                  : " lies where no number is; ") +
                   next);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

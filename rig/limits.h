@@ -5,7 +5,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 // What a number of a file may be, so that no arithmetic on it ends in what is no number.
 
@@ -22,4 +22,4 @@ bool is_place(const Vec3& p, double farthest = kFarthest);
 /// Error(kInput), "WHERE lies at ..., farther than 10 km; NEXT", unless it is one.
 void check_place(const Vec3& p, const std::string& where, const std::string& next);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 // pi/2 in three parts (Cody and Waite 1980). The first two have 33 bits, so that their products
@@ -129,4 +129,4 @@ double smoothstep(double a, double b, double t) {
   return u * u * (3.0 - 2.0 * u);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

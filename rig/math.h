@@ -3,7 +3,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kDegree = kPi / 180.0;
@@ -27,4 +27,4 @@ Mat3 least_turn(const Vec3& from, const Vec3& to);
 /// 0 below a, 1 above b, 3t^2 - 2t^3 between.
 double smoothstep(double a, double b, double t);
 
-}  // namespace thew
+}  // namespace thew::rig

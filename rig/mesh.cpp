@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <unordered_map>
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 struct PositionHash {
@@ -91,4 +91,4 @@ std::vector<Triangle> joined_triangles(const TriMesh& mesh) {
   return triangles;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

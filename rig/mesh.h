@@ -6,7 +6,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 /// A triangle surface in metres; outward winding when closed.
 struct TriMesh {
@@ -79,4 +79,4 @@ struct ScaleRange {
 /// Everything that is wrong with the mesh as a closed, outward, manifold surface; empty when sound.
 std::vector<Defect> find_defects(const TriMesh& mesh, const ScaleRange& scale = {});
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -8,7 +8,7 @@
 #include "rig/mesh.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 // A triangle this flat (height over longest edge) is what rounding to float32 makes of a line.
@@ -307,4 +307,4 @@ std::vector<Defect> find_defects(const TriMesh& mesh, const ScaleRange& scale) {
   return defects;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -7,7 +7,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 int index_of(const std::vector<std::string>& names, const std::string& name) {
@@ -76,4 +76,4 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
   return nearest;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -6,7 +6,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 /// A tree of bodies; body i hangs on body parent[i] < i (-1: the root) by its own joint.
 struct Skeleton {
@@ -42,4 +42,4 @@ void forward_kinematics(const Skeleton& skeleton, const std::vector<double>& joi
 /// Name in `names` nearest to `word` by edit distance, or "" if none is near: "did you mean".
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names);
 
-}  // namespace thew
+}  // namespace thew::rig

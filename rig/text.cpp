@@ -8,7 +8,7 @@
 
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::rig {
 
 std::string printable(std::string_view text) {
   constexpr size_t kMost = 2000;
@@ -73,18 +73,18 @@ void check_readable(const std::filesystem::path& file, size_t limit) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::none) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 file.string() + ": cannot be read: " + error.message() + "; check its permissions");
   }
   if (!std::filesystem::exists(status)) {
-    throw Error(ExitCode::kInput, file.string() + ": there is no such file; check the path");
+    throw Error(ErrorCode::kInput, file.string() + ": there is no such file; check the path");
   }
   if (!std::filesystem::is_regular_file(status)) {
-    throw Error(ExitCode::kInput, file.string() + ": is not a regular file; name a file");
+    throw Error(ErrorCode::kInput, file.string() + ": is not a regular file; name a file");
   }
   if (std::filesystem::file_size(file, error) > limit) {
-    throw Error(ExitCode::kInput, file.string() + ": is larger than the limit of " +
-                                      std::to_string(limit >> 20) + " MiB; reduce or split it");
+    throw Error(ErrorCode::kInput, file.string() + ": is larger than the limit of " +
+                                       std::to_string(limit >> 20) + " MiB; reduce or split it");
   }
 }
 
@@ -94,7 +94,7 @@ std::string read_whole(const std::filesystem::path& file, size_t limit) {
   std::string bytes(std::filesystem::file_size(file, error), '\0');
   std::ifstream stream(file, std::ios::binary);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    throw Error(ExitCode::kInput, file.string() + ": cannot be read; check its permissions");
+    throw Error(ErrorCode::kInput, file.string() + ": cannot be read; check its permissions");
   }
   return bytes;
 }
@@ -109,4 +109,4 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return near.empty() ? "" : "; did you mean \"" + near + "\"?";
 }
 
-}  // namespace thew
+}  // namespace thew::rig

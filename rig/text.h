@@ -9,7 +9,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 // Numbers to and from text, the same under every locale.
 
@@ -40,4 +40,4 @@ bool is_below(const std::filesystem::path& file, const std::filesystem::path& fo
 /// `; did you mean "elbow"?`, or "" if no name is near.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
-}  // namespace thew
+}  // namespace thew::rig

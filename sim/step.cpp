@@ -16,7 +16,7 @@
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/rungs.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 class StopWatch {
@@ -55,7 +55,7 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
     });
   };
   each([&](int m) { update_zone(model.muscles[m], h, state.muscles[m]); });
-  const auto look = [&](int m) { see(state.muscles[m]); };
+  const auto look = [&](int m) { remember_iterate(state.muscles[m]); };
   each(look);
   const IntegratorSteps& steps = steps_of(model.solver.integrator);
   each([&](int m) { steps.begin(model, m, h, state); });
@@ -71,8 +71,8 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
 }
 
 // What is wrong with the step before it is solved, or nothing.
-std::optional<Trouble> step(const Model& model, double time, double h, Parallel& parallel,
-                            State& state, StageSeconds& seconds) {
+std::optional<StepDiagnosis> step(const Model& model, double time, double h, Parallel& parallel,
+                                  State& state, StageSeconds& seconds) {
   {
     StopWatch watch(seconds.rig);
     move_rig(model, time, h, parallel, state);
@@ -80,12 +80,12 @@ std::optional<Trouble> step(const Model& model, double time, double h, Parallel&
   {
     StopWatch watch(seconds.contact);
     place_colliders(model, state);
-    if (auto leap = find_leap(model, state)) return leap;
+    if (auto tunnelling = find_tunnelling(model, state)) return tunnelling;
     find_all_contacts(model, parallel, state);
   }
   StopWatch watch(seconds.muscles);
   solve_muscles(model, time, h, parallel, state);
-  return find_trouble(model, h, state);
+  return diagnose_step(model, h, state);
 }
 
 void step_skin_of(const Model& model, Parallel& parallel, State& state) {
@@ -113,29 +113,30 @@ double frame_length(const Model& model, double time, const State& state) {
   return (std::abs(frames - whole) < kRounding ? whole : frames) / model.fps;
 }
 
-std::optional<Trouble> try_frame(const Model& model, double time, int substeps, int skin_steps,
-                                 Parallel& parallel, State& state, StageSeconds& seconds) {
+std::optional<StepDiagnosis> try_frame(const Model& model, double time, int substeps,
+                                       int skin_steps, Parallel& parallel, State& state,
+                                       StageSeconds& seconds) {
   const double frame = frame_length(model, time, state);
   for (int i = 1; i <= substeps; ++i) {
     const double left = frame * (substeps - i) / substeps;
     const auto next = [&] {
       return step(model, time - left, frame / substeps, parallel, state, seconds);
     };
-    auto trouble = solver_trouble(std::ref(next));  // std::function would allocate to hold it
-    if (trouble) {
-      trouble->substep = i;
-      return trouble;
+    auto diagnosis = diagnose_solver(std::ref(next));  // std::function would allocate to hold it
+    if (diagnosis) {
+      diagnosis->substep = i;
+      return diagnosis;
     }
     if (!model.has_skin || i * skin_steps / substeps == (i - 1) * skin_steps / substeps) continue;
     StopWatch watch(seconds.skin);
     step_skin_of(model, parallel, state);
-    if ((trouble = find_skin_trouble(model, state))) return trouble;
+    if ((diagnosis = diagnose_skin(model, state))) return diagnosis;
   }
   return {};
 }
 
 // A motion shrinks with the step; what does not is no motion.
-bool is_jump(const Trouble& whole, const Trouble& in_parts) {
+bool is_jump(const StepDiagnosis& whole, const StepDiagnosis& in_parts) {
   constexpr double kShrinks = 0.7;  // in two parts or more
   return in_parts.cause == Cause::kWayIntoBone && whole.muscle == in_parts.muscle &&
          in_parts.way > kShrinks * whole.way;
@@ -152,25 +153,25 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
   // What is too fast is taken in parts. All else once more as it was, since a fault of the machine
   // does not come back; then in halves; then on a rung.
   int substeps = whole, halvings = -1;
-  std::optional<Trouble> too_fast;
-  while (auto trouble = try_frame(model, time, substeps, skin, parallel, state, seconds)) {
+  std::optional<StepDiagnosis> too_fast;
+  while (auto diagnosis = try_frame(model, time, substeps, skin, parallel, state, seconds)) {
     take_back(state);
-    const bool jumps = too_fast && is_jump(*too_fast, *trouble);
-    if (jumps) trouble->cause = Cause::kJump;
-    const bool divides = !jumps && trouble->cause != Cause::kNoSolution;
-    if (divides && trouble->parts > 1 && substeps * trouble->parts <= kMostParts) {
-      substeps *= trouble->parts;
-      too_fast = trouble;
-      note_split(*trouble, state);
+    const bool jumps = too_fast && is_jump(*too_fast, *diagnosis);
+    if (jumps) diagnosis->cause = Cause::kJump;
+    const bool divides = !jumps && diagnosis->cause != Cause::kNoSolution;
+    if (divides && diagnosis->parts > 1 && substeps * diagnosis->parts <= kMostParts) {
+      substeps *= diagnosis->parts;
+      too_fast = diagnosis;
+      note_split(*diagnosis, state);
     } else if (divides && halvings < kHalvings) {
       if (++halvings == 0) continue;
       substeps *= 2;
-      note_split(*trouble, state);
-    } else if (take_rung(model, *trouble, state)) {
+      note_split(*diagnosis, state);
+    } else if (take_rung(model, *diagnosis, state)) {
       substeps = whole, halvings = 0;
       too_fast.reset();
     } else {
-      throw StepFailure(model, time, *trouble, substeps);
+      throw StepFailure(model, time, *diagnosis, substeps);
     }
   }
   state.time = time;
@@ -196,4 +197,4 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
   return settled;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 #include "sim/solver/parallel.h"
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Wall seconds by stage of the step, for the report only.
 struct StageSeconds {
@@ -32,4 +32,4 @@ struct Settled {
 Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame = {});
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // How often a triangle's outline goes round the origin, seen against the ray: 1, -1 or 0. Whether
@@ -32,7 +32,7 @@ bool is_ahead(const Vec3* corner, int axis, int round) {
 
 // How often the ray from p along an axis, or against it, leaves the surface less how often it
 // enters it.
-int count_along(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p, int axis,
+int count_along(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p, int axis,
                 bool against) {
   constexpr int kStack = 192;  // as in bvh.cpp
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -57,17 +57,17 @@ int count_along(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec
   return count;
 }
 
-double distance_to(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p) {
+double distance_to(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p) {
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
   return std::abs(closest_point(surface, bvh, x, p, kAnywhere).distance);
 }
 
 // Of the points on one side of the surface.
-double farthest(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& points,
+double farthest(const Surface& surface, const Bvh& bvh, const Points& x, const Points& points,
                 bool inside) {
   double most = 0.0;
   if (bvh.order.empty()) return most;
-  for (const Row& row : points) {
+  for (const Point& row : points) {
     const Vec3 p = to_vec(row);
     if (encloses(surface, bvh, x, p) != inside) continue;
     most = std::max(most, distance_to(surface, bvh, x, p));
@@ -77,8 +77,8 @@ double farthest(const Surface& surface, const Bvh& bvh, const Rows& x, const Row
 
 }  // namespace
 
-bool encloses(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p) {
-  if (bvh.order.empty() || box_distance(bvh, to_row(p)) > 0.0) return false;
+bool encloses(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p) {
+  if (bvh.order.empty() || box_distance(bvh, to_point(p)) > 0.0) return false;
   int inside = 0;  // by so many rays
   for (int axis = 0; axis < 3; ++axis) inside += count_along(surface, bvh, x, p, axis, false) != 0;
   if (inside == 0 || inside == 3) return inside == 3;
@@ -87,11 +87,12 @@ bool encloses(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3&
   return std::abs(winding_number(surface, x, p)) > 0.5;
 }
 
-double deepest_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& points) {
+double deepest_inside(const Surface& surface, const Bvh& bvh, const Points& x,
+                      const Points& points) {
   return farthest(surface, bvh, x, points, true);
 }
 
-double deepest_inside(const std::vector<Collider>& bodies, const Rows& points) {
+double deepest_inside(const std::vector<Collider>& bodies, const Points& points) {
   double most = 0.0;
   for (const Collider& body : bodies) {
     most = std::max(most, deepest_inside(*body.surface, *body.bvh, *body.x, points));
@@ -99,8 +100,9 @@ double deepest_inside(const std::vector<Collider>& bodies, const Rows& points) {
   return most;
 }
 
-double farthest_outside(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& points) {
+double farthest_outside(const Surface& surface, const Bvh& bvh, const Points& x,
+                        const Points& points) {
   return farthest(surface, bvh, x, points, false);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::skin {
 
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
                 double touching, int node, std::vector<int>& hints, FleshPlanes& planes) {
@@ -22,7 +22,7 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
     const Collider& flesh = below[j];
     // Beyond the nearest by the bridging radius a surface has no weight.
     const double bound = count > 0 ? std::min(reach, nearest + bridging) : reach;
-    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_row(p)) > bound) return;
+    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_point(p)) > bound) return;
     const ClosestPoint near =
         closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
     if (near.triangle < 0) return;
@@ -96,4 +96,4 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
   return value;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,7 +6,7 @@
 
 #include "skin/contact/contact.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// What lies below the skin as one smooth field f over the distances d_j to each surface:
 ///   sum_j max(R + f - d_j, 0)^2 = R^2
@@ -41,4 +41,4 @@ void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach,
 /// f at x by the node's planes.
 FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,7 +6,7 @@
 #include "muscles/volume.h"
 #include "skin/skin_layer.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 struct Edges {
@@ -69,7 +69,7 @@ struct Nearest {
 Nearest nearest_bodies(const SkinModel& model, const std::vector<Collider>& below,
                        const std::vector<int>& bodies_of) {
   Nearest nearest;
-  for (const Row& x : model.rest) {
+  for (const Point& x : model.rest) {
     double best = model.settings.lengths.farthest_bone;
     int body = 0;
     for (size_t j = 0; j < below.size(); ++j) {
@@ -114,7 +114,7 @@ void share_out(const Nearest& nearest, const Edges& edges, int bodies, SkinModel
   std::vector<std::vector<double>> share(nodes, std::vector<double>(bodies, 0.0));
   constexpr int kLanes = 8;
   for (int first = 0; first < bodies; first += kLanes) {
-    RowPairs rows(nodes, RowPair{});
+    PointPairs rows(nodes, PointPair{});
     for (int i = 0; i < nodes; ++i) {
       const int lane = nearest.body[matrix.order[i]] - first;
       if (lane >= 0 && lane < kLanes) rows[i][lane] = 1.0;
@@ -182,7 +182,7 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
                     const SkinSettings& settings) {
   SkinModel model;
   model.surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-  model.rest = to_rows(mesh.vertices);
+  model.rest = to_points(mesh.vertices);
   model.bind_pose = bind_pose;
   model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
@@ -193,4 +193,4 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   return model;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -4,7 +4,7 @@
 
 #include "skin/skin_passes.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr double kSlope = 0.1;        // of the room along the skin, or it would look lumpy
@@ -21,9 +21,9 @@ Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& p
 
 double squared(const std::array<double, 3>& b) { return b[0] * b[0] + b[1] * b[1] + b[2] * b[2]; }
 
-void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Rows& x) {
+void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Points& x) {
   for (int k = 0; k < 3; ++k) {
-    x[model.surface.triangles[plane.triangle][k]] += to_row(plane.barycentric[k] * by);
+    x[model.surface.triangles[plane.triangle][k]] += to_point(plane.barycentric[k] * by);
   }
 }
 
@@ -39,7 +39,7 @@ ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int nod
   for (int t : state.nearby) {
     const Triangle& c = model.surface.triangles[t];
     if (c[0] == node || c[1] == node || c[2] == node) continue;
-    const Row sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
+    const Point sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
     if (to_vec(sum).dot(to_vec(state.normals[node])) > 0.0) continue;
     const ClosestPoint point =
         closest_on_triangle(model.surface, state.x, t, to_vec(state.x[node]));
@@ -84,7 +84,7 @@ void clear_node(const SkinModel& model, const std::vector<Collider>& below, int 
     flesh.gradient_of_level = flesh.normal_of_nearest;
     const Vec3 way = way_out(flesh, state.normals[i]);
     const double lack = model.least[i] - flesh.nearest + model.settings.lengths.clearance;
-    state.x[i] += to_row(climb(flesh, way, lack) * way);
+    state.x[i] += to_point(climb(flesh, way, lack) * way);
   }
 }
 
@@ -116,7 +116,7 @@ void mark(const SkinModel& model, const std::vector<std::array<int, 2>>& pairs,
 }
 
 void even_out(const SkinModel& model, int i, SkinState& state) {
-  Row sum{};
+  Point sum{};
   double weight = 0.0;
   for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
     sum += model.weights[k] * state.x[model.neighbours[k]];
@@ -157,7 +157,7 @@ void smooth_room(const SkinModel& model, SkinState& state) {
 
 }  // namespace
 
-Vec3 way_out(const FleshValue& flesh, const Row& normal) {
+Vec3 way_out(const FleshValue& flesh, const Point& normal) {
   const Vec3 way = flesh.gradient_of_level + kNormalShare * to_vec(normal);
   const double length = way.norm();
   return length > 0.0 ? Vec3(way / length) : to_vec(normal);
@@ -183,7 +183,7 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, doub
   refit_bvh(model.surface, state.x, state.bvh);
   state.covers.clear();
   for (const Collider& flesh : below) {
-    for (const Row& row : *flesh.x) {
+    for (const Point& row : *flesh.x) {
       const Vec3 p = to_vec(row);
       const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, reach);
       if (near.triangle < 0 || near.distance < -depth) continue;
@@ -204,16 +204,16 @@ void look_across(const SkinModel& model, SkinState& state) {
 }
 
 void part_folds(const SkinModel& model, SkinState& state) {
-  state.parted.assign(state.x.size(), Row{});
+  state.parted.assign(state.x.size(), Point{});
   for (const SkinFold& fold : state.folds) {
     const SkinPlane& wall = fold.wall;
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
     const Vec3 by = lack / (1.0 + squared(wall.barycentric)) * wall.normal;
-    state.parted[fold.node] += to_row(by);
+    state.parted[fold.node] += to_point(by);
     push(model, wall, -by, state.parted);
-    state.x[fold.node] += to_row(by);
+    state.x[fold.node] += to_point(by);
     push(model, wall, -by, state.x);
   }
 }
@@ -285,4 +285,4 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
   mark(model, state.crossings, marked);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -4,7 +4,7 @@
 
 #include "skin/skin_passes.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr double kMostStretch = 3.0;  // of an edge over a joint's outer side
@@ -12,9 +12,9 @@ constexpr double kReturn = 0.1;       // share of the way to equilibrium with la
 constexpr double kShortest = 0.1;     // of an edge's length, along its turned direction
 constexpr double kInwardPull = 0.05;  // weight of the flesh's pull on skin above its level
 
-Row turn(const Mat3& rotation, const Row& v) { return to_row(rotation * to_vec(v)); }
-Row turn_back(const Mat3& rotation, const Row& v) {
-  return to_row(rotation.transpose() * to_vec(v));
+Point turn(const Mat3& rotation, const Point& v) { return to_point(rotation * to_vec(v)); }
+Point turn_back(const Mat3& rotation, const Point& v) {
+  return to_point(rotation.transpose() * to_vec(v));
 }
 
 DualQuaternion dual_quaternion(const Transform& motion) {
@@ -27,7 +27,7 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
   const Lengths& lengths = model.settings.lengths;
   const double bridging = model.settings.bridging, fat = model.fat[i];
-  Row sum{};  // of weighted displacements from the elastic shape
+  Point sum{};  // of weighted displacements from the elastic shape
   double weight = model.anchor[i];
   for (int k = first; k < last; ++k) {
     const int j = model.neighbours[k];
@@ -39,13 +39,13 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
     const Vec3 way = way_out(flesh, state.normals[i]);
     const double step = climb(flesh, way, fat - flesh.level);
     const double pull = kInwardPull * std::max(1.0 + step / lengths.slack, 0.0);
-    sum += pull * (state.x[i] + to_row(step * way) - state.elastic[i]);
+    sum += pull * (state.x[i] + to_point(step * way) - state.elastic[i]);
     weight += pull;
   }
   constexpr double kOver = 1.0;
-  Row x = state.x[i] + kOver * (state.elastic[i] + sum * (1.0 / weight) - state.x[i]);
+  Point x = state.x[i] + kOver * (state.elastic[i] + sum * (1.0 / weight) - state.x[i]);
   for (int k = first; k < last; ++k) {  // neighbours do not pass one another
-    const Row& e = state.turned[k];
+    const Point& e = state.turned[k];
     const double lack = kShortest - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
     if (lack > 0.0) x += 0.5 * lack * e;
   }
@@ -54,7 +54,7 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
     flesh = flesh_value(state.planes, i, to_vec(x), bridging);
     if (!flesh.found || flesh.level >= firm) break;
     const Vec3 way = way_out(flesh, state.normals[i]);
-    x += to_row(std::min(climb(flesh, way, firm - flesh.level), lengths.longest_climb) * way);
+    x += to_point(std::min(climb(flesh, way, firm - flesh.level), lengths.longest_climb) * way);
   }
   state.x[i] = x;
 }
@@ -62,15 +62,15 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
 }  // namespace
 
 void find_normals(const SkinModel& model, SkinState& state) {
-  Rows& normals = state.normals;
-  std::fill(normals.begin(), normals.end(), Row{});
+  Points& normals = state.normals;
+  std::fill(normals.begin(), normals.end(), Point{});
   for (const Triangle& t : model.surface.triangles) {
     const Vec3 a = to_vec(state.x[t[0]]);
-    const Row n = to_row((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
+    const Point n = to_point((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
     for (int corner : t) normals[corner] += n;
   }
   const auto make_unit = [&] {
-    for (Row& n : normals) {
+    for (Point& n : normals) {
       const double length = norm(n);
       if (length > 0.0) n = n * (1.0 / length);
     }
@@ -106,7 +106,7 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
     const Eigen::Quaterniond shift(Eigen::Vector4d(sum.shift / length));
     state.turns[i] = turn.toRotationMatrix();
     state.bound[i] =
-        to_row(state.turns[i] * to_vec(model.rest[i]) + 2.0 * (shift * turn.conjugate()).vec());
+        to_point(state.turns[i] * to_vec(model.rest[i]) + 2.0 * (shift * turn.conjugate()).vec());
   }
 }
 
@@ -116,32 +116,32 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < nodes; ++i) {
     // Where the flesh holds it far from its bound place, an anchor yields and pulls no more than at
     // the limit: skin squeezed out of a fold slides, instead of wanting through.
-    const Row slip = turn(state.turns[i], state.slip[i]);
+    const Point slip = turn(state.turns[i], state.slip[i]);
     const double far = norm(slip);
-    Row anchored = state.bound[i];
+    Point anchored = state.bound[i];
     if (far > yield) anchored += (1.0 - yield / far) * slip;
-    Row sum = model.anchor[i] * anchored;
+    Point sum = model.anchor[i] * anchored;
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
-      const Row edge = model.rest[i] - model.rest[j], bound = state.bound[i] - state.bound[j];
+      const Point edge = model.rest[i] - model.rest[j], bound = state.bound[i] - state.bound[j];
       // Edges turn with the bodies and stretch with them, but are not pressed together.
       const double stretch =
           std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMostStretch);
-      state.turned[k] = to_row(0.5 * stretch * (state.turns[i] + state.turns[j]) * to_vec(edge));
+      state.turned[k] = to_point(0.5 * stretch * (state.turns[i] + state.turns[j]) * to_vec(edge));
       sum += model.weights[k] * state.turned[k];
     }
     state.elastic[i] = sum;
     state.force[i] = turn(state.turns[i], state.force[i]);
   }
   for (size_t k = 0; k < nodes; ++k) {
-    const Row &a = state.elastic[model.matrix.order[k]], &b = state.force[model.matrix.order[k]];
-    state.solution[k] = RowPair{a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0};
+    const Point &a = state.elastic[model.matrix.order[k]], &b = state.force[model.matrix.order[k]];
+    state.solution[k] = PointPair{a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0};
   }
   solve(model.matrix, model.factor, state.solution);
   for (size_t k = 0; k < nodes; ++k) {
-    const RowPair& x = state.solution[k];
-    state.elastic[model.matrix.order[k]] = Row{x[0], x[1], x[2], 0.0};
-    state.force[model.matrix.order[k]] = Row{x[4], x[5], x[6], 0.0};
+    const PointPair& x = state.solution[k];
+    state.elastic[model.matrix.order[k]] = Point{x[0], x[1], x[2], 0.0};
+    state.force[model.matrix.order[k]] = Point{x[4], x[5], x[6], 0.0};
   }
 }
 
@@ -150,8 +150,8 @@ void predict_skin(const SkinModel& model, SkinState& state) {
   // Sweeps even out what is local. What is wide they hardly reach: there the displacement goes a
   // part of the way to what the forces of the step before hold in balance.
   for (size_t i = 0; i < state.x.size(); ++i) {
-    const Row offset = turn(state.turns[i], state.offset[i]);
-    const Row back = state.force[i] - offset;
+    const Point offset = turn(state.turns[i], state.offset[i]);
+    const Point back = state.force[i] - offset;
     const double far = norm(back);
     const double share = std::min(kReturn, longest / std::max(far, longest));
     state.x[i] = state.elastic[i] + offset + share * back;
@@ -170,7 +170,7 @@ void ease(const SkinModel& model, SkinState& state) {
   constexpr double kSpeedUp = 2.0;
   const double always = model.settings.lengths.always_eased;
   for (size_t i = 0; i < state.x.size(); ++i) {
-    const Row way = state.x[i] - state.predicted[i];
+    const Point way = state.x[i] - state.predicted[i];
     const double far = norm(way), most = kSpeedUp * state.moved[i] + always;
     if (far > most) state.x[i] = state.predicted[i] + (most / far) * way;
   }
@@ -178,8 +178,8 @@ void ease(const SkinModel& model, SkinState& state) {
 
 void remember(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < state.x.size(); ++i) {
-    const Row d = state.x[i] - state.elastic[i];
-    Row sum = model.anchor[i] * d;
+    const Point d = state.x[i] - state.elastic[i];
+    Point sum = model.anchor[i] * d;
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
       sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
@@ -188,18 +188,18 @@ void remember(const SkinModel& model, SkinState& state) {
     // way, and the other wall of a fold what of the rest pulls the node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
-    const Row way = flesh.found ? to_row(way_out(flesh, state.normals[i])) : Row{};
-    Row force = dot(way, sum) * way;
-    const Row apart = state.parted[i] - dot(way, state.parted[i]) * way;
+    const Point way = flesh.found ? to_point(way_out(flesh, state.normals[i])) : Point{};
+    Point force = dot(way, sum) * way;
+    const Point apart = state.parted[i] - dot(way, state.parted[i]) * way;
     const double by = norm(apart);
     if (by > model.settings.lengths.least_parted)
       force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
     state.force[i] = turn_back(state.turns[i], force);
     state.offset[i] = turn_back(state.turns[i], d);
-    const Row led = state.x[i] - state.predicted[i];
+    const Point led = state.x[i] - state.predicted[i];
     state.moved[i] = norm(led);
     state.slip[i] = turn_back(state.turns[i], state.x[i] - state.bound[i]);
   }
 }
 
-}  // namespace thew
+}  // namespace thew::skin

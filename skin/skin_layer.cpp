@@ -12,7 +12,7 @@
 #include "skin/depth.h"
 #include "skin/skin_passes.h"
 
-namespace thew {
+namespace thew::skin {
 
 SkinSettings times(const SkinSettings& settings, double size) {
   SkinSettings out = settings;
@@ -29,7 +29,7 @@ SkinState initial_skin(const SkinModel& model) {
   state.x = state.bound = state.elastic = state.looked = model.rest;
   state.normals.resize(nodes);
   find_normals(model, state);
-  state.offset.assign(nodes, Row{});
+  state.offset.assign(nodes, Point{});
   state.force = state.slip = state.swelling = state.offset;
   state.moved.assign(nodes, 0.0);
   state.room.resize(nodes);
@@ -83,4 +83,4 @@ SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& be
   return metrics;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -5,7 +5,7 @@
 
 #include "skin/skin_model.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// `below` are bones and muscles in the bind pose, `bodies_of` the body that carries each collider
 /// (muscles: -1). Shares follow the distance to the bodies' bones, smoothed over the surface.
@@ -22,4 +22,4 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -13,7 +13,7 @@
 #include "skin/contact/contact.h"
 #include "skin/flesh_field.h"
 
-namespace thew {
+namespace thew::skin {
 
 struct SkinSettings {
   double thickness = 0.002;   ///< m, least distance of the skin's nodes from muscle and bone
@@ -32,7 +32,7 @@ SkinSettings times(const SkinSettings& settings, double size);
 /// What never changes: topology, rest shape, binding to the bodies.
 struct SkinModel {
   Surface surface;
-  Rows rest;                                  ///< in the bind pose, world
+  Points rest;                                ///< in the bind pose, world
   std::vector<std::array<int, 4>> bodies;     ///< -1: unused
   std::vector<std::array<double, 4>> shares;  ///< sum 1
   Pose bind_pose;
@@ -70,7 +70,7 @@ struct SkinFold {
 /// Scratch of a skinned skin's step (skinned_skin.h), kept so that a step does not allocate.
 struct SkinnedWork {
   /// The plane over the place of the muscle below a point that the point stays beyond.
-  struct Wall {
+  struct PlaneConstraint {
     Vec3 normal = Vec3::Zero();  ///< unit, from the muscle to the skin as the weights turn it
     double above = 0.0;          ///< m, of the muscle's place at rest
     double level = 0.0;          ///< m, of the muscle's place now
@@ -84,11 +84,11 @@ struct SkinnedWork {
     Vec3 place, normal;
   };
   std::vector<Affine> of_links;
-  Rows carried;               ///< by the weights alone
-  Rows by;                    ///< m, of x from there
-  Rows before;                ///< the same, before a pass
-  std::vector<double> asked;  ///< by vertex, the weights of its points
-  std::vector<Wall> walls;    ///< by point
+  Points carried;                      ///< by the weights alone
+  Points by;                           ///< m, of x from there
+  Points before;                       ///< the same, before a pass
+  std::vector<double> asked;           ///< by vertex, the weights of its points
+  std::vector<PlaneConstraint> walls;  ///< by point
   std::vector<Spot> spots;
   std::vector<double> folds;             ///< rad, by edge, as the weights have them
   std::vector<double> sharp, own_sharp;  ///< 0..1 by vertex, of the edges around; of its own
@@ -96,37 +96,37 @@ struct SkinnedWork {
 
 /// What a step reads of the step before, and a failed one takes back.
 struct SkinMotion {
-  Rows x;
+  Points x;
   // Turned back to the bind pose:
-  Rows offset;                ///< m, of x from the elastic shape
-  Rows force;                 ///< of the flesh on each node, in m of stretch of an edge of weight 1
-  Rows slip;                  ///< m, of x from the bound shape
+  Points offset;              ///< m, of x from the elastic shape
+  Points force;               ///< of the flesh on each node, in m of stretch of an edge of weight 1
+  Points slip;                ///< m, of x from the bound shape
   std::vector<double> moved;  ///< m, how far the passes led from the prediction
 };
 
 struct SkinState : SkinMotion {
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
-  Rows bound;        ///< carried by the bodies alone
-  Rows elastic;      ///< least elastic energy, without the flesh
-  Rows turned;       ///< e by neighbour
-  Rows own_normals;  ///< of the skin
-  Rows normals;      ///< the same, averaged with those around
-  Rows predicted;    ///< x before the passes
-  Rows looked;       ///< x when the flesh below was last looked up
+  Points bound;        ///< carried by the bodies alone
+  Points elastic;      ///< least elastic energy, without the flesh
+  Points turned;       ///< e by neighbour
+  Points own_normals;  ///< of the skin
+  Points normals;      ///< the same, averaged with those around
+  Points predicted;    ///< x before the passes
+  Points looked;       ///< x when the flesh below was last looked up
   std::vector<Mat3> turns;
   FleshPlanes planes;
   std::vector<SkinPlane> covers;
   std::vector<SkinFold> folds;
-  Rows parted;               ///< m, by which the walls of folds were last moved apart
+  Points parted;             ///< m, by which the walls of folds were last moved apart
   std::vector<double> room;  ///< m, how far a node may go inwards, up to what is plenty
-  Rows swelling;             ///< m^2, the way of a unit of the volume's multiplier
+  Points swelling;           ///< m^2, the way of a unit of the volume's multiplier
   std::vector<int> hints, nearby;
   std::vector<DualQuaternion> motions;        ///< by body, since the bind pose
   std::vector<std::array<int, 2>> crossings;  ///< triangles
   std::vector<char> marked, held;             ///< nodes
-  Rows unswollen;                             ///< x before its volume is restored
-  RowPairs solution;
+  Points unswollen;                           ///< x before its volume is restored
+  PointPairs solution;
   SkinnedWork skinned;
 };
 
@@ -137,4 +137,4 @@ struct SkinMetrics {
   double volume_error = 0.0;      ///< |V - V0| / V0 of what it encloses
 };
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -3,7 +3,7 @@
 
 #include "skin/skin_model.h"
 
-namespace thew {
+namespace thew::skin {
 
 // The passes of one step of the skin, in the order in which step_skin calls them.
 
@@ -61,8 +61,8 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
 
 /// Out of the flesh, a unit vector: along the field's gradient, with a little of the skin's normal
 /// for where the gradient vanishes.
-Vec3 way_out(const FleshValue& flesh, const Row& normal);
+Vec3 way_out(const FleshValue& flesh, const Point& normal);
 /// How far a node is moved along `way` for its field to rise by `lack` (m).
 double climb(const FleshValue& flesh, const Vec3& way, double lack);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -7,7 +7,7 @@
 #include "muscles/volume.h"
 #include "skin/skin_passes.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // The way of the multiplier: what least stretches the skin for a change of volume, the elastic
@@ -16,13 +16,13 @@ void find_swelling(const SkinModel& model, SkinState& state) {
   const std::vector<int>& order = model.matrix.order;
   volume_gradient(state.x, model.surface.triangles, state.swelling);
   for (size_t k = 0; k < order.size(); ++k) {
-    const Row g = state.room[order[k]] * state.swelling[order[k]];
-    state.solution[k] = RowPair{g[0], g[1], g[2]};
+    const Point g = state.room[order[k]] * state.swelling[order[k]];
+    state.solution[k] = PointPair{g[0], g[1], g[2]};
   }
   solve(model.matrix, model.factor, state.solution);
   for (size_t k = 0; k < order.size(); ++k) {
-    const RowPair& d = state.solution[k];
-    state.swelling[order[k]] = state.room[order[k]] * Row{d[0], d[1], d[2], 0.0};
+    const PointPair& d = state.solution[k];
+    state.swelling[order[k]] = state.room[order[k]] * Point{d[0], d[1], d[2], 0.0};
   }
 }
 
@@ -67,4 +67,4 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
   }
 }
 
-}  // namespace thew
+}  // namespace thew::skin

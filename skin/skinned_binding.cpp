@@ -8,7 +8,7 @@
 #include "rig/math.h"
 #include "skin/skinned_skin.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr int kMostPasses = 50;
@@ -37,7 +37,7 @@ void find_neighbours(SkinnedSkin& skin) {
 
 Surface surface_of(const SkinnedSkin& skin) {
   TriMesh welded;
-  for (const Row& x : skin.rest) welded.vertices.push_back(to_vec(x));
+  for (const Point& x : skin.rest) welded.vertices.push_back(to_vec(x));
   for (const Triangle& t : skin.mesh.triangles) {
     const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
     if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) welded.triangles.push_back(c);
@@ -159,8 +159,8 @@ void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& 
   link_transforms(skin.weights, rest, of_links);
   skin.from_rest.assign(skin.rest.size(), Mat3::Identity());
   std::vector<char> known(skin.rest.size(), 0);  // 2: has no inverse
-  std::vector<SkinnedSkin::Point> anchored;
-  for (SkinnedSkin::Point& point : skin.points) {
+  std::vector<SkinnedSkin::Sample> anchored;
+  for (SkinnedSkin::Sample& point : skin.points) {
     const double reach = skin.settings.reach;
     double nearest = kMostNear * reach;
     SkinnedSkin::Anchor& anchor = point.anchor;
@@ -203,11 +203,11 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   sample_muscles(below, skin);
   find_lacks(below, skin);
   skin.share.assign(skin.rest.size(), 0.0);
-  for (const SkinnedSkin::Point& point : skin.points) {
+  for (const SkinnedSkin::Sample& point : skin.points) {
     if (point.corners[0] == point.corners[1]) skin.share[point.corners[0]] = point.share;
   }
   skin.near.assign(skin.rest.size(), 0);
-  for (const SkinnedSkin::Point& point : skin.points) {
+  for (const SkinnedSkin::Sample& point : skin.points) {
     for (const int v : point.corners) skin.near[v] = 1;
   }
   find_edges(skin);
@@ -219,4 +219,4 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   return skin;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

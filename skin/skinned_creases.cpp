@@ -6,20 +6,20 @@
 #include "rig/math.h"
 #include "skin/skinned_skin.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // Beyond what the weights alone fold: from here on an edge is evened out, from there on wholly, so
 // that none begins at once.
 constexpr double kLeast = 25.0 * kDegree, kMost = 40.0 * kDegree;
 
-double fold_of(const Surface& surface, const Rows& x, const std::array<int, 2>& triangles) {
+double fold_of(const Surface& surface, const Points& x, const std::array<int, 2>& triangles) {
   const Vec3 a = face_normal(surface, x, triangles[0]), b = face_normal(surface, x, triangles[1]);
   return arc_tan2(a.cross(b).norm(), a.dot(b));
 }
 
 // 0..1 by vertex, of the sharpest edge of its triangles, and half of that to the neighbours.
-void find_sharp(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
+void find_sharp(const SkinnedSkin& skin, const Points& x, SkinnedWork& work) {
   work.own_sharp.assign(x.size(), 0.0);
   for (size_t e = 0; e < skin.edges.size(); ++e) {
     const double share =
@@ -41,7 +41,7 @@ void find_sharp(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
 
 }  // namespace
 
-void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
+void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
   work.folds.clear();
   for (const auto& edge : skin.edges) {
     work.folds.push_back(fold_of(skin.surface, work.carried, edge));
@@ -54,7 +54,7 @@ void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
     for (size_t i = 0; i < x.size(); ++i) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
       if (work.sharp[i] <= 0.0 || begin == end) continue;
-      Row sum{};
+      Point sum{};
       for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
       const double share = 0.5 * work.sharp[i];
       work.by[i] = (1.0 - share) * work.before[i] + (share / (end - begin)) * sum;
@@ -63,4 +63,4 @@ void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,10 +6,10 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
-using Wall = SkinnedWork::Wall;
+using PlaneConstraint = SkinnedWork::PlaneConstraint;
 using Spot = SkinnedWork::Spot;
 
 constexpr double kMostWay = 3.0;  // reaches that the skin goes with a muscle against its weights
@@ -21,7 +21,7 @@ void smooth(const SkinnedSkin& skin, SkinnedWork& work) {
     for (size_t i = 0; i < work.by.size(); ++i) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
       if (begin == end) continue;
-      Row sum{};
+      Point sum{};
       for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
       work.by[i] = 0.5 * work.before[i] + (0.5 / (end - begin)) * sum;
     }
@@ -36,7 +36,7 @@ void find_walls(const SkinnedSkin& skin, const std::vector<Collider>& below, Ski
   const double reach = skin.settings.reach, flat = skin.settings.lengths.flat;
   work.walls.assign(skin.points.size(), {});
   for (size_t p = 0; p < skin.points.size(); ++p) {
-    const SkinnedSkin::Point& point = skin.points[p];
+    const SkinnedSkin::Sample& point = skin.points[p];
     if (point.anchor.muscle < 0) continue;
     Mat3 turn = Mat3::Zero();
     for (int k = 0; k < 3; ++k) {
@@ -45,7 +45,7 @@ void find_walls(const SkinnedSkin& skin, const std::vector<Collider>& below, Ski
       const Affine blend = blended_transform(skin.weights, work.of_links, v);
       turn += point.shares[k] * blend.linear() * skin.from_rest[v];
     }
-    Wall& wall = work.walls[p];
+    PlaneConstraint& wall = work.walls[p];
     const Vec3 out = turn * point.anchor.out;
     const double left = out.norm();
     wall.above = point.anchor.out.norm();
@@ -63,23 +63,23 @@ void find_walls(const SkinnedSkin& skin, const std::vector<Collider>& below, Ski
   }
 }
 
-void push(const SkinnedSkin::Point& point, const Vec3& by, Rows& x) {
+void push(const SkinnedSkin::Sample& point, const Vec3& by, Points& x) {
   const Vec3 each = by / squared(point.shares);
-  for (int k = 0; k < 3; ++k) x[point.corners[k]] += to_row(point.shares[k] * each);
+  for (int k = 0; k < 3; ++k) x[point.corners[k]] += to_point(point.shares[k] * each);
 }
 
 // Out or in with the muscle's place below, against where the weights would have it: each vertex the
 // mean way that is asked for at its points.
-void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
+void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
   const double most = kMostWay * skin.settings.reach;
-  work.by.assign(x.size(), Row{});
+  work.by.assign(x.size(), Point{});
   work.asked.assign(x.size(), 0.0);
   for (size_t p = 0; p < skin.points.size(); ++p) {
-    const SkinnedSkin::Point& point = skin.points[p];
-    const Wall& wall = work.walls[p];
+    const SkinnedSkin::Sample& point = skin.points[p];
+    const PlaneConstraint& wall = work.walls[p];
     if (point.share <= 0.0) continue;
     const double way = std::clamp(wall.level + wall.above - wall.carried, -most, most);
-    const Row by = to_row(point.share * wall.hold * way * wall.normal);
+    const Point by = to_point(point.share * wall.hold * way * wall.normal);
     for (int k = 0; k < 3; ++k) {
       if (point.shares[k] <= 0.0) continue;
       work.by[point.corners[k]] += point.shares[k] * by;
@@ -87,7 +87,7 @@ void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
     }
   }
   for (size_t i = 0; i < x.size(); ++i) {
-    work.by[i] = work.asked[i] > 0.0 ? (1.0 / work.asked[i]) * work.by[i] : Row{};
+    work.by[i] = work.asked[i] > 0.0 ? (1.0 / work.asked[i]) * work.by[i] : Point{};
   }
   work.before.resize(x.size());
   smooth(skin, work);
@@ -95,23 +95,23 @@ void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
 }
 
 // Of what the weights alone would make, half its own and half the neighbours' mean, near muscles.
-void even_out(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
+void even_out(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
   for (size_t i = 0; i < x.size(); ++i) work.before[i] = x[i] - work.carried[i];
   for (size_t i = 0; i < x.size(); ++i) {
     const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
     if (!skin.near[i] || begin == end) continue;
-    Row sum{};
+    Point sum{};
     for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
     x[i] = work.carried[i] + 0.5 * work.before[i] + (0.5 / (end - begin)) * sum;
   }
 }
 
 // What the mean of several wishes left behind: as even as it can be with all points beyond theirs.
-void stay_beyond(const SkinnedSkin& skin, SkinnedWork& work, Rows& x) {
+void stay_beyond(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
   for (int round = 0; round < kRounds; ++round) {
     even_out(skin, work, x);
     for (size_t p = 0; p < skin.points.size(); ++p) {
-      const Wall& wall = work.walls[p];
+      const PlaneConstraint& wall = work.walls[p];
       const double lack = wall.least - wall.normal.dot(place_of(skin.points[p], x));
       if (lack > 0.0) push(skin.points[p], wall.hold * lack * wall.normal, x);
     }
@@ -180,9 +180,9 @@ double lack_of(const SkinnedSkin& skin, const std::vector<Spot>& spots, const Ve
 // Out of flesh that the place below a point does not tell of: of muscles that slid or bulge beside.
 // It is looked for once: from further out the next would be seen, and so through a fold's other
 // side.
-void raise_walls(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
+void raise_walls(const SkinnedSkin& skin, const Points& x, SkinnedWork& work) {
   for (size_t p = 0; p < skin.points.size(); ++p) {
-    Wall& wall = work.walls[p];
+    PlaneConstraint& wall = work.walls[p];
     if (wall.hold <= 0.0) continue;
     const Vec3 place = place_of(skin.points[p], x);
     const double lack = lack_of(skin, work.spots, place, wall.normal) - skin.points[p].lack;
@@ -196,10 +196,10 @@ void raise_walls(const SkinnedSkin& skin, const Rows& x, SkinnedWork& work) {
 }
 
 // The corners of a wide triangle go farther than what they are asked for at a point within.
-void keep_near(const SkinnedSkin& skin, const Rows& carried, Rows& x) {
+void keep_near(const SkinnedSkin& skin, const Points& carried, Points& x) {
   const double most = kMostWay * skin.settings.reach;
   for (size_t i = 0; i < x.size(); ++i) {
-    const Row by = x[i] - carried[i];
+    const Point by = x[i] - carried[i];
     const double way = norm(by);
     if (way > most) x[i] = carried[i] + (most / way) * by;
   }
@@ -215,8 +215,8 @@ Vec3 place_of(const SkinnedSkin::Place& of, const std::vector<Collider>& below) 
   return place;
 }
 
-Vec3 place_of(const SkinnedSkin::Point& point, const Rows& x) {
-  Row place{};
+Vec3 place_of(const SkinnedSkin::Sample& point, const Points& x) {
+  Point place{};
   for (int k = 0; k < 3; ++k) place += point.shares[k] * x[point.corners[k]];
   return to_vec(place);
 }
@@ -224,7 +224,7 @@ Vec3 place_of(const SkinnedSkin::Point& point, const Rows& x) {
 void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin) {
   std::vector<Spot> spots;
   find_spots(skin, below, spots);
-  for (SkinnedSkin::Point& point : skin.points) {
+  for (SkinnedSkin::Sample& point : skin.points) {
     const double above = point.anchor.out.norm();
     if (above < skin.settings.lengths.flat) continue;
     point.lack = lack_of(skin, spots, place_of(point, skin.rest), point.anchor.out / above);
@@ -254,4 +254,4 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -7,7 +7,7 @@
 #include "rig/character.h"
 #include "skin/skin_layer.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// A skin that its user has skinned already: carried by its own weights, with what the muscles
 /// below do on top. A point near muscle first goes as far out or in as the place of the muscle
@@ -26,7 +26,7 @@ struct SkinnedSkin {
   };
   /// A place of the skin that is looked after: a vertex, or one of those that fill a triangle wide
   /// enough for a muscle to come through between its vertices.
-  struct Point {
+  struct Sample {
     Triangle corners;              ///< vertices, the first of their place; of a vertex all the same
     std::array<double, 3> shares;  ///< of the corners, sum 1
     double share = 0.0;            ///< of the muscles' displacement: 1 near them, 0 beyond reach
@@ -37,8 +37,8 @@ struct SkinnedSkin {
   Surface surface;  ///< of the first vertices of their places, outwards
   SkinWeights weights;
   std::vector<int> map_back;  ///< of each vertex the first one at the same place
-  Rows rest;                  ///< in the muscles' rest pose
-  std::vector<Point> points;
+  Points rest;                ///< in the muscles' rest pose
+  std::vector<Sample> points;
   std::vector<Place> samples;   ///< all over the muscles
   std::vector<double> share;    ///< by vertex, of its point, or 0
   std::vector<char> near;       ///< by vertex, whether it is a corner of a point
@@ -55,7 +55,7 @@ struct SkinnedSkin {
 inline constexpr double kMostNear = 2.0;
 
 Vec3 place_of(const SkinnedSkin::Place& of, const std::vector<Collider>& below);
-Vec3 place_of(const SkinnedSkin::Point& point, const Rows& x);
+Vec3 place_of(const SkinnedSkin::Sample& point, const Points& x);
 
 /// `below` are the muscles at rest, `rest` the bodies there.
 SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
@@ -72,6 +72,6 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
 /// by much more than they are folded there: fins, which the elbow's fold raises where neighbours go
 /// different ways. What the weights alone fold stays, and a coarse mesh, which cannot enclose the
 /// muscles without, stays almost as it is.
-void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Rows& x);
+void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Points& x);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -17,7 +17,7 @@
 #include "rig/import/child.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,9 +161,9 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
     cause += (cause.empty() ? "" : "; ") + ("it needs \"" + refused) +
              "\", which is no regular file in its folder";
   }
-  throw Error(ExitCode::kInput, file.string() + ": cannot be read as ." + ending + " (" +
-                                    (cause.empty() ? "no mesh" : cause) +
-                                    "); export it again, for instance as OBJ");
+  throw Error(ErrorCode::kInput, file.string() + ": cannot be read as ." + ending + " (" +
+                                     (cause.empty() ? "no mesh" : cause) +
+                                     "); export it again, for instance as OBJ");
 }
 
 void append_triangles(const std::filesystem::path& file, const aiMesh& part, bool mirrored,
@@ -174,7 +174,7 @@ void append_triangles(const std::filesystem::path& file, const aiMesh& part, boo
     Triangle t;
     for (int k = 0; k < 3; ++k) {
       if (face.mIndices[k] >= part.mNumVertices) {
-        throw Error(ExitCode::kInput,
+        throw Error(ErrorCode::kInput,
                     file.string() + ": mesh \"" + part.mName.C_Str() + "\", face " +
                         std::to_string(f) + " names vertex " + std::to_string(face.mIndices[k]) +
                         " of " + std::to_string(part.mNumVertices) + "; export the mesh again");
@@ -186,4 +186,4 @@ void append_triangles(const std::filesystem::path& file, const aiMesh& part, boo
   }
 }
 
-}  // namespace thew
+}  // namespace thew::rig

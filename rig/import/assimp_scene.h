@@ -10,7 +10,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 // What the importers of meshes and of characters share of assimp. Private to the libraries; to be
 // called in a child process (child.h).
@@ -37,4 +37,4 @@ struct Character;
 /// from `bind`. In metres times `scale`. `with_mesh`: without one it is Error(kInput).
 Character read_assimp_character(const std::filesystem::path& file, double scale, bool with_mesh);
 
-}  // namespace thew
+}  // namespace thew::rig

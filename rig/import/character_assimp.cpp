@@ -15,14 +15,14 @@
 #include "rig/import/character_parts.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr double kTicksPerSecond = 25.0;  // where a file names no rate, assimp's convention
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
-  throw Error(ExitCode::kInput, file.string() + ": " + what + "; export the character again");
+  throw Error(ErrorCode::kInput, file.string() + ": " + what + "; export the character again");
 }
 
 Vec3 to_vec(const aiVector3D& v) { return {v.x, v.y, v.z}; }
@@ -263,4 +263,4 @@ Character read_assimp_character(const fs::path& file, double scale, bool with_me
   return character;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -13,7 +13,7 @@
 #include "rig/limits.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -164,9 +164,9 @@ void check_animations(const fs::path& file, const Character& c, double farthest)
             return (q.coeffs().array().abs() <= kMostTurn).all();
           });
       if (good) continue;
-      throw Error(ExitCode::kInput, file.string() + ": animation \"" + clip.name + "\" moves \"" +
-                                        c.skeleton.body_names[track.body] +
-                                        "\" farther than 10 km; correct its keys or its unit");
+      throw Error(ErrorCode::kInput, file.string() + ": animation \"" + clip.name + "\" moves \"" +
+                                         c.skeleton.body_names[track.body] +
+                                         "\" farther than 10 km; correct its keys or its unit");
     }
   }
 }
@@ -175,7 +175,7 @@ void check_animations(const fs::path& file, const Character& c, double farthest)
 void check_numbers(const fs::path& file, const Character& c, bool with_mesh) {
   const double farthest = with_mesh ? kFarthest : 1e3 * kFarthest;
   const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 file.string() + ": " + what +
                     "; export the character again, or give its unit by [rig] scale");
   };
@@ -244,7 +244,7 @@ Character import_any(const fs::path& file, double scale, bool with_mesh) {
 
 [[noreturn]] void refuse_ending(const fs::path& file, const char* instead) {
   const bool opensim = lower_ending(file) == "osim";
-  throw Error(ExitCode::kInput,
+  throw Error(ErrorCode::kInput,
               file.string() + ": " +
                   (opensim ? "is an OpenSim model, whose muscles Thew does not read; its motion "
                              "it does, from .mot and .sto"
@@ -277,4 +277,4 @@ Character import_motion(const fs::path& file) {
                 "Collada; export it as one of these");
 }
 
-}  // namespace thew
+}  // namespace thew::rig

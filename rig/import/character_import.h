@@ -5,7 +5,7 @@
 
 #include "rig/character.h"
 
-namespace thew {
+namespace thew::rig {
 
 /// Whether the file's ending is that of a character: gltf, glb, vrm, fbx or dae; or of a motion of
 /// bodies: bvh as well.
@@ -19,4 +19,4 @@ Character import_character(const std::filesystem::path& file, double scale = 1.0
 /// The same for its skeleton and animations, whose places have no unit: it needs no mesh.
 Character import_motion(const std::filesystem::path& file);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -6,7 +6,7 @@
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 
 namespace fs = std::filesystem;
 
@@ -30,8 +30,8 @@ int append_part(const fs::path& file, const MeshPart& about, const std::vector<V
                 const std::vector<Triangle>& triangles, const Affine& place, Influences& influences,
                 Character& character) {
   const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::kInput, file.string() + ": mesh \"" + about.mesh + "\"" + what +
-                                      "; export the character again");
+    throw Error(ErrorCode::kInput, file.string() + ": mesh \"" + about.mesh + "\"" + what +
+                                       "; export the character again");
   };
   const double turned = place.linear().determinant();
   if (!place.matrix().allFinite() || turned == 0.0) fail(" has no sound bind matrices");
@@ -100,4 +100,4 @@ void note_size(const fs::path& file, Character& character) {
                          number_text(1.7 / extent) + " makes it 1.7 m)";
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -8,7 +8,7 @@
 
 #include "rig/character.h"
 
-namespace thew {
+namespace thew::rig {
 
 // What the readers of characters share. Private to the library; to be called in a child process.
 
@@ -39,4 +39,4 @@ void put_weights(const std::filesystem::path& file, const Influences& influences
 /// What of a character is not as large as a person is.
 void note_size(const std::filesystem::path& file, Character& character);
 
-}  // namespace thew
+}  // namespace thew::rig

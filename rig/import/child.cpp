@@ -22,7 +22,7 @@
 #include "rig/import/confine.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 constexpr std::uint64_t kMemory = std::uint64_t{1} << 30;  // bytes
@@ -32,10 +32,11 @@ constexpr std::uint64_t kBytesPerSecond = std::uint64_t{8} << 20;
 constexpr int kClockOverProcessor = 5;
 
 constexpr std::uint64_t kMagic = 0x7265776e61776874;  // "thwanwer"
-constexpr std::uint64_t kOtherFailure = 256;          // beside the exit codes
-constexpr std::uint64_t kAsksForFile = 257;           // no answer yet: the text is a name
-constexpr int kMostFiles = 1000;                      // for one answer
-constexpr int kOutOfMemory = 12;                      // the child's own exit code
+constexpr std::uint64_t kFirstError = 1;  // of an answer: 0 is none, then the codes of Error ...
+constexpr std::uint64_t kOtherFailure = 256;  // ... and what is no Error
+constexpr std::uint64_t kAsksForFile = 257;   // no answer yet: the text is a name
+constexpr int kMostFiles = 1000;              // for one answer
+constexpr int kOutOfMemory = 12;              // the child's own exit code
 
 struct Header {
   std::uint64_t magic, code, bytes;
@@ -177,7 +178,7 @@ void allow_seconds(unsigned seconds) {
       if (!receive_all(socket, request.data(), bytes)) break;
       text = answer(request);
     } catch (const Error& error) {
-      code = static_cast<std::uint64_t>(error.code());
+      code = kFirstError + static_cast<std::uint64_t>(error.code());
       text = error.what();
     } catch (const std::bad_alloc&) {
       ::_exit(kOutOfMemory);
@@ -221,10 +222,10 @@ std::string read_in_child(const std::filesystem::path& name, std::size_t limit) 
   }
   if (file.descriptor >= 0) ::close(file.descriptor);
   if (good) return bytes;
-  throw Error(ExitCode::kInput, name.string() +
-                                    ": cannot be read; check that it is a file of at "
-                                    "most " +
-                                    std::to_string(limit >> 20) + " MiB, and its permissions");
+  throw Error(ErrorCode::kInput, name.string() +
+                                     ": cannot be read; check that it is a file of at "
+                                     "most " +
+                                     std::to_string(limit >> 20) + " MiB, and its permissions");
 }
 
 Child::Child(std::filesystem::path file, std::string advice, const Answer& answer)
@@ -236,8 +237,8 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
   memory_ = kMemory + (error ? 0 : kMemoryPerByte * size);
   seconds_ = kSeconds + static_cast<unsigned>(error ? 0 : size / kBytesPerSecond);
   const auto fail_to_start = [&](const char* what) {
-    throw Error(ExitCode::kRetry, file_.string() + ": cannot start a process to read it in: " +
-                                      what + "; end some processes and run again");
+    throw Error(ErrorCode::kRetry, file_.string() + ": cannot start a process to read it in: " +
+                                       what + "; end some processes and run again");
   };
   std::array<int, 2> sockets{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) {
@@ -266,7 +267,7 @@ Child::~Child() {
 }
 
 void Child::refuse(const std::string& what) const {
-  throw Error(ExitCode::kInput, file_.string() + ": " + what + "; " + advice_);
+  throw Error(ErrorCode::kInput, file_.string() + ": " + what + "; " + advice_);
 }
 
 // Waits for it, and says why it ended, or that it had to be.
@@ -284,9 +285,9 @@ void Child::fail() {
   }
   const bool no_memory = WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory;
   if (is_tight(memory_) && (no_memory || (signal != 0 && signal != SIGSYS))) {
-    throw Error(ExitCode::kRetry, file_.string() +
-                                      ": reading it takes more memory than there is; raise the "
-                                      "limit (ulimit -v) and try again");
+    throw Error(ErrorCode::kRetry, file_.string() +
+                                       ": reading it takes more memory than there is; raise the "
+                                       "limit (ulimit -v) and try again");
   }
   if (signal == SIGSYS) refuse("its reader was ended: it asked for a network or another process");
   if (signal != 0) refuse(std::string("its reader crashed (") + ::strsignal(signal) + ")");
@@ -348,7 +349,7 @@ std::string Child::ask(std::string_view request) {
   }
   if (header.code == 0) return text;
   if (header.code == kOtherFailure) refuse(text);
-  throw Error(static_cast<ExitCode>(header.code), text);
+  throw Error(static_cast<ErrorCode>(header.code - kFirstError), text);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

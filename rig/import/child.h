@@ -9,7 +9,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 /// A child process in which parsers of others read a file that is not ours. What they crash on,
 /// hang on or exhaust ends there, and is Error(kInput) here. Private to the libraries.
@@ -64,4 +64,4 @@ OpenFile open_in_child(const std::filesystem::path& name);
 /// All of its bytes; Error(kInput) where it is none, cannot be read or is larger than `limit`.
 std::string read_in_child(const std::filesystem::path& name, std::size_t limit);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -7,7 +7,7 @@
 
 #include <cerrno>
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 // What a reader does: it reads from and writes to what it holds, asks for memory, and ends.
@@ -65,4 +65,4 @@ bool confine_process() {
   return done;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

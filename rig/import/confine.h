@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace thew {
+namespace thew::rig {
 
 /// From here on the process has memory, the clock and the descriptors it holds: it can open no file
 /// and see none (EPERM), and is ended (SIGSYS) where it asks for a network, another process or
@@ -10,4 +10,4 @@ namespace thew {
 /// library.
 bool confine_process();
 
-}  // namespace thew
+}  // namespace thew::rig

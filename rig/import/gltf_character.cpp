@@ -12,7 +12,7 @@
 #include "rig/import/gltf_file.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,21 +23,21 @@ constexpr size_t kNone = static_cast<size_t>(-1);
 std::string nodes_at(size_t node) { return "nodes[" + std::to_string(node) + "]"; }
 
 // 3.5.2: a matrix, or translation, rotation and scale.
-Affine local_of(const GltfFile& gltf, const Json& node, const std::string& place) {
+Affine local_of(const GltfFile& gltf, const Json& node, const std::string& location) {
   double m[16], t[3] = {0, 0, 0}, r[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
   Affine out = Affine::Identity();
-  if (gltf.numbers_of(node, "matrix", 16, place, m)) {
+  if (gltf.numbers_of(node, "matrix", 16, location, m)) {
     out.matrix().topRows<3>() = Eigen::Map<Eigen::Matrix4d>(m).topRows<3>();
   } else {
-    gltf.numbers_of(node, "translation", 3, place, t);
-    gltf.numbers_of(node, "rotation", 4, place, r);
-    gltf.numbers_of(node, "scale", 3, place, s);
+    gltf.numbers_of(node, "translation", 3, location, t);
+    gltf.numbers_of(node, "rotation", 4, location, r);
+    gltf.numbers_of(node, "scale", 3, location, s);
     const Eigen::Quaterniond turn(r[3], r[0], r[1], r[2]);
     out = join_transform({Vec3(t[0], t[1], t[2]), turn.normalized(), Vec3(s[0], s[1], s[2])});
   }
   if (!out.matrix().allFinite() || out.linear().determinant() == 0.0) {
     const std::string name = GltfFile::text_of(node, "name");
-    gltf.refuse("node \"" + (name.empty() ? place : printable(name)) +
+    gltf.refuse("node \"" + (name.empty() ? location : printable(name)) +
                 "\" has no sound transform, such as a scale of 0");
   }
   return out;
@@ -50,14 +50,14 @@ struct Nodes {
 };
 
 std::vector<size_t> children_of(const GltfFile& gltf, const Json& of, const char* key,
-                                const std::string& place) {
+                                const std::string& location) {
   std::vector<size_t> out;
   const auto found = of.find(key);
   if (found == of.end()) return out;
-  if (!found->is_array()) gltf.refuse(place + "." + key + " is no list");
+  if (!found->is_array()) gltf.refuse(location + "." + key + " is no list");
   for (const Json& child : *found) {
-    out.push_back(gltf.index_of(Json{{"node", child}}, "node", place + "." + key));
-    gltf.item("nodes", out.back(), place);
+    out.push_back(gltf.index_of(Json{{"node", child}}, "node", location + "." + key));
+    gltf.item("nodes", out.back(), location);
   }
   return out;
 }
@@ -143,30 +143,31 @@ Nodes collect_bodies(const GltfFile& gltf, double scale, Character& character) {
 struct Skin {
   std::vector<int> joints;
   std::vector<Affine> into;
-  int first = 0;  // place in `joints` of the one nearest to the root
-  Affine place;   // of its meshes in the bind pose
+  int first = 0;      // place in `joints` of the one nearest to the root
+  Affine bind_shape;  // of its meshes in the bind pose
 };
 
 Skin read_skin(GltfFile& gltf, size_t index, const Nodes& nodes) {
   Skin out;
-  const std::string place = "skins[" + std::to_string(index) + "]";
+  const std::string location = "skins[" + std::to_string(index) + "]";
   const Json& skin = gltf.item("skins", index, "the file");
-  for (const size_t joint : children_of(gltf, skin, "joints", place)) {
+  for (const size_t joint : children_of(gltf, skin, "joints", location)) {
     out.joints.push_back(nodes.body[joint]);
   }
-  if (out.joints.empty()) gltf.refuse(place + " has no joints");
+  if (out.joints.empty()) gltf.refuse(location + " has no joints");
   out.into.assign(out.joints.size(), Affine::Identity());
   if (skin.contains("inverseBindMatrices")) {
     const std::vector<double> flat =
-        gltf.numbers(gltf.index_of(skin, "inverseBindMatrices", place), 16);
-    if (flat.size() < 16 * out.joints.size()) gltf.refuse(place + " has too few bind matrices");
+        gltf.numbers(gltf.index_of(skin, "inverseBindMatrices", location), 16);
+    if (flat.size() < 16 * out.joints.size()) gltf.refuse(location + " has too few bind matrices");
     for (size_t j = 0; j < out.joints.size(); ++j) {
       out.into[j].matrix().topRows<3>() =
           Eigen::Map<const Eigen::Matrix4d>(&flat[16 * j]).topRows<3>();
     }
   }
   for (const Affine& into : out.into) {
-    if (into.linear().determinant() == 0.0) gltf.refuse(place + " has a bind matrix that is flat");
+    if (into.linear().determinant() == 0.0)
+      gltf.refuse(location + " has a bind matrix that is flat");
   }
   out.first =
       static_cast<int>(std::min_element(out.joints.begin(), out.joints.end()) - out.joints.begin());
@@ -199,11 +200,11 @@ std::vector<Skin> bind_skins(GltfFile& gltf, const Nodes& nodes, Character& char
   for (const size_t i : order) {
     fill();
     Skin& skin = skins[i];
-    skin.place = character.bind[first_of(i)] * skin.into[skin.first];
+    skin.bind_shape = character.bind[first_of(i)] * skin.into[skin.first];
     for (size_t j = 0; j < skin.joints.size(); ++j) {
       if (known[skin.joints[j]]) continue;
       known[skin.joints[j]] = 1;
-      character.bind[skin.joints[j]] = skin.place * skin.into[j].inverse();
+      character.bind[skin.joints[j]] = skin.bind_shape * skin.into[j].inverse();
     }
   }
   fill();
@@ -212,19 +213,20 @@ std::vector<Skin> bind_skins(GltfFile& gltf, const Nodes& nodes, Character& char
 
 // 3.7.2.1: triangles, a strip of them or a fan.
 std::vector<Triangle> triangles_of(GltfFile& gltf, const Json& primitive, size_t vertices,
-                                   const std::string& place) {
-  const size_t mode = gltf.index_or(primitive, "mode", 4, place);
+                                   const std::string& location) {
+  const size_t mode = gltf.index_or(primitive, "mode", 4, location);
   std::vector<Triangle> out;
   if (mode < 4 || mode > 6) return out;  // points and lines
   std::vector<std::uint32_t> at;
   if (primitive.contains("indices")) {
-    at = gltf.indices(gltf.index_of(primitive, "indices", place), 1);
+    at = gltf.indices(gltf.index_of(primitive, "indices", location), 1);
   } else {
     for (size_t i = 0; i < vertices; ++i) at.push_back(static_cast<std::uint32_t>(i));
   }
   for (const std::uint32_t i : at) {
     if (i < vertices) continue;
-    gltf.refuse(place + " names vertex " + std::to_string(i) + " of " + std::to_string(vertices));
+    gltf.refuse(location + " names vertex " + std::to_string(i) + " of " +
+                std::to_string(vertices));
   }
   for (size_t i = 0; i + 2 < at.size(); i += mode == 4 ? 3 : 1) {
     const bool odd = mode == 5 && i % 2 == 1;
@@ -236,21 +238,21 @@ std::vector<Triangle> triangles_of(GltfFile& gltf, const Json& primitive, size_t
 
 // JOINTS_n and WEIGHTS_n, four to a set. Repeated joints of a vertex are one.
 void append_weights(GltfFile& gltf, const Json& attributes, const Skin& skin, int first, int link,
-                    const std::string& place, Influences& influences) {
+                    const std::string& location, Influences& influences) {
   const size_t count = influences.size() - first;
   for (int set = 0;; ++set) {
     const std::string joints = "JOINTS_" + std::to_string(set),
                       weights = "WEIGHTS_" + std::to_string(set);
     if (!attributes.contains(joints) || !attributes.contains(weights)) return;
-    const auto at = gltf.indices(gltf.index_of(attributes, joints.c_str(), place), 4);
-    const auto share = gltf.numbers(gltf.index_of(attributes, weights.c_str(), place), 4, true);
+    const auto at = gltf.indices(gltf.index_of(attributes, joints.c_str(), location), 4);
+    const auto share = gltf.numbers(gltf.index_of(attributes, weights.c_str(), location), 4, true);
     if (at.size() < 4 * count || share.size() < 4 * count) {
-      gltf.refuse(place + " has fewer weights than vertices");
+      gltf.refuse(location + " has fewer weights than vertices");
     }
     for (size_t i = 0; i < 4 * count; ++i) {
       if (share[i] == 0.0) continue;
       if (at[i] >= skin.joints.size() || !(share[i] > 0.0 && share[i] < 1e6)) {
-        gltf.refuse(place + " has weight " + number_text(share[i]) + " of joint " +
+        gltf.refuse(location + " has weight " + number_text(share[i]) + " of joint " +
                     std::to_string(at[i]) + " of " + std::to_string(skin.joints.size()) +
                     " on vertex " + std::to_string(i / 4));
       }
@@ -270,32 +272,32 @@ void append_weights(GltfFile& gltf, const Json& attributes, const Skin& skin, in
 // 3.7.3.3: joints, inverse bind matrices and weights alone place a skinned mesh; the transform of
 // its own node is to be ignored. Blender hangs it under its armature, of any scale and turn.
 void append_primitive(GltfFile& gltf, const Json& primitive, const MeshPart& about, int body,
-                      const Skin* skin, const std::string& place, Influences& influences,
+                      const Skin* skin, const std::string& location, Influences& influences,
                       Character& character) {
   const auto found = primitive.find("attributes");
   if (found == primitive.end() || !found->contains("POSITION")) return;
   const Json& attributes = *found;
   if (primitive.contains("extensions") &&
       primitive["extensions"].contains("KHR_draco_mesh_compression") &&
-      !gltf.item("accessors", gltf.index_of(attributes, "POSITION", place), place)
+      !gltf.item("accessors", gltf.index_of(attributes, "POSITION", location), location)
            .contains("bufferView")) {
     gltf.refuse("is compressed (KHR_draco_mesh_compression), which Thew does not read",
                 GltfFile::kUncompressed);
   }
   if (!attributes.contains("JOINTS_0") || !attributes.contains("WEIGHTS_0")) skin = nullptr;
-  const std::vector<double> flat = gltf.numbers(gltf.index_of(attributes, "POSITION", place), 3);
+  const std::vector<double> flat = gltf.numbers(gltf.index_of(attributes, "POSITION", location), 3);
   std::vector<Vec3> vertices(flat.size() / 3);
   for (size_t i = 0; i < vertices.size(); ++i) vertices[i] = Vec3(&flat[3 * i]);
-  const int first = append_part(gltf.file(), about, vertices,
-                                triangles_of(gltf, primitive, vertices.size(), place),
-                                skin ? skin->place : character.bind[body], influences, character);
+  const int first = append_part(
+      gltf.file(), about, vertices, triangles_of(gltf, primitive, vertices.size(), location),
+      skin ? skin->bind_shape : character.bind[body], influences, character);
   if (skin) {
     const int link = static_cast<int>(character.skin.links.size());
-    const Affine to_mesh = skin->place.inverse();
+    const Affine to_mesh = skin->bind_shape.inverse();
     for (size_t j = 0; j < skin->joints.size(); ++j) {
       character.skin.links.push_back({skin->joints[j], skin->into[j] * to_mesh});
     }
-    append_weights(gltf, attributes, *skin, first, link, place, influences);
+    append_weights(gltf, attributes, *skin, first, link, location, influences);
     body = skin->joints[skin->first];
   }
   hold_unweighted(gltf.file(), first, body, character.bind[body], skin != nullptr, influences,
@@ -326,17 +328,18 @@ void collect_meshes(GltfFile& gltf, const Nodes& nodes, const std::vector<Skin>&
     const auto primitives = mesh.find("primitives");
     if (primitives == mesh.end() || !primitives->is_array()) continue;
     for (size_t p = 0; p < primitives->size(); ++p) {
-      const std::string place =
+      const std::string location =
           "meshes[" + std::to_string(index) + "].primitives[" + std::to_string(p) + "]";
       const Json& primitive = (*primitives)[p];
-      if (!primitive.is_object()) gltf.refuse(place + " is no object");
+      if (!primitive.is_object()) gltf.refuse(location + " is no object");
       part.primitive = static_cast<int>(p);
       part.material.clear();
       if (primitive.contains("material")) {
         part.material = GltfFile::text_of(
-            gltf.item("materials", gltf.index_of(primitive, "material", place), place), "name");
+            gltf.item("materials", gltf.index_of(primitive, "material", location), location),
+            "name");
       }
-      append_primitive(gltf, primitive, part, static_cast<int>(body), skin, place, influences,
+      append_primitive(gltf, primitive, part, static_cast<int>(body), skin, location, influences,
                        character);
     }
   }
@@ -396,4 +399,4 @@ Character read_gltf_character(const fs::path& file, double scale, bool with_mesh
   return character;
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -5,7 +5,7 @@
 
 #include "rig/character.h"
 
-namespace thew {
+namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
@@ -17,4 +17,4 @@ bool names_gltf(const std::filesystem::path& file);
 /// Error(kInput).
 Character read_gltf_character(const std::filesystem::path& file, double scale, bool with_mesh);
 
-}  // namespace thew
+}  // namespace thew::rig

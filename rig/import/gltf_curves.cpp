@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 using Json = GltfFile::Json;
@@ -19,16 +19,16 @@ Eigen::Quaterniond value_at(const double* from, const Eigen::Quaterniond*) {
 // A key that is not after the one before, or lies beyond any time, is left out.
 template <typename Value>
 Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, double size,
-                        const std::string& place) {
+                        const std::string& location) {
   const Value* const kind = nullptr;
   constexpr size_t kWidth = std::is_same_v<Value, Vec3> ? 3 : 4;
   const bool cubic = way == CurveWay::kCubic;
-  const std::vector<double> times = gltf.numbers(gltf.index_of(sampler, "input", place), 1);
+  const std::vector<double> times = gltf.numbers(gltf.index_of(sampler, "input", location), 1);
   std::vector<double> flat =
-      gltf.numbers(gltf.index_of(sampler, "output", place), kWidth, kWidth == 4);
+      gltf.numbers(gltf.index_of(sampler, "output", location), kWidth, kWidth == 4);
   const size_t stride = kWidth * (cubic ? 3 : 1);  // in-tangent, value, out-tangent
   if (flat.size() != times.size() * stride) {
-    gltf.refuse(place + " has " + std::to_string(times.size()) + " times and " +
+    gltf.refuse(location + " has " + std::to_string(times.size()) + " times and " +
                 std::to_string(flat.size() / kWidth) + " values");
   }
   for (double& number : flat) number *= size;
@@ -47,7 +47,7 @@ Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, doubl
     curve.values.push_back(value_at(from, kind));
     if constexpr (kWidth == 4) {
       if (!(curve.values.back().norm() > 1e-6)) {
-        gltf.refuse(place + ", key " + std::to_string(k) + ", is a rotation of length 0");
+        gltf.refuse(location + ", key " + std::to_string(k) + ", is a rotation of length 0");
       }
       if (!cubic) curve.values.back().normalize();
     }
@@ -57,33 +57,33 @@ Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, doubl
 
 struct Channel {
   const Json* sampler;
-  std::string place, path;
+  std::string location, path;
   int body;
   CurveWay way;
 };
 
 // False for what moves no body: morph targets, what an extension means.
-bool read_channel(const GltfFile& gltf, const Json& animation, const std::string& place,
+bool read_channel(const GltfFile& gltf, const Json& animation, const std::string& location,
                   const Json& channel, const std::vector<int>& body, Channel& out, int& strange) {
   const auto target = channel.is_object() ? channel.find("target") : channel.end();
   const auto samplers = animation.find("samplers");
   if (!channel.is_object() || target == channel.end() || !target->is_object() ||
       samplers == animation.end() || !samplers->is_array()) {
-    gltf.refuse(place + " has a channel without a target or a sampler");
+    gltf.refuse(location + " has a channel without a target or a sampler");
   }
   out.path = GltfFile::text_of(*target, "path");
   if (out.path != "translation" && out.path != "rotation" && out.path != "scale") return false;
   if (!target->contains("node")) return false;
-  const size_t node = gltf.index_of(*target, "node", place);
-  gltf.item("nodes", node, place);
+  const size_t node = gltf.index_of(*target, "node", location);
+  gltf.item("nodes", node, location);
   out.body = body[node];
-  const size_t index = gltf.index_of(channel, "sampler", place);
+  const size_t index = gltf.index_of(channel, "sampler", location);
   if (index >= samplers->size() || !(*samplers)[index].is_object()) {
-    gltf.refuse(place + " names samplers[" + std::to_string(index) + "] of " +
+    gltf.refuse(location + " names samplers[" + std::to_string(index) + "] of " +
                 std::to_string(samplers->size()));
   }
   out.sampler = &(*samplers)[index];
-  out.place = place + ".samplers[" + std::to_string(index) + "]";
+  out.location = location + ".samplers[" + std::to_string(index) + "]";
   const std::string way = GltfFile::text_of(*out.sampler, "interpolation");
   out.way = way == "STEP"          ? CurveWay::kStep
             : way == "CUBICSPLINE" ? CurveWay::kCubic
@@ -99,18 +99,18 @@ void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double s
   int strange = 0;
   const Json& animations = gltf.list("animations");
   for (size_t a = 0; a < animations.size(); ++a) {
-    const std::string place = "animations[" + std::to_string(a) + "]";
+    const std::string location = "animations[" + std::to_string(a) + "]";
     const Json& animation = gltf.item("animations", a, "the file");
     BodyClip clip;
     clip.name = GltfFile::text_of(animation, "name");
     if (clip.name.empty()) clip.name = "animation_" + std::to_string(a + 1);
     const auto channels = animation.find("channels");
     if (channels == animation.end() || !channels->is_array())
-      gltf.refuse(place + " has no channels");
+      gltf.refuse(location + " has no channels");
     std::vector<int> track_of(character.skeleton.parent.size(), -1);
     for (const Json& one : *channels) {
       Channel channel;
-      if (!read_channel(gltf, animation, place, one, body, channel, strange)) continue;
+      if (!read_channel(gltf, animation, location, one, body, channel, strange)) continue;
       if (track_of[channel.body] < 0) {
         track_of[channel.body] = static_cast<int>(clip.tracks.size());
         clip.tracks.emplace_back().body = channel.body;
@@ -119,7 +119,7 @@ void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double s
       const double size = channel.body == 0 ? scale : 1.0;  // the root bears the file's scale
       const auto put = [&](auto& curve, double by) {
         using Value = std::decay_t<decltype(curve.values[0])>;
-        curve = read_curve<Value>(gltf, *channel.sampler, channel.way, by, channel.place);
+        curve = read_curve<Value>(gltf, *channel.sampler, channel.way, by, channel.location);
         if (!curve.times.empty()) clip.duration = std::max(clip.duration, curve.times.back());
       };
       if (channel.path == "rotation") put(track.rotation, 1.0);
@@ -135,4 +135,4 @@ void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double s
                                "animation sampled at every frame");
 }
 
-}  // namespace thew
+}  // namespace thew::rig

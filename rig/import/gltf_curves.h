@@ -6,7 +6,7 @@
 #include "rig/character.h"
 #include "rig/import/gltf_file.h"
 
-namespace thew {
+namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
@@ -16,4 +16,4 @@ namespace thew {
 void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double scale,
                           Character& character);
 
-}  // namespace thew
+}  // namespace thew::rig

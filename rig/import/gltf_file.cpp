@@ -10,7 +10,7 @@
 #include "rig/import/json_number.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 constexpr size_t kFileLimit = size_t{256} << 20;  // bytes
@@ -126,14 +126,14 @@ std::string decoded_uri(const std::string& uri) {
   return out;
 }
 
-std::string place_of(const char* name, size_t index) {
+std::string location_of(const char* name, size_t index) {
   return std::string(name) + "[" + std::to_string(index) + "]";
 }
 
 }  // namespace
 
 struct GltfFile::Layout {
-  std::string place;  // "accessors[3]"
+  std::string location;  // "accessors[3]"
   size_t count = 0, width = 0, kind = 0;
   bool as_shares = false;
   const char* first = nullptr;  // null: zeros, but for what is sparse
@@ -180,7 +180,7 @@ GltfFile::GltfFile(std::filesystem::path file)
 }
 
 void GltfFile::refuse(const std::string& what, const char* next) const {
-  throw Error(ExitCode::kInput, file_.string() + ": " + what + "; " + next);
+  throw Error(ErrorCode::kInput, file_.string() + ": " + what + "; " + next);
 }
 
 const GltfFile::Json& GltfFile::list(const char* name) const {
@@ -195,25 +195,25 @@ const GltfFile::Json& GltfFile::item(const char* name, size_t index,
                                      const std::string& from) const {
   const Json& items = list(name);
   if (index < items.size() && items[index].is_object()) return items[index];
-  refuse(from + " names " + place_of(name, index) + " of " + std::to_string(items.size()));
+  refuse(from + " names " + location_of(name, index) + " of " + std::to_string(items.size()));
 }
 
 size_t GltfFile::index_or(const Json& object, const char* key, size_t otherwise,
-                          const std::string& place) const {
+                          const std::string& location) const {
   const auto found = object.find(key);
   if (found == object.end()) return otherwise;
   const auto number = whole_number(*found);
-  if (!number || *number < 0) refuse(place + "." + key + " is no whole number of at least 0");
+  if (!number || *number < 0) refuse(location + "." + key + " is no whole number of at least 0");
   return static_cast<size_t>(*number);
 }
 
-size_t GltfFile::index_of(const Json& object, const char* key, const std::string& place) const {
-  if (!object.contains(key)) refuse(place + " has no " + key);
-  return index_or(object, key, 0, place);
+size_t GltfFile::index_of(const Json& object, const char* key, const std::string& location) const {
+  if (!object.contains(key)) refuse(location + " has no " + key);
+  return index_or(object, key, 0, location);
 }
 
 bool GltfFile::numbers_of(const Json& object, const char* key, size_t count,
-                          const std::string& place, double* to) const {
+                          const std::string& location, double* to) const {
   const auto found = object.find(key);
   if (found == object.end()) return false;
   bool good = found->is_array() && found->size() == count;
@@ -222,7 +222,7 @@ bool GltfFile::numbers_of(const Json& object, const char* key, size_t count,
     if (good) to[k] = (*found)[k].get<double>();
     good = good && std::isfinite(to[k]);
   }
-  if (!good) refuse(place + "." + key + " is no list of " + std::to_string(count) + " numbers");
+  if (!good) refuse(location + "." + key + " is no list of " + std::to_string(count) + " numbers");
   return true;
 }
 
@@ -234,11 +234,11 @@ std::string GltfFile::text_of(const Json& object, const char* key) {
 std::string_view GltfFile::buffer(size_t index, const std::string& from) {
   if (const auto found = buffers_.find(index); found != buffers_.end()) return found->second;
   const Json& entry = item("buffers", index, from);
-  const std::string place = place_of("buffers", index);
+  const std::string location = location_of("buffers", index);
   const std::string uri = text_of(entry, "uri");
   if (uri.empty()) {
     if (index == 0 && !binary_.empty()) return binary_;
-    refuse(place + " has no bytes, neither a uri nor the chunk of a .glb");
+    refuse(location + " has no bytes, neither a uri nor the chunk of a .glb");
   }
   std::string& bytes = buffers_[index];
   if (uri.starts_with("data:")) {
@@ -246,23 +246,23 @@ std::string_view GltfFile::buffer(size_t index, const std::string& from) {
     const size_t mark = uri.find(kMark);
     auto read = mark == uri.npos ? std::nullopt
                                  : from_base64(std::string_view(uri).substr(mark + kMark.size()));
-    if (!read) refuse(place + ".uri is no data in base64");
+    if (!read) refuse(location + ".uri is no data in base64");
     bytes = std::move(*read);
     return bytes;
   }
   try {
     bytes = read_in_child(decoded_uri(uri), kFileLimit);
   } catch (const Error&) {
-    refuse(place + " is in \"" + printable(uri) + "\", which is no regular file in its folder");
+    refuse(location + " is in \"" + printable(uri) + "\", which is no regular file in its folder");
   }
   return bytes;
 }
 
 std::string_view GltfFile::view(size_t index, const std::string& from) {
   const Json& entry = item("bufferViews", index, from);
-  const std::string place = place_of("bufferViews", index);
-  const size_t of = index_of(entry, "buffer", place);
-  const Json& in = item("buffers", of, place);
+  const std::string location = location_of("bufferViews", index);
+  const size_t of = index_of(entry, "buffer", location);
+  const Json& in = item("buffers", of, location);
   // The buffer of a packed view may hold its bytes unpacked as well, for readers like this one.
   const auto packed = [](const Json& of_what) {
     return of_what.contains("extensions") &&
@@ -271,46 +271,47 @@ std::string_view GltfFile::view(size_t index, const std::string& from) {
   if (packed(entry) && !in.contains("uri") && (of != 0 || binary_.empty() || packed(in))) {
     refuse("is compressed (EXT_meshopt_compression), which Thew does not read", kUncompressed);
   }
-  const std::string_view whole = buffer(of, place);
-  const size_t begin = index_or(entry, "byteOffset", 0, place),
-               length = index_of(entry, "byteLength", place);
+  const std::string_view whole = buffer(of, location);
+  const size_t begin = index_or(entry, "byteOffset", 0, location),
+               length = index_of(entry, "byteLength", location);
   if (begin > whole.size() || length > whole.size() - begin) {
-    refuse(place + " reaches beyond the " + std::to_string(whole.size()) + " bytes of its buffer");
+    refuse(location + " reaches beyond the " + std::to_string(whole.size()) +
+           " bytes of its buffer");
   }
   return whole.substr(begin, length);
 }
 
 GltfFile::Layout GltfFile::layout_of(size_t accessor, size_t width) {
   Layout out;
-  out.place = place_of("accessors", accessor);
+  out.location = location_of("accessors", accessor);
   const Json& a = item("accessors", accessor, "the file");
-  out.count = index_of(a, "count", out.place);
-  out.kind = index_of(a, "componentType", out.place);
+  out.count = index_of(a, "count", out.location);
+  out.kind = index_of(a, "componentType", out.location);
   out.width = width_of(text_of(a, "type"));
   const size_t size = bytes_of(out.kind) * width;
-  if (size == 0) refuse(out.place + ".componentType is none of the format's");
-  if (out.width != width) refuse(out.place + " is not of the width that its use asks for");
+  if (size == 0) refuse(out.location + ".componentType is none of the format's");
+  if (out.width != width) refuse(out.location + " is not of the width that its use asks for");
   out.as_shares = a.value("normalized", Json(false)) == Json(true);
   if (const auto sparse = a.find("sparse"); sparse != a.end()) {
-    if (!sparse->is_object()) refuse(out.place + ".sparse is no object");
+    if (!sparse->is_object()) refuse(out.location + ".sparse is no object");
     out.sparse = &*sparse;
   }
   if (!a.contains("bufferView")) {
-    if (!out.sparse) refuse(out.place + " has no data, as where an extension holds it");
+    if (!out.sparse) refuse(out.location + " has no data, as where an extension holds it");
     // Zeros but for what is sparse: no bytes of the file stand for them, so its size is the limit.
-    if (out.count > kFileLimit / size) refuse(out.place + " has too many items");
+    if (out.count > kFileLimit / size) refuse(out.location + " has too many items");
     return out;
   }
-  const size_t index = index_of(a, "bufferView", out.place);
-  const std::string_view from = view(index, out.place);
+  const size_t index = index_of(a, "bufferView", out.location);
+  const std::string_view from = view(index, out.location);
   const Json& entry = list("bufferViews")[index];
-  const size_t first = index_or(a, "byteOffset", 0, out.place);
-  out.stride = index_or(entry, "byteStride", size, place_of("bufferViews", index));
+  const size_t first = index_or(a, "byteOffset", 0, out.location);
+  out.stride = index_or(entry, "byteStride", size, location_of("bufferViews", index));
   const bool fits =
       out.stride >= size && out.stride <= 252 && first <= from.size() &&
       (out.count == 0 ||
        (size <= from.size() - first && out.count - 1 <= (from.size() - first - size) / out.stride));
-  if (!fits) refuse(out.place + " reaches beyond its view");
+  if (!fits) refuse(out.location + " reaches beyond its view");
   out.first = from.data() + first;
   return out;
 }
@@ -318,31 +319,31 @@ GltfFile::Layout GltfFile::layout_of(size_t accessor, size_t width) {
 // Items that are given one by one, over those of the accessor.
 template <typename Number, typename Read>
 void GltfFile::put_sparse(const Layout& layout, std::vector<Number>& items, const Read& read) {
-  const std::string place = layout.place + ".sparse";
+  const std::string location = layout.location + ".sparse";
   const Json& sparse = *layout.sparse;
-  const size_t count = index_of(sparse, "count", place);
+  const size_t count = index_of(sparse, "count", location);
   const auto part = [&](const char* name, size_t kind, size_t width) {
     const auto found = sparse.find(name);
-    if (found == sparse.end() || !found->is_object()) refuse(place + " has no " + name);
-    const std::string_view from = view(index_of(*found, "bufferView", place), place);
-    const size_t first = index_or(*found, "byteOffset", 0, place);
+    if (found == sparse.end() || !found->is_object()) refuse(location + " has no " + name);
+    const std::string_view from = view(index_of(*found, "bufferView", location), location);
+    const size_t first = index_or(*found, "byteOffset", 0, location);
     const size_t size = bytes_of(kind) * width;
     if (size == 0 || first > from.size() || count > (from.size() - first) / size) {
-      refuse(place + "." + name + " reaches beyond its view");
+      refuse(location + "." + name + " reaches beyond its view");
     }
     return from.data() + first;
   };
   const auto of = sparse.find("indices");
   const size_t kind =
-      of != sparse.end() && of->is_object() ? index_of(*of, "componentType", place) : 0;
+      of != sparse.end() && of->is_object() ? index_of(*of, "componentType", location) : 0;
   if (kind != kUnsignedByte && kind != kUnsignedShort && kind != kUnsignedInt) {
-    refuse(place + ".indices are no whole numbers of at least 0");
+    refuse(location + ".indices are no whole numbers of at least 0");
   }
   const char* at = part("indices", kind, 1);
   const char* value = part("values", layout.kind, layout.width);
   for (size_t i = 0; i < count; ++i) {
     const size_t item = index_at(at + i * bytes_of(kind), kind);
-    if (item >= layout.count) refuse(place + " names item " + std::to_string(item));
+    if (item >= layout.count) refuse(location + " names item " + std::to_string(item));
     for (size_t k = 0; k < layout.width; ++k) {
       items[item * layout.width + k] =
           read(value + (i * layout.width + k) * bytes_of(layout.kind), layout);
@@ -367,7 +368,7 @@ std::vector<Number> GltfFile::read_items(size_t accessor, size_t width, const Re
 std::vector<double> GltfFile::numbers(size_t accessor, size_t width, bool as_shares) {
   return read_items<double>(accessor, width, [&](const char* at, const Layout& layout) {
     const double number = number_at(at, layout.kind, as_shares || layout.as_shares);
-    if (!std::isfinite(number)) refuse(layout.place + " holds what is no finite number");
+    if (!std::isfinite(number)) refuse(layout.location + " holds what is no finite number");
     return number;
   });
 }
@@ -376,10 +377,10 @@ std::vector<std::uint32_t> GltfFile::indices(size_t accessor, size_t width) {
   return read_items<std::uint32_t>(accessor, width, [&](const char* at, const Layout& layout) {
     if (layout.kind != kUnsignedByte && layout.kind != kUnsignedShort &&
         layout.kind != kUnsignedInt) {
-      refuse(layout.place + " holds no whole numbers of at least 0");
+      refuse(layout.location + " holds no whole numbers of at least 0");
     }
     return index_at(at, layout.kind);
   });
 }
 
-}  // namespace thew
+}  // namespace thew::rig

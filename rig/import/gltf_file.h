@@ -11,7 +11,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
@@ -41,11 +41,11 @@ class GltfFile {
   [[noreturn]] void refuse(const std::string& what,
                            const char* next = "export the character again") const;
   /// A member of an object: a whole number of at least 0, or `otherwise` where there is none.
-  size_t index_of(const Json& object, const char* key, const std::string& place) const;
+  size_t index_of(const Json& object, const char* key, const std::string& location) const;
   size_t index_or(const Json& object, const char* key, size_t otherwise,
-                  const std::string& place) const;
+                  const std::string& location) const;
   /// A member: so many numbers. False where there is none.
-  bool numbers_of(const Json& object, const char* key, size_t count, const std::string& place,
+  bool numbers_of(const Json& object, const char* key, size_t count, const std::string& location,
                   double* to) const;
   /// A member: a text; "" where there is none or it is none.
   static std::string text_of(const Json& object, const char* key);
@@ -68,4 +68,4 @@ class GltfFile {
   std::map<size_t, std::string> buffers_;
 };
 
-}  // namespace thew
+}  // namespace thew::rig

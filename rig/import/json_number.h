@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-namespace thew {
+namespace thew::rig {
 
 /// A whole number of a foreign file, of at most 2^53; nothing for all else. The library's own
 /// conversion takes every number, and for one that no integer holds it is undefined.
@@ -17,4 +17,4 @@ inline std::optional<std::int64_t> whole_number(const nlohmann::json& value) {
   return number < -kMost ? std::nullopt : std::optional(number);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

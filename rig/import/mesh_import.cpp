@@ -14,7 +14,7 @@
 #include "rig/limits.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
-  throw Error(ExitCode::kInput, file.string() + ": " + what);
+  throw Error(ErrorCode::kInput, file.string() + ": " + what);
 }
 
 struct Raw {
@@ -292,4 +292,4 @@ TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& place) {
   return std::move(import_closed_mesh_whole(file, place).mesh);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

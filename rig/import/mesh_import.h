@@ -7,7 +7,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::rig {
 
 struct ImportedMesh {
   TriMesh mesh;               ///< welded by exact position
@@ -32,4 +32,4 @@ TriMesh import_closed_mesh(const std::filesystem::path& file,
 ImportedMesh import_closed_mesh_whole(const std::filesystem::path& file,
                                       const Eigen::Affine3d& place);
 
-}  // namespace thew
+}  // namespace thew::rig

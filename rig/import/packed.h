@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace thew {
+namespace thew::rig {
 
 // Numbers, lists and texts as one string of bytes, and back, both directed by one function
 // `walk(archive, value)` so that they cannot differ. Private to the libraries.
@@ -71,4 +71,4 @@ struct Unpacker {
   }
 };
 
-}  // namespace thew
+}  // namespace thew::rig

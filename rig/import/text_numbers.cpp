@@ -12,7 +12,7 @@
 #include "rig/import/assimp_scene.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -27,8 +27,8 @@ struct TextFile {
     for (char& c : shown) {
       if (c < ' ' || c > '~') c = '?';
     }
-    throw Error(ExitCode::kInput, file.string() + ":" + std::to_string(row) + ": \"" + shown +
-                                      "\" " + what + "; export the file again");
+    throw Error(ErrorCode::kInput, file.string() + ":" + std::to_string(row) + ": \"" + shown +
+                                       "\" " + what + "; export the file again");
   }
   void need_numbers(const Words& words, size_t first) const {
     for (size_t k = first; k < words.size(); ++k) {
@@ -128,4 +128,4 @@ void check_text_numbers(const std::filesystem::path& file, std::string_view byte
   if (ending == "bvh") check_bvh(text);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

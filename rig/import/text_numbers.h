@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace thew {
+namespace thew::rig {
 
 /// assimp takes as much of a word for a number as looks like one, and the rest for nothing. Throws
 /// Error(kInput) with file and line for the first word of an OBJ, STL, PLY or BVH in text that
@@ -12,4 +12,4 @@ namespace thew {
 /// which nobody reads, may be anything. Private to the library.
 void check_text_numbers(const std::filesystem::path& file, std::string_view bytes);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -16,7 +16,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 namespace fs = std::filesystem;
@@ -54,8 +54,8 @@ urdf::ModelInterfaceSharedPtr parse(const fs::path& file, const std::string& tex
   if (model && log.count == 0) return model;
   const std::string more =
       log.count > 1 ? " (and " + std::to_string(log.count - 1) + " more errors)" : "";
-  throw Error(ExitCode::kInput, file.string() + ": " + (log.count ? log.first : "is not a URDF") +
-                                    more + "; correct it and try again");
+  throw Error(ErrorCode::kInput, file.string() + ": " + (log.count ? log.first : "is not a URDF") +
+                                     more + "; correct it and try again");
 }
 
 Vec3 to_vec3(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -272,7 +272,7 @@ bool is_sound(const ParsedUrdf& parsed) {
 std::string resolve_mesh(const std::string& place, const std::string& name, const fs::path& root,
                          const fs::path& folder) {
   const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::kInput, place + ": mesh \"" + name + "\" " + what);
+    throw Error(ErrorCode::kInput, place + ": mesh \"" + name + "\" " + what);
   };
   constexpr std::string_view kPackage = "package://", kFile = "file://";
   fs::path path;
@@ -314,8 +314,8 @@ void resolve_meshes(const fs::path& file, const fs::path& allowed_root, ParsedUr
   std::error_code error;
   const fs::path root = fs::canonical(allowed_root, error);
   if (error) {
-    throw Error(ExitCode::kInput, file.string() + ":1: the allowed folder " +
-                                      allowed_root.string() + " does not exist");
+    throw Error(ErrorCode::kInput, file.string() + ":1: the allowed folder " +
+                                       allowed_root.string() + " does not exist");
   }
   const fs::path folder = fs::canonical(file).parent_path();
   size_t next = 0;
@@ -347,4 +347,4 @@ Skeleton import_urdf(const fs::path& file, const fs::path& allowed_root) {
   return std::move(parsed.skeleton);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -7,7 +7,7 @@
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::rig {
 namespace {
 
 constexpr int kDepthLimit = 200;  // tinyxml recurses: some ten thousand levels overflow the stack
@@ -167,7 +167,7 @@ UrdfTree read_urdf_tree(const std::filesystem::path& file, const std::string& te
 }
 
 void refuse(const UrdfTree& tree, int row, const std::string& what) {
-  throw Error(ExitCode::kInput, tree.file + ":" + std::to_string(std::max(row, 1)) + ": " + what);
+  throw Error(ErrorCode::kInput, tree.file + ":" + std::to_string(std::max(row, 1)) + ": " + what);
 }
 
-}  // namespace thew
+}  // namespace thew::rig

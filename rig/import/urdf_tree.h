@@ -9,7 +9,7 @@
 class TiXmlDocument;
 class TiXmlElement;
 
-namespace thew {
+namespace thew::rig {
 
 /// What urdfdom does not tell: the lines of a URDF's links and joints, and whether they form one
 /// tree. Private to the library.
@@ -43,4 +43,4 @@ UrdfTree read_urdf_tree(const std::filesystem::path& file, const std::string& te
 /// Throws Error(kInput): "file:row: what".
 [[noreturn]] void refuse(const UrdfTree& tree, int row, const std::string& what);
 
-}  // namespace thew
+}  // namespace thew::rig

@@ -10,17 +10,17 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
-std::vector<Vec3> to_points(const Rows& rows) {
+std::vector<Vec3> to_points(const Points& rows) {
   std::vector<Vec3> points;
   points.reserve(rows.size());
-  for (const Row& row : rows) points.push_back(to_vec(row));
+  for (const Point& row : rows) points.push_back(to_vec(row));
   return points;
 }
 
-[[noreturn]] void stop_bake() { throw Error(ExitCode::kRetry, "interrupted; run again"); }
+[[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
 // The measures of what is written are made here.
 BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const State& state,
@@ -153,4 +153,4 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   return result;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

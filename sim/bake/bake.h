@@ -11,7 +11,7 @@
 #include "sim/fidelity/planner.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What of a bake is not the model's.
 struct BakeOutput {
@@ -60,4 +60,4 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames,
 /// on; earlier frames stay.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
 
-}  // namespace thew
+}  // namespace thew::sim

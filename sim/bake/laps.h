@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-namespace thew {
+namespace thew::sim {
 
 /// Wall seconds of one thread's work, lap by lap: what ends one begins the next, so that nothing
 /// falls between two.
@@ -21,4 +21,4 @@ class Laps {
   Clock::time_point last_ = Clock::now();
 };
 
-}  // namespace thew
+}  // namespace thew::sim

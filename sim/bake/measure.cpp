@@ -13,7 +13,7 @@
 #include "sim/solver/state_archive.h"
 #include "skin/depth.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr int kSections = 24;
@@ -21,7 +21,7 @@ constexpr int kSections = 24;
 // Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie
 // within `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products,
 // closed or not.
-double section_area(const Muscle& muscle, const Rows& x, double along, double reach,
+double section_area(const Muscle& muscle, const Points& x, double along, double reach,
                     const Vec3& point, const Vec3& tangent) {
   double area = 0.0;
   for (const Triangle& t : muscle.rest.triangles) {
@@ -52,15 +52,15 @@ bool has_free_node(const Muscle& muscle, int triangle) {
   return !muscle.driven[t[0]] || !muscle.driven[t[1]] || !muscle.driven[t[2]];
 }
 
-Rows free_nodes(const Muscle& muscle, const Rows& x) {
-  Rows free;
+Points free_nodes(const Muscle& muscle, const Points& x) {
+  Points free;
   for (size_t i = 0; i < x.size(); ++i) {
     if (!muscle.driven[i]) free.push_back(x[i]);
   }
   return free;
 }
 
-double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
+double attachment_gap(const Muscle& muscle, const State& state, const Points& x) {
   double gap = 0.0;
   if (!muscle.shape.held.empty()) return gap;
   for (const PathPoint* end :
@@ -85,7 +85,7 @@ double attachment_gap(const Muscle& muscle, const State& state, const Rows& x) {
 
 }  // namespace
 
-double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows& x, double u) {
+double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Points& x, double u) {
   const auto& belly = muscle.shape.belly;
   const double length = belly[1] - belly[0], along = belly[0] + u * length;
   Vec3 point, tangent;
@@ -94,7 +94,7 @@ double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows
                       point, tangent);
 }
 
-double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x) {
+double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x) {
   if (!muscle.shape.held.empty()) return 1.0;  // no path, no sections
   double sum = 0.0;
   for (int k = 0; k < kSections; ++k) {
@@ -121,11 +121,11 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   refit_all(model, one, state);
   const std::vector<Collider> colliders = colliders_of(model, state);
   double deepest = 0.0;
-  Row at = {};
+  Point at = {};
   const auto look = [&](int m, const Collider& them) {
     for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
       if (model.muscles[m].driven[i]) continue;
-      const Row& x = state.muscles[m].x[i];
+      const Point& x = state.muscles[m].x[i];
       const double depth = deepest_inside(*them.surface, *them.bvh, *them.x, {x});
       if (depth > deepest) deepest = depth, at = x;
     }
@@ -188,7 +188,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.because = now.ladder.because;
     if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
     if (!model.contact.enabled) return;
-    const Rows free = free_nodes(muscle, now.x);
+    const Points free = free_nodes(muscle, now.x);
     for (size_t other = 0; other < colliders.size(); ++other) {
       if (model.ignore[m][other]) continue;
       const Collider& them = colliders[other];
@@ -311,19 +311,19 @@ FrameMeasures unflatten(const Model& model, const std::vector<std::string>& name
   visit(muscles, measures, [&](const std::string& name, double& value) {
     const auto found = by_name.find(name);
     if (found == by_name.end()) {
-      throw Error(ExitCode::kInput, "the bake does not have " + name +
-                                        ", which this version of Thew measures; bake it anew");
+      throw Error(ErrorCode::kInput, "the bake does not have " + name +
+                                         ", which this version of Thew measures; bake it anew");
     }
     value = found->second;
   });
   for (const MuscleMeasures& muscle : measures.muscles) {
     if (muscle.rung < Rung::kNone || muscle.rung > Rung::kCarried ||
         muscle.because < Cause::kNone || muscle.because > Cause::kJump) {
-      throw Error(ExitCode::kInput,
+      throw Error(ErrorCode::kInput,
                   "the bake has a rung that no version of Thew takes; bake it anew");
     }
   }
   return measures;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -8,7 +8,7 @@
 #include "sim/solver/parallel.h"
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What a bake states of each frame, measured on the meshes as they are, not taken from the solver:
 /// in double precision, and what is "written" on the positions as the cache holds them.
@@ -34,10 +34,10 @@ struct FrameMeasures {
 };
 
 /// Area (m^2) of the section across the belly at u in 0..1.
-double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Rows& x, double u);
+double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Points& x, double u);
 
 /// Mean area (m^2) of sections across the belly at a pose.
-double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Rows& x);
+double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x);
 
 FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
                       State& state);
@@ -61,4 +61,4 @@ std::vector<double> flatten(const FrameMeasures& measures);
 FrameMeasures unflatten(const Model& model, const std::vector<std::string>& names,
                         const std::vector<double>& numbers);
 
-}  // namespace thew
+}  // namespace thew::sim

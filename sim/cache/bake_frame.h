@@ -8,7 +8,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// One mesh of a bake: what does not change.
 struct BakeMesh {
@@ -41,4 +41,4 @@ struct BakeFrame {
   std::vector<double> state;                 ///< what the solver needs to go on after this frame
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -15,7 +15,7 @@
 #include "sim/cache/hash.h"
 #include "sim/cache/hdf5_file.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ constexpr const char* kKinds[] = {"muscle", "bone", "skin"};
 
 void check_info(const BakeInfo& info) {
   const auto refuse = [](const std::string& what) {
-    throw Error(ExitCode::kUsage, "bake: " + what + "; correct the scene");
+    throw Error(ErrorCode::kUsage, "bake: " + what + "; correct the scene");
   };
   if (info.frames.empty()) refuse("there is no frame to write");
   if (std::adjacent_find(info.frames.begin(), info.frames.end(), std::greater_equal()) !=
@@ -50,8 +50,8 @@ void check_info(const BakeInfo& info) {
 // The last guard: what is not a number is never written.
 void check_frame(const BakeInfo& info, const BakeFrame& frame) {
   const auto refuse = [&](const std::string& what) {
-    throw Error(ExitCode::kSolver, "frame " + std::to_string(frame.frame) + ": " + what +
-                                       "; it is not written, the frames before it stay");
+    throw Error(ErrorCode::kSolver, "frame " + std::to_string(frame.frame) + ": " + what +
+                                        "; it is not written, the frames before it stay");
   };
   if (frame.positions.size() != info.meshes.size() ||
       frame.metrics.size() != info.metric_names.size()) {
@@ -214,9 +214,9 @@ void verify(const fs::path& packed, const BakeInfo& info, const fs::path& folder
     }
   }
   if (!same) {
-    throw Error(ExitCode::kOutput, packed.string() +
-                                       ": its contents are not what was written to it; "
-                                       "check the disk and run again");
+    throw Error(ErrorCode::kOutput, packed.string() +
+                                        ": its contents are not what was written to it; "
+                                        "check the disk and run again");
   }
 }
 
@@ -275,8 +275,8 @@ BakeFrame BakeWriter::read_completed(int frame) const {
   for (const Part& part : data_->parts) {
     if (part.frame == frame) return read_part(data_->parts_folder, part, data_->info);
   }
-  throw Error(ExitCode::kUsage, data_->parts_folder.string() + ": frame " + std::to_string(frame) +
-                                    " is not there; it has to be baked first");
+  throw Error(ErrorCode::kUsage, data_->parts_folder.string() + ": frame " + std::to_string(frame) +
+                                     " is not there; it has to be baked first");
 }
 
 void BakeWriter::write(const BakeFrame& frame) {
@@ -284,9 +284,9 @@ void BakeWriter::write(const BakeFrame& frame) {
   check_frame(data.info, frame);
   const std::size_t index = data.parts.size();
   if (index >= data.info.frames.size() || frame.frame != data.info.frames[index]) {
-    throw Error(ExitCode::kUsage, "frame " + std::to_string(frame.frame) +
-                                      ": it is not the next one to be written; write the frames "
-                                      "of the bake in their order");
+    throw Error(ErrorCode::kUsage, "frame " + std::to_string(frame.frame) +
+                                       ": it is not the next one to be written; write the frames "
+                                       "of the bake in their order");
   }
   const std::string bytes = encode_part(frame);
   const Part part{frame.frame, part_file(frame.frame), bytes.size(), hash_of(bytes)};
@@ -298,7 +298,7 @@ void BakeWriter::write(const BakeFrame& frame) {
 std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   Data& data = *data_;
   if (data.parts.empty()) {
-    throw Error(ExitCode::kOutput,
+    throw Error(ErrorCode::kOutput,
                 data.parts_folder.string() + ": there is no frame to pack; bake one first");
   }
   // Among the parts, which the lock on the folder makes ours alone.
@@ -315,8 +315,8 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
     try {
       verify(temporary, data.info, data.parts_folder, data.parts);
     } catch (const Error& unread) {
-      if (unread.code() != ExitCode::kInput) throw;  // it is our own file that cannot be read
-      throw Error(ExitCode::kOutput,
+      if (unread.code() != ErrorCode::kInput) throw;  // it is our own file that cannot be read
+      throw Error(ErrorCode::kOutput,
                   temporary.string() + ": could not be read back; check the disk and run again");
     }
     place_durably(temporary, file, {fs::file_size(temporary), "", hash});
@@ -349,4 +349,4 @@ void claim_bake(const fs::path& folder) {
   list_own(parts);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -9,7 +9,7 @@
 
 #include "sim/cache/bake_frame.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Error(kOutput) unless DIR/bake.h5 and DIR/bake.parts are ours, or not there: listed as such
 /// (own_files.h), or, of a version that kept no list, what they are by their contents.
@@ -60,4 +60,4 @@ class BakeReader {
   std::unique_ptr<Data> data_;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -17,7 +17,7 @@
 #include "sim/cache/durable_file.h"
 #include "sim/cache/hash.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -226,7 +226,7 @@ BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& in
   } catch (const Error& error) {
     why = error.what();
   }
-  throw Error(ExitCode::kOutput, file.string() + ": " + why + "; check the disk and run again");
+  throw Error(ErrorCode::kOutput, file.string() + ": " + why + "; check the disk and run again");
 }
 
 std::string describe_scene(const BakeInfo& info) {
@@ -275,9 +275,9 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
   const json parts = there.value("parts", json()), text = there.value("text", json());
   if (parts.is_object()) add(hash_differences(parts, part_hashes(info)));
   if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
-  throw Error(ExitCode::kUsage, file.string() +
-                                    ": these frames are of another scene: " + differences +
-                                    "; bake anew with --overwrite, or give another --out");
+  throw Error(ErrorCode::kUsage, file.string() +
+                                     ": these frames are of another scene: " + differences +
+                                     "; bake anew with --overwrite, or give another --out");
 }
 
 std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
@@ -322,4 +322,4 @@ std::vector<int> listed_frames(const fs::path& folder) {
   return frames;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

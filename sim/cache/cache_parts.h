@@ -8,7 +8,7 @@
 
 #include "sim/cache/bake_frame.h"
 
-namespace thew {
+namespace thew::sim {
 
 // What lies in DIR/bake.parts while a bake runs: bake.json says of what scene, manifest.jsonl lists
 // the parts, each a file for one frame. A part is plain little-endian numbers of 8 bytes, not HDF5,
@@ -50,4 +50,4 @@ bool is_scene_of(const std::filesystem::path& folder, const BakeInfo& info);
 /// The longest run of parts from the first frame of `info` on, in which each is whole.
 std::vector<Part> good_parts(const std::filesystem::path& folder, const BakeInfo& info);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -13,7 +13,7 @@
 #include "sim/cache/cache.h"
 #include "sim/cache/hdf5_file.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr int kVersion = 1;
@@ -260,8 +260,8 @@ namespace {
 // What the child, which is handed a file or none, could not say.
 const std::filesystem::path& readable(const std::filesystem::path& file) {
   if (::access(file.c_str(), R_OK) == 0 || errno == ENOENT) return file;
-  throw Error(ExitCode::kInput, file.string() + ": it cannot be read: " + std::strerror(errno) +
-                                    "; check its permissions");
+  throw Error(ErrorCode::kInput, file.string() + ": it cannot be read: " + std::strerror(errno) +
+                                     "; check its permissions");
 }
 
 }  // namespace
@@ -313,4 +313,4 @@ BakeFrame BakeReader::read(int index) const {
   return frame;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

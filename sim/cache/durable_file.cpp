@@ -11,7 +11,7 @@
 #include "rig/types.h"
 #include "sim/cache/hash.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -68,11 +68,11 @@ FolderLock::FolderLock(const fs::path& folder)
   const int error = errno;
   ::close(descriptor_);
   if (error != EWOULDBLOCK) fail_to_write(folder, "lock", error);
-  throw Error(ExitCode::kRetry,
+  throw Error(ErrorCode::kRetry,
               folder.string() +
                   ": another bake is writing here; write elsewhere, or wait for it and run again");
 }
 
 FolderLock::~FolderLock() { ::close(descriptor_); }
 
-}  // namespace thew
+}  // namespace thew::sim

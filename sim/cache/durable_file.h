@@ -8,7 +8,7 @@
 #include "sim/cache/file_io.h"
 #include "sim/cache/own_files.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What survives a kill or a power cut: written beside, synced, read back, listed as ours
 /// (own_files.h), renamed, folder synced. Error(kOutput).
@@ -36,4 +36,4 @@ class FolderLock {
   int descriptor_;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -12,13 +12,13 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::sim {
 
 namespace fs = std::filesystem;
 
 void fail_to_write(const fs::path& path, const char* what, int error) {
   const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-  throw Error(ExitCode::kOutput,
+  throw Error(ErrorCode::kOutput,
               path.string() + ": cannot " + what + ": " + std::generic_category().message(error) +
                   (full ? "; free some space and run again"
                         : "; check the folder and its permissions, then run again"));
@@ -64,7 +64,7 @@ void check_replaceable(const fs::path& path, fs::file_type type) {
   const std::string what = there == fs::file_type::symlink
                                ? "is a symbolic link, through which nothing is written"
                                : "something else of that name is in the way";
-  throw Error(ExitCode::kOutput, path.string() + ": " + what + "; remove it, or write elsewhere");
+  throw Error(ErrorCode::kOutput, path.string() + ": " + what + "; remove it, or write elsewhere");
 }
 
 void append_durably(const fs::path& file, std::string_view line) {
@@ -113,7 +113,7 @@ void remove_file(const fs::path& file) {
 
 std::string read_whole_file(const fs::path& file, std::size_t most) {
   const auto fail = [&](const std::string& cause) {
-    throw Error(ExitCode::kInput, file.string() + ": cannot read: " + cause + "; check the file");
+    throw Error(ErrorCode::kInput, file.string() + ": cannot read: " + cause + "; check the file");
   };
   // A pipe would block for ever.
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -143,4 +143,4 @@ std::string read_whole_file(const fs::path& file, std::size_t most) {
   return bytes;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace thew {
+namespace thew::sim {
 
 /// Bytes into files and out of them. Whatever cannot be written is Error(kOutput) with the path,
 /// the cause and the next move.
@@ -47,4 +47,4 @@ void remove_file(const std::filesystem::path& file);
 /// All bytes of a regular file of at most `most` bytes. Error(kInput).
 std::string read_whole_file(const std::filesystem::path& file, std::size_t most);
 
-}  // namespace thew
+}  // namespace thew::sim

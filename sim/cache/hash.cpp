@@ -6,7 +6,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace thew {
+namespace thew::sim {
 
 static_assert(std::endian::native == std::endian::little, "hashes and parts are little-endian");
 
@@ -38,4 +38,4 @@ std::string hash_of(std::string_view bytes) {
   return hash.hex();
 }
 
-}  // namespace thew
+}  // namespace thew::sim

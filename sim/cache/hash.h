@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace thew {
+namespace thew::sim {
 
 /// XXH3-128 over all that is added, numbers as little-endian.
 class Hash {
@@ -28,4 +28,4 @@ class Hash {
 
 std::string hash_of(std::string_view bytes);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -8,7 +8,7 @@
 
 #include "rig/import/child.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // A driver of HDF5's for one open descriptor, for reading alone.
@@ -79,4 +79,4 @@ std::uint64_t use_file_of_child(hid_t access) {
   return the_file.descriptor < 0 ? 0 : the_file.bytes;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -5,7 +5,7 @@
 
 #include "sim/cache/hdf5_driver.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // Deflate cannot shrink by more; so many bytes in a file can stand for at most so many in memory.
@@ -97,10 +97,10 @@ void Hdf5File::close() {
 
 void Hdf5File::fail(const std::string& what) const {
   if (mode_ == Mode::kCreate) {
-    throw Error(ExitCode::kOutput,
+    throw Error(ErrorCode::kOutput,
                 path_.string() + ": " + what + "; free some space and run again");
   }
-  throw Error(ExitCode::kInput,
+  throw Error(ErrorCode::kInput,
               path_.string() + ": " + what + "; give a bake.h5 of this version, or bake again");
 }
 
@@ -342,4 +342,4 @@ void Hdf5File::read_attribute(hid_t object, const std::string& name, hid_t type,
   check(H5Aread(attribute, memory_type, value), "read attribute " + name);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

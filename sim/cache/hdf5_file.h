@@ -11,7 +11,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// One object of HDF5, closed at the end of its life.
 class Hdf5Id {
@@ -111,4 +111,4 @@ class Hdf5File {
   mutable std::set<haddr_t> taken_;  ///< addresses of what was opened
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -15,7 +15,7 @@
 #include "sim/cache/file_io.h"
 #include "sim/cache/hash.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -38,7 +38,7 @@ std::string list_of(const fs::path& folder) {
   try {
     return read_whole_file(file, kLongestList);
   } catch (const Error& error) {
-    throw Error(ExitCode::kOutput, error.what());
+    throw Error(ErrorCode::kOutput, error.what());
   }
 }
 
@@ -155,9 +155,9 @@ void list_own(const fs::path& file, const OwnFile& about) {
 }
 
 void refuse_foreign(const fs::path& file) {
-  throw Error(ExitCode::kOutput, file.string() +
-                                     ": is there and not of Thew's making; move it away, write to "
-                                     "another place, or replace it with --overwrite");
+  throw Error(ErrorCode::kOutput, file.string() +
+                                      ": is there and not of Thew's making; move it away, write to "
+                                      "another place, or replace it with --overwrite");
 }
 
 void check_own(const fs::path& file) {
@@ -215,4 +215,4 @@ Temporary::Temporary(const fs::path& file)
 
 Temporary::~Temporary() { ::unlink(path.c_str()); }  // a full disk gets its space back
 
-}  // namespace thew
+}  // namespace thew::sim

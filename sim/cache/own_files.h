@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::sim {
 
 /// Thew replaces and removes what it wrote and nothing else. FOLDER/.thew.jsonl lists that, a line
 /// a file:
@@ -48,4 +48,4 @@ struct Temporary {
   const std::filesystem::path path;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

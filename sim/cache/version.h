@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace thew {
+namespace thew::sim {
 
 /// The one place of the version; CMake reads it here.
 inline constexpr char kVersion[] = "0.1.0";
 
-}  // namespace thew
+}  // namespace thew::sim

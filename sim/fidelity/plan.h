@@ -6,7 +6,7 @@
 
 #include "sim/scene/fidelity_levels.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What is said of the choice; lengths in m, against the refined step. Work is counted: nodes times
 /// iterations and searches for a closest point, a frame.
@@ -29,4 +29,4 @@ struct FidelityPlan {
   std::vector<std::string> raised;  ///< what missed the tolerance at first, and what it got instead
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 
 #include "sim/fidelity/trials.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr int kIterations[] = {1, 2, 3, 5, 8};
@@ -43,8 +43,8 @@ const Trial* find_trial(const Planner& planner, int m, int substeps) {
 }
 
 [[noreturn]] void refuse_tolerance(const Planner& planner, const std::string& why) {
-  throw Error(ExitCode::kUsage, planner.model.solver.tolerance->place + ": solver.tolerance: " +
-                                    why + "; give a larger tolerance, or integrator and substeps");
+  throw Error(ErrorCode::kUsage, planner.model.solver.tolerance->location + ": solver.tolerance: " +
+                                     why + "; give a larger tolerance, or integrator and substeps");
 }
 
 void refuse_unknown(const Planner& planner) {
@@ -274,4 +274,4 @@ FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<
   return std::move(planner.plan);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 #include "sim/fidelity/plan.h"
 #include "sim/scene/model.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Chooses for each muscle the cheapest level that keeps scene.solver.tolerance. A few frames of
 /// the scene (probes: the start, the fastest, the extremes of each muscle, the rest spread over the
@@ -20,4 +20,4 @@ FidelityPlan plan_fidelity(const Model& model, int threads,
 /// "geometric", ...
 const char* level_name(Level level);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -9,7 +9,7 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr int kMostProbes = 11, kChecks = 16;
@@ -107,4 +107,4 @@ ProbeFrames choose_probes(const Model& model) {
   return {{probes.begin(), probes.end()}, {checks.begin(), checks.end()}};
 }
 
-}  // namespace thew
+}  // namespace thew::sim

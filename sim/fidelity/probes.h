@@ -5,7 +5,7 @@
 
 #include "sim/scene/model.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Frames of a probe's run, before the probe itself.
 inline constexpr int kFramesBefore = 2;
@@ -18,4 +18,4 @@ struct ProbeFrames {
 };
 ProbeFrames choose_probes(const Model& model);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 #include "sim/solver/levels.h"
 #include "sim/solver/state_archive.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // The finest that a chart knows.
@@ -92,7 +92,7 @@ CarriedProfile profile_through(const Muscle& muscle, int m, const Knots& knots) 
 double profile_error(const Muscle& muscle, int m, const CarriedProfile& profile,
                      const Window& probe) {
   VolumeWork work;
-  Rows x;
+  Points x;
   const bool reached = place_carried(muscle, probe.pose[m], profile, work, x);
   return reached ? largest_distance(x, probe.x[m]) : 1e300;
 }
@@ -208,4 +208,4 @@ bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double&
   }
 }
 
-}  // namespace thew
+}  // namespace thew::sim

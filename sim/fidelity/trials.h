@@ -10,7 +10,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::sim {
 
 // The planner's runs: the refined step, and all muscles alike at one level, in probes.
 
@@ -23,7 +23,7 @@ inline constexpr int kShortClip = 128;
 struct Window {
   int frame = 0;               // the probe
   std::vector<double> before;  // packed, at frame - kBefore or the first
-  std::vector<Rows> x;         // of the reference, by muscle
+  std::vector<Points> x;       // of the reference, by muscle
   std::vector<CarriedPose> pose;
 };
 
@@ -87,4 +87,4 @@ void run_trial(Planner& planner, Trial trial);
 /// knots' distance). False where there is none; `error` is then the least that was found.
 bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double& error);
 
-}  // namespace thew
+}  // namespace thew::sim

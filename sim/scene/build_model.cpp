@@ -8,7 +8,7 @@
 #include "sim/scene/model_hash.h"
 #include "skin/contact/face_contact.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // What a bake of these muscles takes in memory, about: matrices, nodes, and what contact remembers
@@ -23,10 +23,10 @@ void check_memory(const ModelDef& def, const std::vector<Muscle>& muscles) {
   }
   if (bytes <= kMost) return;
   const Muscle& last = muscles.back();
-  throw Error(ExitCode::kUsage, last.place + ": with muscle \"" + last.name +
-                                    "\" the scene takes " + std::to_string(bytes >> 20) +
-                                    " MiB of memory, more than " + std::to_string(kMost >> 20) +
-                                    "; use coarser meshes or fewer muscles");
+  throw Error(ErrorCode::kUsage, last.location + ": with muscle \"" + last.name +
+                                     "\" the scene takes " + std::to_string(bytes >> 20) +
+                                     " MiB of memory, more than " + std::to_string(kMost >> 20) +
+                                     "; use coarser meshes or fewer muscles");
 }
 
 void build_muscles(const ModelDef& def, const Pose& bind_pose, Model& model) {
@@ -35,7 +35,7 @@ void build_muscles(const ModelDef& def, const Pose& bind_pose, Model& model) {
     check_memory(def, model.muscles);
     if (!(model.muscles.back().weight_floor > 0.0)) continue;
     model.warnings.push_back(
-        muscle.place + ": muscle \"" + muscle.name +
+        muscle.location + ": muscle \"" + muscle.name +
         "\": its weights lie on too few nodes; a floor under all of them keeps "
         "these from being torn out");
   }
@@ -45,8 +45,8 @@ ContactSurface contact_surface(const std::string& name, int body, const TriMesh&
                                const std::vector<char>* free_nodes, double spacing) {
   ContactSurface out{
       name, body, make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size())), {}, 0.0};
-  const Rows x = to_rows(mesh.vertices);
-  out.held_points = held_points(out.surface, x, free_nodes, spacing);
+  const Points x = to_points(mesh.vertices);
+  out.rigid_points = rigid_points(out.surface, x, free_nodes, spacing);
   if (body >= 0) out.surface.convex = is_convex(out.surface, x);
   return out;
 }
@@ -59,9 +59,9 @@ void build_surfaces(Model& model) {
   }
   for (const Bone& bone : model.bones) {
     if (bone.body < 0 || bone.body >= model.skeleton.size()) {
-      throw Error(ExitCode::kUsage, model.source + ": bone \"" + bone.name +
-                                        "\" is fixed to body " + std::to_string(bone.body) +
-                                        ", which the skeleton does not have");
+      throw Error(ErrorCode::kUsage, model.source + ": bone \"" + bone.name +
+                                         "\" is fixed to body " + std::to_string(bone.body) +
+                                         ", which the skeleton does not have");
     }
     model.surfaces.push_back(contact_surface(bone.name, bone.body, bone.in_body, nullptr, spacing));
   }
@@ -73,8 +73,8 @@ size_t collider_named(const Model& model, const char* key, const std::string& na
   for (const ContactSurface& surface : model.surfaces) names.push_back(surface.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<size_t>(found - names.begin());
-  throw Error(ExitCode::kUsage, model.source + ": [contact] " + key + " names \"" + name +
-                                    "\", which is no muscle or bone" + did_you_mean(name, names));
+  throw Error(ErrorCode::kUsage, model.source + ": [contact] " + key + " names \"" + name +
+                                     "\", which is no muscle or bone" + did_you_mean(name, names));
 }
 
 std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Model& model) {
@@ -89,8 +89,8 @@ std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Mo
   for (const std::string& name : contact.self) {
     const size_t i = collider_named(model, "self", name);
     if (i >= ignore.size()) {
-      throw Error(ExitCode::kUsage, model.source + ": [contact] self names \"" + name +
-                                        "\", which is a bone and does not fold; remove it");
+      throw Error(ErrorCode::kUsage, model.source + ": [contact] self names \"" + name +
+                                         "\", which is a bone and does not fold; remove it");
     }
     ignore[i][i] = 0;
   }
@@ -99,7 +99,7 @@ std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Mo
 
 // What lies below a skin, at rest.
 struct Below {
-  std::vector<Rows> x;
+  std::vector<Points> x;
   std::vector<Bvh> trees;
   std::vector<Collider> colliders;
   std::vector<int> bodies;
@@ -112,7 +112,7 @@ struct Below {
       const int muscles = static_cast<int>(model.muscles.size());
       for (const Vec3& p : c < muscles ? model.muscles[c].rest.vertices
                                        : model.bones[c - muscles].in_body.vertices) {
-        x[c].push_back(to_row(it.body < 0 ? p : Vec3(bind_pose[it.body] * p)));
+        x[c].push_back(to_point(it.body < 0 ? p : Vec3(bind_pose[it.body] * p)));
       }
       trees.push_back(build_bvh(it.surface, x[c]));
       colliders.push_back({&it.surface, &trees.back(), &x[c], nullptr});
@@ -127,7 +127,7 @@ void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
     model.skin = bind_skin(skin.mesh, model.skeleton, bind_pose, below.colliders, below.bodies,
                            skin.settings);
   } catch (const std::length_error& error) {
-    throw Error(ExitCode::kInput, skin.place + ": " + error.what());
+    throw Error(ErrorCode::kInput, skin.location + ": " + error.what());
   }
   model.has_skin = true;
 }
@@ -137,7 +137,8 @@ void build_skinned(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   const CharacterRig& rig = *model.character;
   const Character& character = rig.character;
   if (character.mesh.triangles.empty()) {
-    throw Error(ExitCode::kInput, skin.place + ": has no skin; export the character with its mesh");
+    throw Error(ErrorCode::kInput,
+                skin.location + ": has no skin; export the character with its mesh");
   }
   const Below muscles(model, static_cast<int>(model.muscles.size()), bind_pose);
   model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, rig.rest,
@@ -159,7 +160,7 @@ Model build_model(const ModelDef& def) {
   model.character = def.character;
   model.clip = def.clip;
   if (model.clip.times.empty()) model.clip.times = {0.0}, model.clip.values = {{}};
-  check_clip(model.clip, model.skeleton, def.clip_place, model.warnings);
+  check_clip(model.clip, model.skeleton, def.clip_location, model.warnings);
   model.solver = def.solver;
   model.contact = def.contact;
   Pose bind_pose;
@@ -177,4 +178,4 @@ Model build_model(const ModelDef& def) {
   return model;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

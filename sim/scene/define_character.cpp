@@ -6,18 +6,19 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
-int body_of(const Skeleton& skeleton, const std::string& name, const Place& place) {
+int body_of(const Skeleton& skeleton, const std::string& name, const Location& location) {
   const int body = find_body(skeleton, name);
   if (body >= 0) return body;
-  throw Error(ExitCode::kUsage, place + ": body \"" + name + "\" is not in the character" +
-                                    did_you_mean(name, skeleton.body_names) + "; correct the name");
+  throw Error(ErrorCode::kUsage, location + ": body \"" + name + "\" is not in the character" +
+                                     did_you_mean(name, skeleton.body_names) +
+                                     "; correct the name");
 }
 
 void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
-  const int body = body_of(skeleton, hinge.body, hinge.place);
+  const int body = body_of(skeleton, hinge.body, hinge.location);
   skeleton.joint_names[body] = hinge.name;
   skeleton.joint_types[body] = Skeleton::JointType::kRevolute;
   const Mat3 roll = rotation_about(hinge.along, hinge.roll);
@@ -28,10 +29,10 @@ void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
 }
 
 // A body that lies at rest as another does.
-int add_body(const std::string& name, int like, const Place& place, Skeleton& skeleton) {
+int add_body(const std::string& name, int like, const Location& location, Skeleton& skeleton) {
   if (find_body(skeleton, name) >= 0) {
-    throw Error(ExitCode::kUsage,
-                place + ": there is a body \"" + name + "\" already; give another name");
+    throw Error(ErrorCode::kUsage,
+                location + ": there is a body \"" + name + "\" already; give another name");
   }
   skeleton.body_names.push_back(name);
   skeleton.parent.push_back(skeleton.parent[like]);
@@ -49,11 +50,11 @@ Forearm add_forearm(const SceneHinge& hinge, Skeleton& skeleton) {
   const SceneForearm& of = *hinge.forearm;
   const int body = find_body(skeleton, hinge.body);
   if (skeleton.parent[body] < 0) {
-    throw Error(ExitCode::kUsage, hinge.place + ": body \"" + hinge.body +
-                                      "\" hangs on none, and so is no forearm; remove forearm");
+    throw Error(ErrorCode::kUsage, hinge.location + ": body \"" + hinge.body +
+                                       "\" hangs on none, and so is no forearm; remove forearm");
   }
-  const int ulna = add_body(of.ulna, body, hinge.place, skeleton);
-  return {body, ulna, add_body(of.radius, body, hinge.place, skeleton), of.head, of.wrist};
+  const int ulna = add_body(of.ulna, body, hinge.location, skeleton);
+  return {body, ulna, add_body(of.radius, body, hinge.location, skeleton), of.head, of.wrist};
 }
 
 BodyClip named_animation(const Scene& scene, const std::filesystem::path& file,
@@ -63,23 +64,23 @@ BodyClip named_animation(const Scene& scene, const std::filesystem::path& file,
     if (clip.name == scene.character.animation) return clip;
     names.push_back(clip.name);
   }
-  throw Error(ExitCode::kUsage, scene.clip_place + ": animation \"" + scene.character.animation +
-                                    "\" is not in " + file.string() +
-                                    did_you_mean(scene.character.animation, names) +
-                                    "; it has: " + (names.empty() ? "none" : names_text(names)));
+  throw Error(ErrorCode::kUsage, scene.clip_location + ": animation \"" +
+                                     scene.character.animation + "\" is not in " + file.string() +
+                                     did_you_mean(scene.character.animation, names) +
+                                     "; it has: " + (names.empty() ? "none" : names_text(names)));
 }
 
 BodyClip motion_of(const Scene& scene, const Character& character,
                    std::vector<std::string>& warnings) {
   const Character motion = import_motion(scene.character.motion);
   if (motion.animations.empty()) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 scene.character.motion.string() + ": holds no motion; export it with its frames");
   }
   const bool named = !scene.character.animation.empty();
   return retarget(
       motion, named ? named_animation(scene, scene.character.motion, motion) : motion.animations[0],
-      character, scene.character.motion_names, scene.clip_place, warnings);
+      character, scene.character.motion_names, scene.clip_location, warnings);
 }
 
 }  // namespace
@@ -114,9 +115,9 @@ std::vector<Bone> character_bones(const Scene& scene, const Skeleton& skeleton) 
   std::vector<Bone> bones;
   for (const SceneBone& bone : scene.character.bones) {
     bones.push_back(
-        {bone.name, body_of(skeleton, bone.body, bone.place), import_closed_mesh(bone.mesh)});
+        {bone.name, body_of(skeleton, bone.body, bone.location), import_closed_mesh(bone.mesh)});
   }
   return bones;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

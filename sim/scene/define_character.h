@@ -4,7 +4,7 @@
 #include "sim/scene/model_def.h"
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::sim {
 
 // What a scene says of a rig that is a character's file, with the file read.
 
@@ -14,4 +14,4 @@ CharacterRig define_character(const Scene& scene, Skeleton& skeleton,
 /// Meshes that the scene gives to bodies of the character.
 std::vector<Bone> character_bones(const Scene& scene, const Skeleton& skeleton);
 
-}  // namespace thew
+}  // namespace thew::sim

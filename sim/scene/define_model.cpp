@@ -11,7 +11,7 @@
 #include "sim/scene/define_character.h"
 #include "sim/scene/muscle_weights.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // Which of the words it is.
@@ -28,25 +28,25 @@ VolumeMethod volume_method(const std::string& word, Integrator integrator) {
   return method == VolumeMethod::kExactAlways && !is_explicit ? VolumeMethod::kExact : method;
 }
 
-int body_index(const Skeleton& skeleton, const std::string& name, const std::string& place) {
+int body_index(const Skeleton& skeleton, const std::string& name, const std::string& location) {
   const int body = find_body(skeleton, name);
   if (body >= 0) return body;
-  throw Error(ExitCode::kUsage, place + ": body \"" + name + "\" is not in the rig" +
-                                    did_you_mean(name, skeleton.body_names));
+  throw Error(ErrorCode::kUsage, location + ": body \"" + name + "\" is not in the rig" +
+                                     did_you_mean(name, skeleton.body_names));
 }
 
 MusclePath muscle_path(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene,
-                       const std::string& place) {
+                       const std::string& location) {
   MusclePath path;
   for (const ScenePathPoint& point : scene.path) {
-    path.points.push_back({body_index(skeleton, point.body, place), point.position});
+    path.points.push_back({body_index(skeleton, point.body, location), point.position});
     if (!point.with.empty()) {
-      const int with = body_index(skeleton, point.with, point.place);
+      const int with = body_index(skeleton, point.with, point.location);
       share_turn(with, point.share, bind_pose, path.points.back());
     }
   }
   for (const SceneWrap& wrap : scene.wraps) {
-    path.wraps.push_back({wrap.segment, body_index(skeleton, wrap.body, place), wrap.centre,
+    path.wraps.push_back({wrap.segment, body_index(skeleton, wrap.body, location), wrap.centre,
                           wrap.axis.normalized(), wrap.radius, wrap.turn});
   }
   return path;
@@ -57,8 +57,8 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
                             const TriMesh& mesh) {
   std::vector<int> held(mesh.vertices.size(), -1);
   for (const SceneFixed& fixed : scene.fixed) {
-    const std::string place = fixed.place + ": muscle \"" + scene.name + "\"";
-    const int body = body_index(skeleton, fixed.body, place);
+    const std::string location = fixed.location + ": muscle \"" + scene.name + "\"";
+    const int body = body_index(skeleton, fixed.body, location);
     int count = 0;
     for (size_t i = 0; i < held.size(); ++i) {
       const Vec3& p = mesh.vertices[i];
@@ -70,8 +70,8 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
       ++count;
     }
     if (count == 0) {
-      throw Error(ExitCode::kUsage,
-                  place + ": no node lies in the box that \"" + fixed.body + "\" holds; widen it");
+      throw Error(ErrorCode::kUsage, location + ": no node lies in the box that \"" + fixed.body +
+                                         "\" holds; widen it");
     }
   }
   return held;
@@ -79,13 +79,13 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
 
 MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene,
                         const Lengths& lengths) {
-  const std::string place = scene.place + ": muscle \"" + scene.name + "\"";
+  const std::string location = scene.location + ": muscle \"" + scene.name + "\"";
   MuscleDef def;
   static_cast<MuscleSettings&>(def) = scene;
   def.name = scene.name;
-  def.place = scene.place;
+  def.location = scene.location;
   def.swells = scene.shape == SceneMuscle::Shape::kTarget;
-  def.path = muscle_path(skeleton, bind_pose, scene, place);
+  def.path = muscle_path(skeleton, bind_pose, scene, location);
   def.belly = scene.belly;
   def.twist_from = scene.twist_from;
   const bool has_path = !def.path.points.empty();
@@ -102,7 +102,7 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
   // Without a path there is no axis: all nodes are at its beginning.
   std::vector<double> u(def.mesh.vertices.size(), 0.0);
   if (has_path) u = belly_coordinates(def.mesh, def.path, bind_pose, def.belly, lengths);
-  def.weights = authored_weights(scene, def.mesh, u, imported, place);
+  def.weights = authored_weights(scene, def.mesh, u, imported, location);
   if (!has_path) def.held = held_nodes(skeleton, scene, def.mesh);
   return def;
 }
@@ -153,7 +153,7 @@ ModelDef define_model(const Scene& scene) {
     def.skeleton = import_urdf(scene.rig, scene.folder);
   }
   def.clip = scene.clip;
-  def.clip_place = scene.clip_place;
+  def.clip_location = scene.clip_location;
   Pose bind_pose;
   forward_kinematics(def.skeleton, std::vector<double>(def.skeleton.size(), 0.0), bind_pose);
   for (const SceneMuscle& muscle : scene.muscles) {
@@ -165,11 +165,11 @@ ModelDef define_model(const Scene& scene) {
   for (Bone& bone : character_bones(scene, def.skeleton)) def.bones.push_back(std::move(bone));
   def.skin.skinned = scene.skin.skinned;
   def.skin.settings = scene.skin.settings;
-  def.skin.place = scene.skin.skinned ? scene.rig.string() : scene.skin.mesh.string();
+  def.skin.location = scene.skin.skinned ? scene.rig.string() : scene.skin.mesh.string();
   if (!scene.skin.mesh.empty()) def.skin.mesh = import_closed_mesh(scene.skin.mesh);
   return def;
 }
 
 Model build_model(const Scene& scene) { return build_model(define_model(scene)); }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -4,7 +4,7 @@
 #include "sim/scene/build_model.h"
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Reads all that the scene names, rig, meshes and motions. Throws Error with file, cause, next
 /// move.
@@ -14,4 +14,4 @@ Model build_model(const Scene& scene);
 /// Of a scene's solver.integrator.
 Integrator integrator_of(const std::string& word);
 
-}  // namespace thew
+}  // namespace thew::sim

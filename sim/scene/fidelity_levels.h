@@ -5,7 +5,7 @@
 
 #include "muscles/carried_shape.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// How a muscle is simulated, from the cheapest up.
 enum class Level {
@@ -29,4 +29,4 @@ struct Fidelity {
   std::vector<MuscleFidelity> muscles;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

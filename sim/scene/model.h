@@ -10,15 +10,15 @@
 #include "sim/scene/model_def.h"
 #include "skin/skinned_skin.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What contact meets of a muscle or a bone.
 struct ContactSurface {
   std::string name;
   int body = -1;  ///< that carries it; -1: a muscle
   Surface surface;
-  std::vector<SurfacePoint> held_points;  ///< that contact keeps out of faces
-  double thickness = 0.0;                 ///< m, that contact keeps free over it
+  std::vector<SurfacePoint> rigid_points;  ///< that contact keeps out of faces
+  double thickness = 0.0;                  ///< m, that contact keeps free over it
 };
 
 /// What does not change while a scene is simulated.
@@ -48,4 +48,4 @@ struct Model : World {
   int colliders() const { return static_cast<int>(surfaces.size()); }
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -12,7 +12,7 @@
 #include "skin/contact/contact.h"
 #include "skin/skin_layer.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Time, gravity and size: a scene, the definition that it makes and the model have them alike.
 struct World {
@@ -44,7 +44,7 @@ inline constexpr const char* kVolumeMethods[] = {"none",    "printed", "linear",
 struct Tolerance {
   double position = 0.0;  ///< m, of any node in any frame, from the refined step
   double volume = 1e-9;   ///< relative; the exact multiplier is far below it
-  std::string place = {};
+  std::string location = {};
 };
 
 struct SolverSettings {
@@ -97,15 +97,15 @@ struct SkinDef {
   TriMesh mesh;          ///< of a layer; empty: none
   bool skinned = false;  ///< the character's own mesh by its own weights; no `mesh`
   SkinSettings settings;
-  std::string place = {};  ///< its file, for messages
+  std::string location = {};  ///< its file, for messages
 };
 
 /// All that a model is built of, in memory: nothing here is read from a file.
 struct ModelDef : World {
   std::string source = "scene";  ///< its file, for messages
   Skeleton skeleton;
-  Clip clip;                    ///< time 0 at the first frame; without keys all joints stay at 0
-  std::string clip_place = {};  ///< begins messages about it
+  Clip clip;                       ///< time 0 at the first frame; without keys all joints stay at 0
+  std::string clip_location = {};  ///< begins messages about it
   std::optional<CharacterRig> character;
   std::vector<MuscleDef> muscles;
   std::vector<Bone> bones;
@@ -115,4 +115,4 @@ struct ModelDef : World {
   std::vector<std::string> warnings;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

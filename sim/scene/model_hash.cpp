@@ -8,7 +8,7 @@
 #include "sim/cache/hash.h"
 #include "sim/cache/version.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
@@ -211,7 +211,7 @@ void hash_model(const ModelDef& def, Model& model) {
     hash.number(metres);
   }
   hash.end_part("contact.thickness", model);
-  for (const Row& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
+  for (const Point& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   hash.faces(model.skin.surface.triangles);
   hash.end_part("the skin's mesh", model);
   hash.add_character(def, model);
@@ -219,4 +219,4 @@ void hash_model(const ModelDef& def, Model& model) {
   model.hash = hash.hex();
 }
 
-}  // namespace thew
+}  // namespace thew::sim

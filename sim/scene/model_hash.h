@@ -3,10 +3,10 @@
 
 #include "sim/scene/model.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Sets the model's hashes: of all that the solver reads. Pictures, bounds and outputs do not
 /// count.
 void hash_model(const ModelDef& def, Model& model);
 
-}  // namespace thew
+}  // namespace thew::sim

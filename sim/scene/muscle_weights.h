@@ -7,13 +7,13 @@
 #include "rig/import/mesh_import.h"
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// The weights of a muscle's nodes as its scene has them, by list, by place, by colour or by a
 /// profile at the nodes' coordinates `u`: one number a node, 0 or more, which bulge and multiplier
 /// both read. `place` begins each message.
 std::vector<double> authored_weights(const SceneMuscle& scene, const TriMesh& rest,
                                      const std::vector<double>& u, const ImportedMesh& imported,
-                                     const std::string& place);
+                                     const std::string& location);
 
-}  // namespace thew
+}  // namespace thew::sim

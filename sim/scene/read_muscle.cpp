@@ -9,7 +9,7 @@
 #include "rig/text.h"
 #include "sim/scene/values.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -31,7 +31,7 @@ void read_tube(TomlValue& table, TubeProfile& profile) {
 // A point that takes a share of how its body turns against another.
 ScenePathPoint read_shared_point(TomlValue& table, bool is_end) {
   ScenePathPoint point{text_of(require(table, "body")), vector_of(require(table, "at"), kPlace),
-                       table.place};
+                       table.location};
   TomlValue& with = require(table, "with");
   point.with = text_of(with);
   point.share = number_of(require(table, "share"), kShare);
@@ -53,13 +53,13 @@ void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
     const std::vector<TomlValue>& parts = items_of(item, "a point, [\"body\", x, y, z]", 4, 4);
     const Vec3 position(number_of(parts[1], kPlace), number_of(parts[2], kPlace),
                         number_of(parts[3], kPlace));
-    path.push_back({text_of(parts[0]), position, item.place});
+    path.push_back({text_of(parts[0]), position, item.location});
   }
 }
 
 SceneWrap read_wrap(TomlValue& table, int segments) {
   SceneWrap wrap;
-  wrap.place = table.place;
+  wrap.location = table.location;
   wrap.segment = integer_of(require(table, "segment"), 0, segments - 1);
   wrap.body = text_of(require(table, "body"));
   wrap.centre = vector_of(require(table, "centre"), kPlace);
@@ -76,7 +76,7 @@ SceneWrap read_wrap(TomlValue& table, int segments) {
 
 SceneFixed read_fixed(TomlValue& table) {
   SceneFixed fixed;
-  fixed.place = table.place;
+  fixed.location = table.location;
   fixed.body = text_of(require(table, "body"));
   read(table, "low", fixed.low, kPlace);
   read(table, "high", fixed.high, kPlace);
@@ -103,7 +103,7 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
       if (good) values[k] = *number;
     }
     if (!good) {
-      throw Error(ExitCode::kInput,
+      throw Error(ErrorCode::kInput,
                   file.string() + ":" + std::to_string(line) +
                       ": is not a weight; give one number from 0 a line, one line per vertex, or x "
                       "y z weight in each line, places within 10 km");
@@ -116,7 +116,7 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
     }
   }
   if (width == 0) {
-    throw Error(ExitCode::kInput, file.string() + ": is empty; give one weight a line");
+    throw Error(ErrorCode::kInput, file.string() + ": is empty; give one weight a line");
   }
 }
 
@@ -216,12 +216,13 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   SceneMuscle muscle;
   muscle.fibre_length *= size;
   muscle.painted.tolerance *= size;
-  muscle.place = table.place;
+  muscle.location = table.location;
   muscle.name = name_of(require(table, "name"));
   const auto [kind, form] = require_one(table, {"mesh", "profile"});
   if (kind == "mesh") muscle.mesh = file_of(*form, folders);
   if (kind == "mesh") {
-    if (TomlValue* place = find(table, "transform")) muscle.mesh_place = read_transform(*place);
+    if (TomlValue* location = find(table, "transform"))
+      muscle.mesh_place = read_transform(*location);
   }
   if (kind == "profile") read_tube(*form, muscle.profile);
   TomlValue* path = find(table, "path");
@@ -240,4 +241,4 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   return muscle;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

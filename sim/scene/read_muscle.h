@@ -3,9 +3,9 @@
 
 #include "sim/scene/values.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Reads one [[muscle]]; lengths that it does not give are multiplied by `size`.
 SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -4,7 +4,7 @@
 #include "rig/import/character_import.h"
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 SceneForearm read_forearm(TomlValue& table) {
@@ -22,7 +22,7 @@ SceneForearm read_forearm(TomlValue& table) {
 
 SceneHinge read_hinge(TomlValue& table) {
   SceneHinge hinge;
-  hinge.place = table.place;
+  hinge.location = table.location;
   hinge.name = text_of(require(table, "name"));
   hinge.body = text_of(require(table, "body"));
   hinge.axis = direction_of(require(table, "axis"));
@@ -52,7 +52,7 @@ void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) 
   }
   for (TomlValue* bone : tables_of(table, "bone")) {
     character.bones.push_back({name_of(require(*bone, "name")), text_of(require(*bone, "body")),
-                               file_of(require(*bone, "mesh"), folders), bone->place});
+                               file_of(require(*bone, "mesh"), folders), bone->location});
   }
 }
 
@@ -63,17 +63,17 @@ bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene)
   const bool motion = is_text && names_motion(file->text);
   if (const TomlValue* name = find(table, "animation")) {
     character.animation = text_of(*name);
-    scene.clip_place = name->place;
+    scene.clip_location = name->location;
     for (const char* other : {"keys", "file"}) {
       TomlValue* both = find(table, other);
       // Of another character's file, it says which.
       if (!both || (both == file && is_text && names_character(file->text))) continue;
-      refuse(*both, "remove it, or the animation at " + name->place);
+      refuse(*both, "remove it, or the animation at " + name->location);
     }
     if (!motion) return true;
   }
   if (!motion) return false;
-  scene.clip_place = file->place;
+  scene.clip_location = file->location;
   character.motion = file_of(*file, folders);
   if (TomlValue* columns = find(table, "columns")) {
     const TomlValue& names = entries_of(*columns);
@@ -84,4 +84,4 @@ bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene)
   return true;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

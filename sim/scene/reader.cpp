@@ -12,7 +12,7 @@
 #include "sim/scene/read_rig.h"
 #include "sim/scene/values.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
@@ -132,7 +132,7 @@ Clip read_clip_file(TomlValue& value, TomlValue* columns, const Folders& folders
 }
 
 void read_clip(TomlValue& table, const Folders& folders, Scene& scene) {
-  scene.clip_place = table.place;
+  scene.clip_location = table.location;
   std::string interpolation = "smooth", unit = "rad";
   read(table, "interpolation", interpolation, {"smooth", "linear"});
   const auto way =
@@ -151,8 +151,8 @@ void read_clip(TomlValue& table, const Folders& folders, Scene& scene) {
 void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
   TomlValue& file = require(table, "file");
   scene.rig = file_of(file, folders);
-  scene.rig_place = file.place;
-  scene.clip_place = table.place;
+  scene.rig_location = file.location;
+  scene.clip_location = table.location;
   scene.clip.times = {0.0};  // none: the rest pose
   scene.clip.values = {{}};
   const bool character = names_character(scene.rig);
@@ -163,7 +163,7 @@ void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
 }
 
 void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
-  scene.skin.place = table.place;
+  scene.skin.location = table.location;
   std::string kind = "layer";
   read(table, "kind", kind, {"layer", "skinned"});
   scene.skin.skinned = kind == "skinned";
@@ -198,22 +198,22 @@ constexpr Range kPositionTolerance{1e-6, 1.0}, kVolumeTolerance{1e-12, 1.0};
 void read_tolerance(TomlValue& solver, TomlValue& table, Scene& scene) {
   for (const char* key : {"integrator", "substeps", "iterations"}) {
     if (const TomlValue* other = find(solver, key)) {
-      refuse(*other, "remove it, or the tolerance at " + table.place,
+      refuse(*other, "remove it, or the tolerance at " + table.location,
              ", but a tolerance chooses it for each muscle");
     }
   }
   if (const TomlValue* volume = find(solver, "volume"); volume && volume->text != "exact") {
-    refuse(*volume, "give \"exact\", or remove the tolerance at " + table.place,
+    refuse(*volume, "give \"exact\", or remove the tolerance at " + table.location,
            ", which holds no tolerance");
   }
   auto& tolerance = scene.solver.tolerance.emplace();
-  tolerance.place = table.place;
+  tolerance.location = table.location;
   tolerance.position = length_of(require(table, "position"), kPositionTolerance);
   read(table, "volume", tolerance.volume, kVolumeTolerance);
 }
 
 void read_solver(TomlValue& table, Scene& scene) {
-  scene.solver.place = table.place;
+  scene.solver.location = table.location;
   read(table, "integrator", scene.solver.integrator,
        {"explicit", "xpbd", "local_global", "quasi_static"});
   read(table, "volume", scene.solver.volume,
@@ -257,7 +257,7 @@ void read_contact(TomlValue& table, Scene& scene) {
   }
   TomlValue* ignore = find(table, "ignore");
   if (!ignore) return;
-  scene.contact.place = ignore->place;
+  scene.contact.location = ignore->location;
   for (TomlValue& item : items_of(*ignore, "pairs of names, [[\"a\", \"b\"], ...]", 0, 1000000)) {
     const std::vector<TomlValue>& pair = items_of(item, "a pair of names, [\"a\", \"b\"]", 2, 2);
     scene.contact.ignore.push_back({text_of(pair[0]), text_of(pair[1])});
@@ -290,16 +290,16 @@ SceneView read_view(TomlValue& table) {
   read(table, "light", view.light, kDirection);
   if (TomlValue* cut = find(table, "cut")) read_cut(*cut, view);
   if (view.show == "cutaway" && view.cut.empty()) {
-    throw Error(ExitCode::kUsage, table.place + ": [" + table.name +
-                                      "] has no cut; say where the skin is open, by planes of the "
-                                      "rest pose: cut = [[0, 0, 1, 0.02]]");
+    throw Error(ErrorCode::kUsage, table.location + ": [" + table.name +
+                                       "] has no cut; say where the skin is open, by planes of the "
+                                       "rest pose: cut = [[0, 0, 1, 0.02]]");
   }
   const Vec3 direction = view.target - view.eye;
   if (direction.cross(view.up).norm() <= 1e-6 * direction.norm() * view.up.norm()) {
-    throw Error(ExitCode::kUsage, table.place + ": [" + table.name + "] looks from " +
-                                      point_text(view.eye) + " to " + point_text(view.target) +
-                                      " with " + point_text(view.up) +
-                                      " up; give two points, and an up that is not along the view");
+    throw Error(ErrorCode::kUsage,
+                table.location + ": [" + table.name + "] looks from " + point_text(view.eye) +
+                    " to " + point_text(view.target) + " with " + point_text(view.up) +
+                    " up; give two points, and an up that is not along the view");
   }
   return view;
 }
@@ -307,8 +307,8 @@ SceneView read_view(TomlValue& table) {
 void refuse_duplicate(const TomlValue& table, std::set<std::string>& names,
                       const std::string& name) {
   if (names.insert(name).second) return;
-  throw Error(ExitCode::kUsage,
-              table.place + ": a second [" + table.name + "]; give each a name of its own");
+  throw Error(ErrorCode::kUsage,
+              table.location + ": a second [" + table.name + "]; give each a name of its own");
 }
 
 SceneRender read_render(TomlValue& table) {
@@ -332,9 +332,9 @@ void read_bounds(TomlValue& table, Scene& scene) {
     const TomlValue* limit = find(table, quantity);
     if (!limit) continue;
     for (const Bound& bound : scene.bounds) {
-      if (bound.quantity == quantity) refuse(*limit, "remove it, or the one at " + bound.place);
+      if (bound.quantity == quantity) refuse(*limit, "remove it, or the one at " + bound.location);
     }
-    scene.bounds.push_back({quantity, number_of(*limit, kNotNegative), limit->place});
+    scene.bounds.push_back({quantity, number_of(*limit, kNotNegative), limit->location});
   }
 }
 
@@ -391,4 +391,4 @@ SceneRender read_render(const fs::path& file, const std::vector<std::string>& ov
   return render;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -3,7 +3,7 @@
 
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Friction and muscles that meet themselves want multipliers within iterations.
 bool can_solve_contact(const Scene& scene, const std::string& integrator);
@@ -20,4 +20,4 @@ Scene read_scene(const std::filesystem::path& file, const std::vector<std::strin
 SceneRender read_render(const std::filesystem::path& file,
                         const std::vector<std::string>& overrides = {});
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -11,10 +11,10 @@
 #include "muscles/weights.h"
 #include "sim/scene/model_def.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Where in the scene file something stands: "arm.toml:12".
-using Place = std::string;
+using Location = std::string;
 
 /// A belly without a mesh: a tube along the path (rings as in assets: `around` nodes a ring,
 /// `rings` rings and two poles), radius given against the path coordinate 0..1.
@@ -26,7 +26,7 @@ struct TubeProfile {
 struct ScenePathPoint {
   std::string body;
   Vec3 position = Vec3::Zero();
-  Place place = {};
+  Location location = {};
   std::string with = {};  ///< empty: it goes with `body` alone; see PathPoint
   double share = 1.0;
 };
@@ -35,14 +35,14 @@ struct SceneWrap {
   std::string body;
   Vec3 centre = Vec3::Zero(), axis = Vec3::UnitZ();
   double radius = 0.0, turn = 1.0;
-  Place place = {};
+  Location location = {};
 };
 
 /// Nodes of a soft body that a body of the rig holds: those in a box of the rest pose (m).
 struct SceneFixed {
   std::string body;
   Vec3 low = Vec3::Constant(-1e12), high = Vec3::Constant(1e12);
-  Place place = {};
+  Location location = {};
 };
 
 /// Weights that keep to places, so that they outlive edits of the mesh: each vertex takes that of
@@ -58,7 +58,7 @@ struct SceneWeights {
 struct SceneMuscle : MuscleSettings {
   enum class Shape { kTarget, kWeights };
   std::string name;
-  Place place;
+  Location location;
   std::filesystem::path mesh;                                ///< empty: `profile` is used
   Eigen::Affine3d mesh_place = Eigen::Affine3d::Identity();  ///< from the file to the rest pose
   TubeProfile profile;
@@ -110,12 +110,12 @@ struct SceneHinge {
   double roll = 0.0;  ///< rad about it from the bind pose, in the pose that the muscles are made in
   std::array<double, 2> range = {-3.2, 3.2};  ///< rad
   std::optional<SceneForearm> forearm;
-  Place place;
+  Location location;
 };
 struct SceneBone {
   std::string name, body;
   std::filesystem::path mesh;  ///< in the body's frame
-  Place place;
+  Location location;
 };
 /// What [rig] says where its file is a character's.
 struct SceneCharacter {
@@ -132,7 +132,7 @@ struct Bound {
   /// volume_error, substep_volume_error, penetration, poke_through, attachment_gap
   std::string quantity;
   double limit = 0.0;
-  Place place;
+  Location location;
 };
 
 /// A scene as its file has it: meshes, rigs and clips still on disk.
@@ -141,17 +141,17 @@ struct Scene : World {
   std::filesystem::path folder;  ///< canonical; nothing is read outside it
 
   std::filesystem::path rig;  ///< like all paths here absolute, canonical, a regular file
-  Place rig_place;
+  Location rig_location;
   SceneCharacter character;
   Clip clip;  ///< sampled with time 0 at the first frame; has one key at least
-  Place clip_place;
+  Location clip_location;
 
   std::vector<SceneMuscle> muscles;
   struct {
     std::filesystem::path mesh;  ///< empty: no skin
     bool skinned = false;        ///< the character's own mesh by its own weights; no `mesh`
     SkinSettings settings;
-    Place place;
+    Location location;
   } skin;
   struct {
     /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
@@ -161,10 +161,10 @@ struct Scene : World {
     std::string volume = "exact";
     int substeps = 1;  ///< a frame; explicit: each in as many as its stability asks for
     int iterations = 3;
-    Place place;
+    Location location;
   } solver;
   struct : ContactDef {
-    Place place;  ///< of `ignore`
+    Location location;  ///< of `ignore`
   } contact;
   SceneRender render;
   struct {
@@ -174,4 +174,4 @@ struct Scene : World {
   std::vector<std::string> warnings;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

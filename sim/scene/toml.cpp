@@ -4,11 +4,11 @@
 // toml++ 3.3 meets some slips, "[1, }" for instance, by an assertion alone: it has to throw, in
 // every build.
 #undef NDEBUG
-#define TOML_ASSERT(condition) ((condition) ? void() : thew::throw_slip())
-namespace thew {
+#define TOML_ASSERT(condition) ((condition) ? void() : thew::sim::throw_slip())
+namespace thew::sim {
 struct TomlSlip {};
 [[noreturn]] static void throw_slip() { throw TomlSlip(); }
-}  // namespace thew
+}  // namespace thew::sim
 // And it tells the compiler that some letters, the cent sign among them, never follow a number.
 #include <toml++/impl/preprocessor.h>
 #pragma push_macro("TOML_UNREACHABLE")
@@ -24,28 +24,28 @@ struct TomlSlip {};
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr std::size_t kFileLimit = std::size_t{4} << 20;  // bytes
 constexpr int kKeyParts = 32, kDepth = 64;
 
-using PlaceOf = std::function<Place(const toml::source_region&)>;
+using PlaceOf = std::function<Location(const toml::source_region&)>;
 
-[[noreturn]] void fail(const Place& place, const std::string& what) {
-  std::string message = place + ": " + what;
+[[noreturn]] void fail(const Location& location, const std::string& what) {
+  std::string message = location + ": " + what;
   for (char& c : message) {  // what is quoted from the file must not command a terminal
     const auto byte = static_cast<unsigned char>(c);
     if (byte < ' ' || byte == 127) c = '?';
   }
-  throw Error(ExitCode::kUsage, message);
+  throw Error(ErrorCode::kUsage, message);
 }
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 // toml++ bounds the nesting of values, but not the parts of a dotted key, each of which is a level
 // of its tree: a long one would end in its recursive destructor.
-void check_dotted_keys(std::string_view text, const Place& place) {
+void check_dotted_keys(std::string_view text, const Location& location) {
   int parts = 0;
   char quote = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -67,7 +67,7 @@ void check_dotted_keys(std::string_view text, const Place& place) {
     } else if (c == '.') {
       if (++parts < kKeyParts) continue;
       const auto line = std::count(text.begin(), text.begin() + static_cast<long>(i), '\n') + 1;
-      fail(place + ":" + std::to_string(line),
+      fail(location + ":" + std::to_string(line),
            "a key has more than " + std::to_string(kKeyParts) + " parts; no key of a scene has");
     } else if (std::string_view(",[]{}=").find(c) != std::string_view::npos) {
       parts = 0;
@@ -76,8 +76,8 @@ void check_dotted_keys(std::string_view text, const Place& place) {
 }
 
 // toml::parse, with a place for the slips that have none: the first line at whose end they show.
-toml::table parse(std::string_view text, const Place& place) {
-  check_dotted_keys(text, place);
+toml::table parse(std::string_view text, const Location& location) {
+  check_dotted_keys(text, location);
   try {
     return toml::parse(text);
   } catch (const TomlSlip&) {
@@ -96,7 +96,7 @@ toml::table parse(std::string_view text, const Place& place) {
     return true;
   };
   const auto line = std::partition_point(ends.begin(), ends.end(), is_sound) - ends.begin() + 1;
-  fail(place + ":" + std::to_string(line),
+  fail(location + ":" + std::to_string(line),
        "a value is missing, or a bracket does not match; correct the TOML there");
 }
 
@@ -111,12 +111,12 @@ std::string array_item_name(const std::string& parent, std::size_t index, const 
   return item_name(parent, name ? *name : std::to_string(index));
 }
 
-TomlValue convert(const toml::node& node, const std::string& name, const Place& place,
-                  const PlaceOf& place_of, int depth) {
+TomlValue convert(const toml::node& node, const std::string& name, const Location& location,
+                  const PlaceOf& location_of, int depth) {
   using Type = TomlValue::Type;
-  if (depth > kDepth) fail(place, "tables and arrays are nested too deep; no scene needs that");
+  if (depth > kDepth) fail(location, "tables and arrays are nested too deep; no scene needs that");
   TomlValue value;
-  value.place = place;
+  value.location = location;
   value.name = name;
   if (const toml::table* table = node.as_table()) {
     std::vector<std::pair<const toml::key*, const toml::node*>> entries;
@@ -127,13 +127,13 @@ TomlValue convert(const toml::node& node, const std::string& name, const Place& 
     for (const auto& [key, item] : entries) {
       value.keys.emplace_back(key->str());
       value.items.push_back(convert(*item, item_name(name, value.keys.back()),
-                                    place_of(key->source()), place_of, depth + 1));
+                                    location_of(key->source()), location_of, depth + 1));
     }
   } else if (const toml::array* array = node.as_array()) {
     value.type = Type::kArray;
     for (const toml::node& item : *array) {
       value.items.push_back(convert(item, array_item_name(name, value.items.size(), item),
-                                    place_of(item.source()), place_of, depth + 1));
+                                    location_of(item.source()), location_of, depth + 1));
     }
   } else if (const auto* truth = node.as_boolean()) {
     value.type = Type::kTruth;
@@ -186,30 +186,31 @@ TomlValue* held(TomlValue& table, const std::string& key) {
   return at == table.keys.end() ? nullptr : &table.items[at - table.keys.begin()];
 }
 
-TomlValue parse_setting(const std::string& text, const std::string& path, const Place& place) {
-  const auto same_place = [&](const toml::source_region&) { return place; };
+TomlValue parse_setting(const std::string& text, const std::string& path,
+                        const Location& location) {
+  const auto same_place = [&](const toml::source_region&) { return location; };
   TomlValue value;
   try {
-    const toml::table parsed = parse("value = " + text, place);
+    const toml::table parsed = parse("value = " + text, location);
     const toml::node* node = parsed.get("value");
-    if (node && parsed.size() == 1) return convert(*node, path, place, same_place, 0);
+    if (node && parsed.size() == 1) return convert(*node, path, location, same_place, 0);
   } catch (const toml::parse_error& error) {
     if (text.empty() || std::string_view("\"'[{").find(text[0]) != std::string_view::npos) {
-      fail(place, "\"" + text + "\" is no TOML value: " + std::string(error.description()) +
-                      "; quote it for the shell");
+      fail(location, "\"" + text + "\" is no TOML value: " + std::string(error.description()) +
+                         "; quote it for the shell");
     }
   }
   value.type = TomlValue::Type::kText;  // a bare word
-  value.place = place;
+  value.location = location;
   value.name = path;
   value.text = text;
   return value;
 }
 
-TomlValue& step_into(TomlValue& at, const std::string& word, const Place& place);
+TomlValue& step_into(TomlValue& at, const std::string& word, const Location& location);
 
 // The item of an array that `word` names; where it is a key of an item, what that key holds.
-TomlValue& step_into_array(TomlValue& array, const std::string& word, const Place& place) {
+TomlValue& step_into_array(TomlValue& array, const std::string& word, const Location& location) {
   std::vector<std::string> names;
   std::vector<TomlValue*> tables, holders;
   for (TomlValue& item : array.items) {
@@ -227,26 +228,26 @@ TomlValue& step_into_array(TomlValue& array, const std::string& word, const Plac
     return array.items[static_cast<std::size_t>(*index)];
   }
   if (tables.empty() || !names.empty()) {
-    fail(place, array.name + " has no \"" + word + "\"" + suggestion(word, names) +
-                    "; name one of them, or its index from 0");
+    fail(location, array.name + " has no \"" + word + "\"" + suggestion(word, names) +
+                       "; name one of them, or its index from 0");
   }
   if (holders.size() > 1) {
-    fail(place, std::to_string(holders.size()) + " of " + array.name + " have the key \"" + word +
-                    "\"; put the index from 0 before it");
+    fail(location, std::to_string(holders.size()) + " of " + array.name + " have the key \"" +
+                       word + "\"; put the index from 0 before it");
   }
-  return step_into(holders.empty() ? *tables.back() : *holders[0], word, place);
+  return step_into(holders.empty() ? *tables.back() : *holders[0], word, location);
 }
 
 // What `word` names within `at`; a table gets a new key where it lacks one.
-TomlValue& step_into(TomlValue& at, const std::string& word, const Place& place) {
-  if (at.type == TomlValue::Type::kArray) return step_into_array(at, word, place);
+TomlValue& step_into(TomlValue& at, const std::string& word, const Location& location) {
+  if (at.type == TomlValue::Type::kArray) return step_into_array(at, word, location);
   if (at.type != TomlValue::Type::kTable) {
-    fail(place, at.name + " is " + describe(at) + ", which has no keys; set it as a whole");
+    fail(location, at.name + " is " + describe(at) + ", which has no keys; set it as a whole");
   }
   if (TomlValue* value = held(at, word)) return *value;
   at.keys.push_back(word);
   TomlValue& value = at.items.emplace_back();
-  value.place = place;
+  value.location = location;
   value.name = item_name(at.name, word);
   return value;
 }
@@ -254,25 +255,25 @@ TomlValue& step_into(TomlValue& at, const std::string& word, const Place& place)
 }  // namespace
 
 void refuse(const TomlValue& value, const std::string& next, const std::string& why) {
-  fail(value.place, value.name + " is " + describe(value) + why + "; " + next);
+  fail(value.location, value.name + " is " + describe(value) + why + "; " + next);
 }
 
 TomlValue read_toml(const std::filesystem::path& file) {
-  const std::string place = file.string();
+  const std::string location = file.string();
   std::string text;
   try {
     text = read_whole(file, kFileLimit);
   } catch (const Error& error) {
-    throw Error(ExitCode::kUsage, error.what());
+    throw Error(ErrorCode::kUsage, error.what());
   }
-  const auto place_of = [&](const toml::source_region& source) {
-    return place + ":" + std::to_string(source.begin.line);
+  const auto location_of = [&](const toml::source_region& source) {
+    return location + ":" + std::to_string(source.begin.line);
   };
   try {
-    return convert(parse(text, place), "", place, place_of, 0);
+    return convert(parse(text, location), "", location, location_of, 0);
   } catch (const toml::parse_error& error) {
     const auto& at = error.source().begin;
-    fail(place_of(error.source()) + ":" + std::to_string(at.column),
+    fail(location_of(error.source()) + ":" + std::to_string(at.column),
          std::string(error.description()) + "; correct the TOML there");
   }
 }
@@ -284,18 +285,18 @@ void override_toml(TomlValue& root, const std::string& setting) {
   }
   std::string path = setting.substr(0, equals);
   while (!path.empty() && is_blank(path.back())) path.pop_back();
-  const Place place = "--set " + path;
+  const Location location = "--set " + path;
   if (std::count(path.begin(), path.end(), '.') >= kKeyParts) {
-    fail(place.substr(0, 60), "the key has more than " + std::to_string(kKeyParts) + " parts");
+    fail(location.substr(0, 60), "the key has more than " + std::to_string(kKeyParts) + " parts");
   }
   std::size_t start = equals + 1;
   while (start < setting.size() && is_blank(setting[start])) ++start;
-  TomlValue value = parse_setting(setting.substr(start), path, place);
+  TomlValue value = parse_setting(setting.substr(start), path, location);
 
   TomlValue* at = &root;
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
-    at = &step_into(*at, path.substr(begin, end - begin), place);
+    at = &step_into(*at, path.substr(begin, end - begin), location);
     begin = end + 1;
   }
   value.name = at->name;
@@ -306,8 +307,8 @@ void refuse_unknown_keys(const TomlValue& root) {
   for (std::size_t i = 0; i < root.items.size(); ++i) {
     const TomlValue& item = root.items[i];
     if (root.type == TomlValue::Type::kTable && !item.read) {
-      fail(item.place, "unknown key \"" + root.keys[i] + "\" in " + title(root) +
-                           suggestion(root.keys[i], root.known));
+      fail(item.location, "unknown key \"" + root.keys[i] + "\" in " + title(root) +
+                              suggestion(root.keys[i], root.known));
     }
     refuse_unknown_keys(item);
   }
@@ -324,8 +325,8 @@ TomlValue* find(TomlValue& table, const std::string& key) {
 TomlValue& require(TomlValue& table, const std::string& key) {
   if (TomlValue* value = find(table, key)) return *value;
   const std::string near = nearest_name(key, table.keys);
-  fail(table.place, title(table) + " lacks the key \"" + key + "\"" +
-                        (near.empty() ? "; add it" : "; is \"" + near + "\" meant to be it?"));
+  fail(table.location, title(table) + " lacks the key \"" + key + "\"" +
+                           (near.empty() ? "; add it" : "; is \"" + near + "\" meant to be it?"));
 }
 
 std::pair<std::string, TomlValue*> require_one(TomlValue& table,
@@ -336,12 +337,13 @@ std::pair<std::string, TomlValue*> require_one(TomlValue& table,
     all += (all.empty() ? "\"" : ", \"") + key + "\"";
     TomlValue* value = find(table, key);
     if (value && one.second) {
-      fail(value->place,
+      fail(value->location,
            title(table) + " has both \"" + one.first + "\" and \"" + key + "\"; keep one of them");
     }
     if (value) one = {key, value};
   }
-  if (!one.second) fail(table.place, title(table) + " has none of " + all + "; give one of them");
+  if (!one.second)
+    fail(table.location, title(table) + " has none of " + all + "; give one of them");
   return one;
 }
 
@@ -365,4 +367,4 @@ TomlValue& entries_of(TomlValue& table) {
   return table;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

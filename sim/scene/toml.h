@@ -8,15 +8,15 @@
 
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// A value of a TOML file, with its place, and which of it was asked for: what nobody asks for is a
 /// key that does not exist. All errors are Error(kUsage): "place: name is ...; give ...".
 struct TomlValue {
   enum class Type { kTruth, kInteger, kReal, kText, kDate, kArray, kTable };
   Type type = Type::kTable;
-  Place place;       ///< "arm.toml:12", or "--set solver.substeps"
-  std::string name;  ///< "muscle.biceps_long.path.0", as --set would say it
+  Location location;  ///< "arm.toml:12", or "--set solver.substeps"
+  std::string name;   ///< "muscle.biceps_long.path.0", as --set would say it
   bool truth = false;
   double number = 0.0;  ///< integers as well
   std::string text;
@@ -49,4 +49,4 @@ std::vector<TomlValue*> tables_of(TomlValue& parent, const std::string& key);
 /// All of a table whose keys are names of the user's, marked as asked for.
 TomlValue& entries_of(TomlValue& table);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -7,7 +7,7 @@
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::sim {
 
 namespace fs = std::filesystem;
 
@@ -150,4 +150,4 @@ void read(TomlValue& table, const std::string& key, std::string& out,
   if (const TomlValue* value = find(table, key)) out = word_of(*value, words);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -9,7 +9,7 @@
 #include "rig/limits.h"
 #include "sim/scene/toml.h"
 
-namespace thew {
+namespace thew::sim {
 
 // Values of a scene, checked: what is not as asked for is refused with its place.
 
@@ -63,4 +63,4 @@ void read(TomlValue& table, const std::string& key, Vec3& out, const Range& rang
 void read(TomlValue& table, const std::string& key, std::string& out,
           const std::vector<std::string>& words);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -5,7 +5,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::sim {
 
 bool is_animated(const Model& model) {
   return model.character && !model.character->clip.tracks.empty();
@@ -86,4 +86,4 @@ void drive_character(const Model& model, double time, State& state) {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -3,7 +3,7 @@
 
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 // A rig that is a character's file, in each frame.
 
@@ -19,4 +19,4 @@ bool is_animated(const Model& model);
 /// keyed joints have been applied.
 void drive_character(const Model& model, double time, State& state);
 
-}  // namespace thew
+}  // namespace thew::sim

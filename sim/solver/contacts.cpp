@@ -9,15 +9,15 @@
 #include "skin/contact/self_contact.h"
 #include "skin/contact/sweep.h"
 
-namespace thew {
+namespace thew::sim {
 
 namespace {
 
-void add_collider(const Model& model, int c, const Bvh& bvh, const Rows& x,
+void add_collider(const Model& model, int c, const Bvh& bvh, const Points& x,
                   const std::vector<char>* free_nodes, std::vector<Collider>& colliders) {
   const ContactSurface& it = model.surfaces[c];
   colliders.push_back({&it.surface, &bvh, &x, free_nodes});
-  colliders.back().held_points = &it.held_points;
+  colliders.back().rigid_points = &it.rigid_points;
   colliders.back().thickness = it.thickness;
 }
 
@@ -89,7 +89,7 @@ void place_colliders(const Model& model, State& state) {
     Collider& it = state.colliders[c];
     it.box = box_of(*it.x);
     it.soft = c < state.count();
-    it.seen = it.soft ? &state.muscles[c].seen : it.x;
+    it.previous_iterate = it.soft ? &state.muscles[c].previous_iterate : it.x;
     if (it.soft) it.start = &state.muscles[c].start;
     const int body = model.surfaces[c].body;
     if (it.soft || !state.body_moved[body] || state.pose_before.size() != state.pose.size())
@@ -161,10 +161,10 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   });
 }
 
-std::optional<Trouble> find_leap(const Model& model, State& state) {
+std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state) {
   if (!model.contact.enabled || state.pose_before.size() != state.pose.size()) return {};
   const double depth = model.contact.settings.max_depth;
-  std::optional<Trouble> worst;
+  std::optional<StepDiagnosis> worst;
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     if (!has_forces(now.level)) continue;
@@ -172,23 +172,23 @@ std::optional<Trouble> find_leap(const Model& model, State& state) {
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const int c = state.count() + static_cast<int>(b);
       if (model.ignore[m][c] || lets_pass(state, m, c)) continue;
-      if (!may_leap(way, state.colliders[c], state.bones[b].moved, depth)) continue;
+      if (!may_tunnel(way, state.colliders[c], state.bones[b].moved, depth)) continue;
       fit_bone(model, static_cast<int>(b), state);
-      const Leap leap = find_leap(now.start, now.x, model.muscles[m].free_nodes, state.colliders[c],
-                                  depth, model.lengths.march);
-      if (leap.inside <= (worst ? worst->value : depth)) continue;
-      worst = Trouble{"muscle \"" + model.muscles[m].name + "\"",
-                      leap.node,
-                      Cause::kWayIntoBone,
-                      leap.inside,
-                      depth,
-                      m,
-                      c};
-      worst->way = leap.way;
-      worst->parts = static_cast<int>(std::ceil(std::min(leap.way / depth, 1e6)));
+      const Tunnelling tunnelling = find_tunnelling(now.start, now.x, model.muscles[m].free_nodes,
+                                                    state.colliders[c], depth, model.lengths.march);
+      if (tunnelling.inside <= (worst ? worst->value : depth)) continue;
+      worst = StepDiagnosis{"muscle \"" + model.muscles[m].name + "\"",
+                            tunnelling.node,
+                            Cause::kWayIntoBone,
+                            tunnelling.inside,
+                            depth,
+                            m,
+                            c};
+      worst->way = tunnelling.way;
+      worst->parts = static_cast<int>(std::ceil(std::min(tunnelling.way / depth, 1e6)));
     }
   }
   return worst;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,7 +6,7 @@
 #include "sim/solver/health.h"
 #include "sim/solver/parallel.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Muscles, then bones, as contact and skin see them; or into memory that is there.
 std::vector<Collider> colliders_of(const Model& model, const State& state);
@@ -29,6 +29,6 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state);
 /// beyond a bone's surface in this step, as the bone sees it, if that is deeper than
 /// contact.max_depth, from where it might come out on the other side; and in how many parts the
 /// step has to be taken. Fits the bones' trees where it needs them.
-std::optional<Trouble> find_leap(const Model& model, State& state);
+std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state);
 
-}  // namespace thew
+}  // namespace thew::sim

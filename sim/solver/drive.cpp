@@ -9,7 +9,7 @@
 #include "rig/vectorise.h"
 #include "sim/solver/character_rig.h"
 
-namespace thew {
+namespace thew::sim {
 
 double bind_to_first_ends(const Model& model) {
   if (is_animated(model)) return -0.5 * model.settle;
@@ -36,14 +36,14 @@ void pose_bodies(const Model& model, double time, State& state) {
 
 // The most that a node moves, m.
 THEW_VECTORISED
-double place_bone(const Bone& bone, const Transform& place, Rows& x) {
-  const Row along[3] = {to_row(place.linear().col(0)), to_row(place.linear().col(1)),
-                        to_row(place.linear().col(2))};
-  const Row origin = to_row(place.translation());
+double place_bone(const Bone& bone, const Transform& place, Points& x) {
+  const Point along[3] = {to_point(place.linear().col(0)), to_point(place.linear().col(1)),
+                          to_point(place.linear().col(2))};
+  const Point origin = to_point(place.translation());
   double squared = 0.0;
   for (size_t i = 0; i < x.size(); ++i) {
     const Vec3& p = bone.in_body.vertices[i];
-    const Row to = p.x() * along[0] + p.y() * along[1] + p.z() * along[2] + origin, d = to - x[i];
+    const Point to = p.x() * along[0] + p.y() * along[1] + p.z() * along[2] + origin, d = to - x[i];
     squared = std::max(squared, sum3(d * d));
     x[i] = to;
   }
@@ -95,4 +95,4 @@ double activation_at(const Model& model, int m, double time) {
   return keys.empty() ? 0.0 : keyed_value(keys, model.first_frame + time * model.fps);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

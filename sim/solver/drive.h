@@ -3,7 +3,7 @@
 
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// Joint values at `time` (s): before 0 they go from the bind pose to the clip's first pose, in the
 /// first half of scene.settle.
@@ -19,4 +19,4 @@ void drive_bones(const Model& model, double time, State& state);
 
 double activation_at(const Model& model, int m, double time);
 
-}  // namespace thew
+}  // namespace thew::sim

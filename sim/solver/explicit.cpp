@@ -14,7 +14,7 @@
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/volume_rule.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
@@ -24,12 +24,12 @@ constexpr double kMostSubsteps = 20000;  // minutes a frame, and more than any t
 constexpr int kLookEvery = 5;  // substeps, for touches that may close before the next look
 
 // What a spring has against leaving the carried shape's edge vectors.
-void add_shape_forces(const Muscle& muscle, const Rows& target, const Rows& x, Rows& f) {
+void add_shape_forces(const Muscle& muscle, const Points& target, const Points& x, Points& f) {
   const Springs& springs = muscle.springs;
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
     const auto& [a, b] = springs.nodes[k];
-    const Row force = muscle.settings.material.shape * springs.stiffness[k] *
-                      (x[a] - x[b] - (target[a] - target[b]));
+    const Point force = muscle.settings.material.shape * springs.stiffness[k] *
+                        (x[a] - x[b] - (target[a] - target[b]));
     f[a] -= force;
     f[b] += force;
   }
@@ -44,10 +44,10 @@ struct Body {
 
 struct Kick {
   const Muscle& muscle;
-  const Rows& target;
-  Row gravity;
+  const Points& target;
+  Point gravity;
   double h, damping;
-  Row volume = {}, rate = {}, weighted = {};  // sums so far
+  Point volume = {}, rate = {}, weighted = {};  // sums so far
 };
 
 // v + h f / m of order[first, last) in place of f, since others' forces still need v. With
@@ -60,21 +60,21 @@ template <bool kVolume>
   ExplicitWork& work = body.work;
   const bool has_path = muscle.shape.held.empty();
   const double h = kick.h, damping = kick.damping, guide = muscle.settings.guide;
-  const Row gravity = kick.gravity, origin = now.x[0];
+  const Point gravity = kick.gravity, origin = now.x[0];
   const char* const driven = muscle.driven.data();
   const double *const inverse_mass = work.inverse_mass.data(), *const mobility =
                                                                    work.mobility.data();
-  const Row *const x = now.x.data(), *const v_before = now.v.data(),
-                   *const g = body.volume.gradient.data();
-  Row* const f = work.forces.data();
-  Row volume = kick.volume, rate = kick.rate, weighted = kick.weighted;
+  const Point *const x = now.x.data(), *const v_before = now.v.data(),
+                     *const g = body.volume.gradient.data();
+  Point* const f = work.forces.data();
+  Point volume = kick.volume, rate = kick.rate, weighted = kick.weighted;
   for (size_t k = first; k < last; ++k) {
     const int i = order[k];
-    Row v = v_before[i];
+    Point v = v_before[i];
     if (driven[i]) {
       v = now.target_velocity[i];
     } else {
-      Row acceleration = gravity + inverse_mass[i] * f[i] - damping * v;
+      Point acceleration = gravity + inverse_mass[i] * f[i] - damping * v;
       if (has_path) {
         acceleration += guide * (kick.target[i] - x[i]) + damping * now.target_velocity[i];
       }
@@ -167,8 +167,8 @@ ExplicitNodes nodes_of(const Body& body) {
 }
 
 // Without the weights.
-double even_denominator(const Muscle& muscle, const Rows& gradient) {
-  Row even = {};
+double even_denominator(const Muscle& muscle, const Points& gradient) {
+  Point even = {};
   for (size_t i = 0; i < gradient.size(); ++i) {
     if (!muscle.driven[i]) even += 1.0 / muscle.mass[i] * (gradient[i] * gradient[i]);
   }
@@ -233,11 +233,11 @@ bool drifts(const Muscle& muscle, const MuscleState& now) {
 void keep_momentum(const Muscle& muscle, double h, const Body& body, VolumeSums& sums) {
   auto& [now, work, volume] = body;
   remove_net_motion(now.x, muscle.mass, volume.direction);
-  Rows& drag = work.drag;
+  Points& drag = work.drag;
   drag.resize(now.x.size());
   for (size_t i = 0; i < drag.size(); ++i) drag[i] = -h * muscle.settings.damping * now.v[i];
   remove_net_motion(now.x, muscle.mass, drag);
-  Row weighted = {}, rate = {};
+  Point weighted = {}, rate = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
     now.v[i] += drag[i];
     weighted += volume.direction[i] * volume.gradient[i];
@@ -249,8 +249,8 @@ void keep_momentum(const Muscle& muscle, double h, const Body& body, VolumeSums&
 
 // dV/dx . W dV/dx / m over the compliance, 1/s^2, at rest.
 double volume_frequency_squared(const Muscle& muscle, double bulk) {
-  Rows gradient;
-  volume_gradient(to_rows(muscle.rest.vertices), muscle.rest.triangles, gradient);
+  Points gradient;
+  volume_gradient(to_points(muscle.rest.vertices), muscle.rest.triangles, gradient);
   double sum = 0.0;
   for (size_t i = 0; i < gradient.size(); ++i) {
     sum += muscle.weights[i] / muscle.mass[i] * sum3(gradient[i] * gradient[i]);
@@ -284,8 +284,8 @@ int explicit_substeps(const Model& model, int m, double h) {
   const double substeps = std::ceil(h / (kMargin * stable));
   if (substeps <= kMostSubsteps) return std::max(1, static_cast<int>(substeps));
   throw Error(
-      ExitCode::kUsage,
-      muscle.place + ": muscle \"" + muscle.name +
+      ErrorCode::kUsage,
+      muscle.location + ": muscle \"" + muscle.name +
           "\" is too stiff and light for integrator = \"explicit\": a step of " + number_text(h) +
           " s takes " + number_text(substeps) +
           " substeps; make its material softer or its mesh coarser, or take \"local_global\"");
@@ -300,7 +300,7 @@ void begin_explicit(const Model& model, int m, double h, State& state) {
   if (work.frame != h) work.substeps = explicit_substeps(model, m, h);
   work.frame = h;
   work.target = now.target;
-  for (Rows* rows : {&work.forces, &now.volume.gradient, &now.volume.direction}) {
+  for (Points* rows : {&work.forces, &now.volume.gradient, &now.volume.direction}) {
     rows->resize(nodes);
   }
   work.mobility.resize(nodes);
@@ -322,7 +322,7 @@ void iterate_explicit(const Model& model, int m, State& state) {
   const bool removes = has_volume && drifts(muscle, now);
   const int substeps = work.substeps;
   const double h = work.frame / substeps;
-  const Row gravity = to_row(model.gravity);
+  const Point gravity = to_point(model.gravity);
   const ExplicitNodes nodes = nodes_of(body);
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
@@ -367,4 +367,4 @@ void finish_explicit(const Model& model, int m, double h, State& state) {
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -10,7 +10,7 @@
 #include "sim/solver/levels.h"
 #include "sim/solver/rungs.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 constexpr double kBox = 10.0;        // times the rig's own extent
@@ -19,7 +19,7 @@ constexpr double kReversed = 0.05;   // share of edges against the carried shape
 constexpr double kTurnedOver = 0.5;  // of the surface
 constexpr double kEnergy = 2.0;      // times what went in
 
-double squared(const Row& r) { return dot(r, r); }
+double squared(const Point& r) { return dot(r, r); }
 
 double extent_of(const Model& model, const State& state) {
   double extent = model.lengths.least_rig;
@@ -38,8 +38,8 @@ int strongest_contact(const Muscle& muscle, const MuscleState& now) {
   return other;
 }
 
-Trouble trouble_at(const Model& model, const State& state, int m, int node, Cause cause,
-                   double value, double limit) {
+StepDiagnosis diagnosis_at(const Model& model, const State& state, int m, int node, Cause cause,
+                           double value, double limit) {
   const Muscle& muscle = model.muscles[m];
   const int other = strongest_contact(muscle, state.muscles[m]);
   return {"muscle \"" + muscle.name + "\"", node, cause, value, limit, m, other};
@@ -50,19 +50,19 @@ int frame_at(const Model& model, double time) {
   return model.first_frame + static_cast<int>(std::lround(frames));
 }
 
-std::string text_of(const Model& model, double time, const Trouble& trouble, int substeps) {
+std::string text_of(const Model& model, double time, const StepDiagnosis& diagnosis, int substeps) {
   std::string when = "frame " + std::to_string(frame_at(model, time));
   if (time < 0.0) when = "settling, " + std::to_string(-time) + " s before " + when;
-  if (trouble.node < 0) return when + ": " + trouble.part;
-  if (trouble.substep > 0) {
+  if (diagnosis.node < 0) return when + ": " + diagnosis.part;
+  if (diagnosis.substep > 0) {
     when +=
-        " (substep " + std::to_string(trouble.substep) + " of " + std::to_string(substeps) + ")";
+        " (substep " + std::to_string(diagnosis.substep) + " of " + std::to_string(substeps) + ")";
   }
-  const CauseWords& words = words_of(trouble.cause);
+  const CauseWords& words = words_of(diagnosis.cause);
   const auto figure = [&](double value) { return number_text(value) + " " + words.unit; };
-  return when + ": " + trouble.part + ", node " + std::to_string(trouble.node) + ": " +
-         words.quantity + " is " + figure(trouble.value) + ", the limit is " +
-         figure(trouble.limit) + "; " + words.next;
+  return when + ": " + diagnosis.part + ", node " + std::to_string(diagnosis.node) + ": " +
+         words.quantity + " is " + figure(diagnosis.value) + ", the limit is " +
+         figure(diagnosis.limit) + "; " + words.next;
 }
 
 double stretch_energy(double stiffness, double length, double rest) {
@@ -70,7 +70,8 @@ double stretch_energy(double stiffness, double length, double rest) {
 }
 
 // J, of the edges at x.
-double edge_energy(const Springs& springs, const std::vector<double>& rest_length, const Rows& x) {
+double edge_energy(const Springs& springs, const std::vector<double>& rest_length,
+                   const Points& x) {
   double sum = 0.0;
   for (int k = 0; k < springs.structural; ++k) {
     const auto& [a, b] = springs.nodes[k];
@@ -86,10 +87,10 @@ double energy_limit(const Model& model, double h, const State& state) {
   double fastest = model.contact.settings.max_depth / h;  // m/s, out of an overlap
   for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.moved / h);
   for (const MuscleState& muscle : state.muscles) {
-    for (const Row& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
+    for (const Point& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
   }
   double most = 0.0;
-  Rows guess;
+  Points guess;
   for (int m = 0; m < state.count(); ++m) {
     const Muscle& muscle = model.muscles[m];
     const MuscleState& now = state.muscles[m];
@@ -97,7 +98,7 @@ double energy_limit(const Model& model, double h, const State& state) {
     guess = now.start;
     for (size_t i = 0; i < guess.size(); ++i) {
       guess[i] = muscle.driven[i] ? now.target[i] : guess[i] + h * now.target_velocity[i];
-      const double fall = std::abs(dot(to_row(model.gravity), now.x[i] - now.start[i]));
+      const double fall = std::abs(dot(to_point(model.gravity), now.x[i] - now.start[i]));
       most += kEnergy * muscle.mass[i] *
               (0.5 * squared(now.frame_before.v[i]) + fall + fastest * fastest);
     }
@@ -111,16 +112,17 @@ double energy_limit(const Model& model, double h, const State& state) {
   return most;
 }
 
-Row area_vector(const Rows& x, const Triangle& t) {
-  const Row u = x[t[1]] - x[t[0]], v = x[t[2]] - x[t[0]];
-  return Row{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0], 0.0};
+Point area_vector(const Points& x, const Triangle& t) {
+  const Point u = x[t[1]] - x[t[0]], v = x[t[2]] - x[t[0]];
+  return Point{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0],
+               0.0};
 }
 
 // Share of the carried shape's surface that x has turned over by more than a right angle.
-double turned_over(const Muscle& muscle, const Rows& x, const Rows& target) {
+double turned_over(const Muscle& muscle, const Points& x, const Points& target) {
   double all = 0.0, over = 0.0;
   for (const Triangle& t : muscle.rest.triangles) {
-    const Row there = area_vector(target, t);
+    const Point there = area_vector(target, t);
     const double area = norm(there);
     all += area;
     if (dot(area_vector(x, t), there) < 0.0) over += area;
@@ -143,8 +145,8 @@ bool are_within(const MuscleState& now, double reach, double fastest, double h) 
   return true;
 }
 
-std::optional<Trouble> find_bad_node(const Model& model, double h, double extent,
-                                     const State& state, int m) {
+std::optional<StepDiagnosis> find_bad_node(const Model& model, double h, double extent,
+                                           const State& state, int m) {
   const MuscleState& now = state.muscles[m];
   const double reach = kBox * extent;
   // From rest to rest there is no speed, only a number or none.
@@ -155,11 +157,11 @@ std::optional<Trouble> find_bad_node(const Model& model, double h, double extent
     const int node = static_cast<int>(i);
     const double distance = norm(now.x[i]);
     if (!(distance <= reach)) {  // also where it is not a number
-      return trouble_at(model, state, m, node, Cause::kDistance, distance, reach);
+      return diagnosis_at(model, state, m, node, Cause::kDistance, distance, reach);
     }
     for (const double speed : {norm(now.x[i] - now.start[i]) / h, norm(now.v[i])}) {
       if (!(speed <= fastest)) {
-        return trouble_at(model, state, m, node, Cause::kSpeed, speed, fastest);
+        return diagnosis_at(model, state, m, node, Cause::kSpeed, speed, fastest);
       }
     }
   }
@@ -185,14 +187,14 @@ int most_strained(const Muscle& muscle, const MuscleState& now) {
   return strained;
 }
 
-std::optional<Trouble> find_long_edge(const Model& model, const State& state, int m) {
+std::optional<StepDiagnosis> find_long_edge(const Model& model, const State& state, int m) {
   const Springs& springs = model.muscles[m].springs;
   const MuscleState& now = state.muscles[m];
   for (int k = 0; k < springs.structural; ++k) {
     const auto& [a, b] = springs.nodes[k];
     const double length = norm(now.x[a] - now.x[b]);
     const double limit = kStretch * std::max(now.rest_length[k], springs.rest_length[k]);
-    if (!(length <= limit)) return trouble_at(model, state, m, a, Cause::kEdge, length, limit);
+    if (!(length <= limit)) return diagnosis_at(model, state, m, a, Cause::kEdge, length, limit);
   }
   return {};
 }
@@ -200,16 +202,17 @@ std::optional<Trouble> find_long_edge(const Model& model, const State& state, in
 // J, of the free nodes' way off the carried shape's.
 THEW_VECTORISED
 double kinetic_energy(const Muscle& muscle, const MuscleState& now) {
-  Row sum = {};
+  Point sum = {};
   for (size_t i = 0; i < now.x.size(); ++i) {
-    const Row v = now.v[i] - now.target_velocity[i];
+    const Point v = now.v[i] - now.target_velocity[i];
     if (!muscle.driven[i]) sum += 0.5 * muscle.mass[i] * v * v;
   }
   return sum3(sum);
 }
 
 // What the edges tell. Energy and orientation cost something: only where the edges give cause.
-std::optional<Trouble> find_bad_shape(const Model& model, double h, const State& state, int m) {
+std::optional<StepDiagnosis> find_bad_shape(const Model& model, double h, const State& state,
+                                            int m) {
   const Muscle& muscle = model.muscles[m];
   const MuscleState& now = state.muscles[m];
   const Springs& springs = muscle.springs;
@@ -220,21 +223,22 @@ std::optional<Trouble> find_bad_shape(const Model& model, double h, const State&
   if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
     const double volume = enclosed_volume(now.x, muscle.rest.triangles);
     if (!(volume > 0.0) && enclosed_volume(now.frame_before.x, muscle.rest.triangles) > 0.0) {
-      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kVolume, volume, 0.0);
+      return diagnosis_at(model, state, m, most_strained(muscle, now), Cause::kVolume, volume, 0.0);
     }
   }
   if (has_path && strain.reversed > kReversed * springs.structural) {
     const double over = turned_over(muscle, now.x, now.target);
     const MuscleMotion& before = now.frame_before;
     if (over > kTurnedOver && over > turned_over(muscle, before.x, before.target)) {
-      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kTurnedOver, over,
-                        kTurnedOver);
+      return diagnosis_at(model, state, m, most_strained(muscle, now), Cause::kTurnedOver, over,
+                          kTurnedOver);
     }
   }
   if (!(energy <= strain.usual)) {
     const double limit = energy_limit(model, h, state);
     if (!(energy <= limit)) {
-      return trouble_at(model, state, m, most_strained(muscle, now), Cause::kEnergy, energy, limit);
+      return diagnosis_at(model, state, m, most_strained(muscle, now), Cause::kEnergy, energy,
+                          limit);
     }
   }
   return {};
@@ -263,9 +267,9 @@ const CauseWords& words_of(Cause cause) {
   return kWords[static_cast<int>(cause)];
 }
 
-StepFailure::StepFailure(const Model& model, double time, const Trouble& of, int steps)
-    : Error(ExitCode::kSolver, text_of(model, time, of, steps)),
-      trouble(of),
+StepFailure::StepFailure(const Model& model, double time, const StepDiagnosis& of, int steps)
+    : Error(ErrorCode::kSolver, text_of(model, time, of, steps)),
+      diagnosis(of),
       frame(frame_at(model, time)),
       substeps(of.substep > 0 ? steps : 0) {}
 
@@ -311,40 +315,41 @@ void take_back(State& state) {
   state.taken_back = true;
 }
 
-std::optional<Trouble> solver_trouble(const std::function<std::optional<Trouble>()>& step) {
+std::optional<StepDiagnosis> diagnose_solver(
+    const std::function<std::optional<StepDiagnosis>()>& step) {
   try {
     return step();
   } catch (const NoSolution& none) {
-    Trouble trouble{none.what()};
-    trouble.muscle = none.muscle;
-    return trouble;
+    StepDiagnosis diagnosis{none.what()};
+    diagnosis.muscle = none.muscle;
+    return diagnosis;
   }
 }
 
-std::optional<Trouble> find_trouble(const Model& model, double h, const State& state) {
+std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const State& state) {
   const double extent = extent_of(model, state);
   for (int m = 0; m < state.count(); ++m) {
     if (state.muscles[m].level == Level::kAsleep) continue;
-    if (auto trouble = find_bad_node(model, h, extent, state, m)) return trouble;
+    if (auto diagnosis = find_bad_node(model, h, extent, state, m)) return diagnosis;
   }
   for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers
     if (!has_forces(state.muscles[m].level)) continue;
-    if (auto trouble = find_bad_shape(model, h, state, m)) return trouble;
+    if (auto diagnosis = find_bad_shape(model, h, state, m)) return diagnosis;
   }
   return {};
 }
 
-std::optional<Trouble> find_skin_trouble(const Model& model, const State& state) {
+std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& state) {
   const double reach = kBox * extent_of(model, state);
   const SkinMotion& skin = state.skin;
   for (size_t i = 0; i < skin.x.size(); ++i) {
     const auto is_beyond = [&](double value) { return !(value <= reach); };
-    for (const Rows* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {
+    for (const Points* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {
       if (i >= rows->size() || !is_beyond(norm((*rows)[i]))) continue;
-      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
+      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
     }
     if (i < skin.moved.size() && is_beyond(skin.moved[i])) {
-      return Trouble{"skin", static_cast<int>(i), Cause::kDistance, skin.moved[i], reach};
+      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, skin.moved[i], reach};
     }
   }
   return {};
@@ -361,4 +366,4 @@ double fastest_node(const Model& model, const State& state) {
   return fastest;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

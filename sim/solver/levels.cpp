@@ -8,7 +8,7 @@
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/volume_rule.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 bool is_driven(const Model& model, int m, const State& state) {
@@ -18,9 +18,9 @@ bool is_driven(const Model& model, int m, const State& state) {
          std::any_of(muscle.bodies.begin(), muscle.bodies.end(), moves);
 }
 
-double fastest(const Rows& v) {
+double fastest(const Points& v) {
   double squared = 0.0;
-  for (const Row& r : v) squared = std::max(squared, dot(r, r));
+  for (const Point& r : v) squared = std::max(squared, dot(r, r));
   return std::sqrt(squared);
 }
 
@@ -41,7 +41,7 @@ bool is_at_rest(const Model& model, int m, double h, const State& state) {
     const double way =
         is_bone ? state.bones[other - count].moved : h * fastest(state.muscles[other].v);
     if (!is_bone && way <= rest && !is_driven(model, other, state)) continue;
-    const Rows& x = is_bone ? state.bones[other - count].x : state.muscles[other].x;
+    const Points& x = is_bone ? state.bones[other - count].x : state.muscles[other].x;
     if (are_near(own, box_of(x), reach + way)) return false;
   }
   return true;
@@ -49,9 +49,9 @@ bool is_at_rest(const Model& model, int m, double h, const State& state) {
 
 // What the others see of it while it is left alone.
 void lie_down(const Surface& surface, MuscleState& now) {
-  now.v.assign(now.x.size(), Row{});
+  now.v.assign(now.x.size(), Point{});
   now.target_velocity = now.v;
-  now.start = now.seen = now.x;
+  now.start = now.previous_iterate = now.x;
   refit_bvh(surface, now.x, now.bvh);
   now.memory.others.clear();  // what comes nearer meanwhile is not noted
   now.face_memory.others.clear();
@@ -100,7 +100,7 @@ void choose_levels(const Model& model, double h, State& state) {
   }
 }
 
-bool reach_volume(const Muscle& muscle, VolumeWork& work, Rows& x) {
+bool reach_volume(const Muscle& muscle, VolumeWork& work, Points& x) {
   volume_gradient(x, muscle.rest.triangles, work.gradient);
   work.direction.resize(x.size());
   for (const bool even : {false, true}) {  // even weights where the authored ones fail
@@ -114,7 +114,7 @@ bool reach_volume(const Muscle& muscle, VolumeWork& work, Rows& x) {
 }
 
 bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
-                   VolumeWork& work, Rows& x) {
+                   VolumeWork& work, Points& x) {
   profiled_positions(muscle.shape, pose, muscle.swells, profile, x);
   return reach_volume(muscle, work, x);
 }
@@ -129,9 +129,9 @@ void shape_muscle(const Model& model, int m, double h, State& state) {
   if (!place_carried(muscle, now.pose, profile, now.volume, now.x)) ++now.unreached;
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   now.target_velocity = now.v;
-  now.seen = now.x;
+  now.previous_iterate = now.x;
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
   now.shaped = true;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,11 +6,11 @@
 #include "rig/vectorise.h"
 #include "sim/solver/levels.h"
 #include "sim/solver/muscle_step.h"
-#include "sim/solver/trouble.h"
+#include "sim/solver/step_diagnosis.h"
 #include "sim/solver/volume_rule.h"
 #include "skin/contact/implicit_contact.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // 1/s^2, of a quasi-static iteration about its own start: keeps the matrix definite where nothing
@@ -19,12 +19,12 @@ constexpr double kNearness = 1.0;
 
 // [x, z] = A^-1 [f, W dV/dx], by new index and back.
 THEW_VECTORISED
-void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Rows& f, const Rows& g, Rows& x,
-                Rows& z) {
+void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Points& f, const Points& g,
+                Points& x, Points& z) {
   const Skyline& matrix = muscle.stiffness;
   work.pairs.resize(matrix.size());
-  x.resize(f.size(), Row{});
-  z.resize(f.size(), Row{});
+  x.resize(f.size(), Point{});
+  z.resize(f.size(), Point{});
   for (int i = 0; i < matrix.size(); ++i) {
     const int node = matrix.order[i];
     work.pairs[i] = __builtin_shufflevector(f[node], g[node], 0, 1, 2, 3, 4, 5, 6, 7);
@@ -39,9 +39,9 @@ void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Rows& f, cons
 
 // A^-1 W dL/dx of each cut between zones, two at a time; the last, of the whole, is there already.
 void solve_zones(const Muscle& muscle, MuscleState& now, LocalGlobalWork& work) {
-  std::vector<Rows>& gradients = now.volume.zones.gradients;
-  std::vector<Rows>& directions = now.volume.zone_directions;
-  for (Rows& gradient : gradients) {
+  std::vector<Points>& gradients = now.volume.zones.gradients;
+  std::vector<Points>& directions = now.volume.zone_directions;
+  for (Points& gradient : gradients) {
     for (size_t i = 0; i < gradient.size(); ++i) gradient[i] *= now.weights[i];
   }
   directions.resize(gradients.size());
@@ -53,22 +53,22 @@ void solve_zones(const Muscle& muscle, MuscleState& now, LocalGlobalWork& work) 
 }
 
 THEW_VECTORISED
-double dot(const Rows& a, const Rows& b) {
-  Row sum = {};
+double dot(const Points& a, const Points& b) {
+  Point sum = {};
   for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum[0] + sum[1] + sum[2];
 }
 
 THEW_VECTORISED
-void scale(const std::vector<double>& by, const Rows& rows, Rows& out) {
+void scale(const std::vector<double>& by, const Points& rows, Points& out) {
   out.resize(rows.size());
   for (size_t i = 0; i < rows.size(); ++i) out[i] = by[i] * rows[i];
 }
 
 // By node: mass times what does not depend on other nodes.
 THEW_VECTORISED
-void set_base(const Muscle& muscle, double h, double inertia, double damping, const Row& gravity,
-              const MuscleState& now, Rows& base) {
+void set_base(const Muscle& muscle, double h, double inertia, double damping, const Point& gravity,
+              const MuscleState& now, Points& base) {
   const double drag = damping / h, guide = muscle.settings.guide;
   base.resize(now.x.size());
   for (size_t i = 0; i < now.x.size(); ++i) {
@@ -100,7 +100,7 @@ void begin_contacts(const Model& model, int m, double h, State& state, LocalGlob
   const ContactSolve solve = contact_solve(model, m, state);
   const bool held = std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
   if (!held && !is_quasi_static(model, m)) {
-    guess_flight(solve, now, muscle.mass, to_row(model.gravity), h, now.start, now.v, now.x);
+    guess_flight(solve, now, muscle.mass, to_point(model.gravity), h, now.start, now.v, now.x);
   }
   if (solve.friction > 0.0) find_slip_origins(solve, now.contacts, now.start, work.apart);
 }
@@ -114,7 +114,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   const bool still = is_quasi_static(model, m);
   const double guide = muscle.settings.guide, damping = still ? 0.0 : muscle.settings.damping;
   const double inertia = still ? 0.0 : 1.0 / (h * h), drag = damping / h;
-  set_base(muscle, h, inertia, damping, to_row(model.gravity), now, work.base);
+  set_base(muscle, h, inertia, damping, to_point(model.gravity), now, work.base);
   const double shape = muscle.settings.material.shape;
   add_ring_edges(muscle.rings, shape, now.target, work.base);
   lengths_by_slot(muscle.rings, now.rest_length, work.rest_by_slot);
@@ -133,7 +133,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   factorise_step(model, m, work);
   now.volume.gradient.resize(now.x.size());
-  now.volume.direction.resize(now.x.size(), Row{});  // where driven it stays 0
+  now.volume.direction.resize(now.x.size(), Point{});  // where driven it stays 0
   begin_contacts(model, m, h, state, work);
   if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.volume.zone_targets);
 }
@@ -143,7 +143,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
   const VolumeRule& rule = rule_of(model.solver.volume);
   MuscleState& now = state.muscles[m];
   LocalGlobalWork& work = std::get<LocalGlobalWork>(now.work);
-  Rows &gradient = now.volume.gradient, &direction = now.volume.direction, &f = work.forces;
+  Points &gradient = now.volume.gradient, &direction = now.volume.direction, &f = work.forces;
   now.node_iterations += static_cast<std::int64_t>(now.x.size());
   f = work.base;
   add_ring_projections(muscle.rings, work.rest_by_slot, now.x, f);  // the local step
@@ -176,4 +176,4 @@ void iterate_local_global(const Model& model, int m, State& state) {
   rule.restore(muscle, direction, even_along, now.x);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -10,10 +10,10 @@
 #include "muscles/zone.h"
 #include "rig/text.h"
 #include "rig/vectorise.h"
-#include "sim/solver/trouble.h"
+#include "sim/solver/step_diagnosis.h"
 #include "sim/solver/volume_rule.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 bool has_iterated(const Model& model, int iterations, const State&) {
@@ -97,13 +97,13 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
 }
 
 THEW_VECTORISED
-void see(MuscleState& state) {
-  state.seen.resize(state.x.size());
+void remember_iterate(MuscleState& state) {
+  state.previous_iterate.resize(state.x.size());
   double squared = 0.0;
   for (size_t i = 0; i < state.x.size(); ++i) {
-    const Row d = state.x[i] - state.seen[i];
+    const Point d = state.x[i] - state.previous_iterate[i];
     squared = std::max(squared, dot(d, d));
-    state.seen[i] = state.x[i];
+    state.previous_iterate[i] = state.x[i];
   }
   state.moved = std::sqrt(squared);
 }
@@ -113,7 +113,7 @@ ContactSolve contact_solve(const Model& model, int m, const State& state) {
           model.contact.friction};
 }
 
-void zone_targets(const Muscle& muscle, const Rows& target, std::vector<double>& before) {
+void zone_targets(const Muscle& muscle, const Points& target, std::vector<double>& before) {
   before = muscle.zones.rest_before;
   if (!muscle.swells) return;
   volumes_before(muscle.zones, target, muscle.rest.triangles, before);
@@ -141,7 +141,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   const ContactSolve solve = contact_solve(model, m, state);
   // The directions without what contact holds, that of the whole last.
   const bool zoned = !work.zone_directions.empty();
-  const std::span<Rows> freed =
+  const std::span<Points> freed =
       zoned ? std::span(work.zone_directions) : std::span(&work.gradient, 1);
   freed.back() = work.direction;
   // Rounds, since the volume moves other nodes into bone; two soft surfaces share the way, once.
@@ -161,4 +161,4 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -3,7 +3,7 @@
 
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// An integrator: a row of a table. Each function is of muscle m in a step of h (s).
 struct IntegratorSteps {
@@ -25,7 +25,7 @@ void predict(const Muscle& muscle, double h, MuscleState& state);
 void update_zone(const Muscle& muscle, double h, MuscleState& state);
 
 /// Shows the others where the muscle is now; `moved` is then what moved since.
-void see(MuscleState& state);
+void remember_iterate(MuscleState& state);
 
 /// What the contacts of muscle m are solved with.
 ContactSolve contact_solve(const Model& model, int m, const State& state);
@@ -36,7 +36,7 @@ void finish_muscle(const Model& model, int m, double h, State& state);
 
 /// Volumes (m^3) before the cuts of a muscle's zones, then all: as the carried shape `target`
 /// divides the rest volume where the muscle is drawn to that shape, else as the rest shape does.
-void zone_targets(const Muscle& muscle, const Rows& target, std::vector<double>& before);
+void zone_targets(const Muscle& muscle, const Points& target, std::vector<double>& before);
 
 /// Brings the volumes of the zones to their targets along their directions; where that fails x
 /// stays, and it is counted. Then the whole volume is to be restored as ever, to the last bit.
@@ -62,4 +62,4 @@ void begin_explicit(const Model& model, int m, double h, State& state);
 void iterate_explicit(const Model& model, int m, State& state);
 void finish_explicit(const Model& model, int m, double h, State& state);
 
-}  // namespace thew
+}  // namespace thew::sim

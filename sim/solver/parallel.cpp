@@ -4,7 +4,7 @@
 #include <exception>
 #include <system_error>
 
-namespace thew {
+namespace thew::sim {
 
 Parallel::Parallel(int threads) {
   try {
@@ -75,4 +75,4 @@ void Parallel::run(int count, Call call, const void* work) {
   if (failure_) std::rethrow_exception(failure_);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace thew {
+namespace thew::sim {
 
 /// Threads that share out the indices of a loop. Each index is worked on by one thread alone and
 /// writes only what is its own, so results do not depend on the number of threads.
@@ -46,4 +46,4 @@ class Parallel {
   bool stop_ = false;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -7,7 +7,7 @@
 #include "sim/solver/levels.h"
 #include "sim/solver/muscle_step.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // Frames: to come to the carried shape, to be it, to leave it; and without a pair's contact.
@@ -31,24 +31,24 @@ void restore(const Model& model, int m, double h, MuscleState& now) {
   const Muscle& muscle = model.muscles[m];
   now.unreached += !reach_volume(muscle, now.volume, now.x);
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
-  now.seen = now.x;
+  now.previous_iterate = now.x;
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
 }
 
 }  // namespace
 
-bool take_rung(const Model& model, const Trouble& trouble, State& state) {
-  if (!model.solver.rungs || trouble.muscle < 0) return false;
-  MuscleState& now = state.muscles[trouble.muscle];
+bool take_rung(const Model& model, const StepDiagnosis& diagnosis, State& state) {
+  if (!model.solver.rungs || diagnosis.muscle < 0) return false;
+  MuscleState& now = state.muscles[diagnosis.muscle];
   LadderMotion& ladder = now.ladder;
   if (is_on(now, Rung::kCarried) && ladder.since == state.time) return false;  // it does not help
-  if (ladder.rung == Rung::kNone && trouble.other >= 0) {
-    ladder = {Rung::kPairLetPass, state.time, trouble.other};
+  if (ladder.rung == Rung::kNone && diagnosis.other >= 0) {
+    ladder = {Rung::kPairLetPass, state.time, diagnosis.other};
   } else {
     ladder = {Rung::kCarried, state.time};
   }
   ladder.taken = ladder.rung;
-  ladder.because = trouble.cause;
+  ladder.because = diagnosis.cause;
   return true;
 }
 
@@ -65,12 +65,12 @@ void leave_rungs(const Model& model, State& state) {
   }
 }
 
-void note_split(const Trouble& trouble, State& state) {
-  if (trouble.muscle < 0) return;
-  LadderMotion& ladder = state.muscles[trouble.muscle].ladder;
+void note_split(const StepDiagnosis& diagnosis, State& state) {
+  if (diagnosis.muscle < 0) return;
+  LadderMotion& ladder = state.muscles[diagnosis.muscle].ladder;
   if (ladder.taken != Rung::kNone) return;
   ladder.taken = Rung::kSubsteps;
-  ladder.because = trouble.cause;
+  ladder.because = diagnosis.cause;
 }
 
 bool lets_pass(const State& state, int m, int other) {
@@ -92,7 +92,7 @@ void hold_carried(const Model& model, int m, double time, double h, MuscleState&
   const double share = left_before > 0.0 ? std::min(1.0, left / left_before) : 0.0;
   now.start = now.x;
   for (size_t i = 0; i < now.x.size(); ++i) {
-    const Row before = now.target[i] - h * now.target_velocity[i];
+    const Point before = now.target[i] - h * now.target_velocity[i];
     now.x[i] = now.target[i] + share * (now.start[i] - before);
   }
   forget_contact(now);
@@ -107,4 +107,4 @@ void blend_carried(const Model& model, int m, double time, double h, MuscleState
   restore(model, m, h, now);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -6,17 +6,17 @@
 
 #include "muscles/carry.h"
 #include "sim/scene/model.h"
-#include "sim/solver/trouble.h"
+#include "sim/solver/step_diagnosis.h"
 #include "sim/solver/workspace.h"
 #include "skin/contact/contact_memory.h"
 #include "skin/contact/multipliers.h"
 
-namespace thew {
+namespace thew::sim {
 
-/// A muscle's nodes, and what its solver keeps from step to step. Rows are by node.
+/// A muscle's nodes, and what its solver keeps from step to step. Points are by node.
 struct NodeMotion {
-  Rows x;                         ///< m
-  Rows v;                         ///< m/s
+  Points x;                       ///< m
+  Points v;                       ///< m/s
   double zone_radius = 0.0;       ///< m, of the automatic deformation zone
   std::vector<double> weights;    ///< of the volume correction: the authored ones, or the zone's
   int rested = 0;                 ///< steps in a row before which it moved next to nothing
@@ -62,8 +62,8 @@ struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
   std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
   Bvh bvh;
   MuscleMotion frame_before;      ///< to go back to
-  Rows start;                     ///< x when the step began
-  Rows seen;                      ///< x when the iteration began, as the others see it
+  Points start;                   ///< x when the step began
+  Points previous_iterate;        ///< x when the iteration began, as the others see it
   double moved = 0.0;             ///< m, the most that a node moved in the iteration before
   ContactMotion touched;          ///< contacts of the step before
   std::vector<Contact> pressing;  ///< those of them that bore a force
@@ -73,7 +73,7 @@ struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
 };
 
 struct BoneState {
-  Rows x;
+  Points x;
   Followed followed;
   Bvh bvh;
   bool fitted = true;  ///< the tree is of x
@@ -100,4 +100,4 @@ struct State {
   int count() const { return static_cast<int>(muscles.size()); }
 };
 
-}  // namespace thew
+}  // namespace thew::sim

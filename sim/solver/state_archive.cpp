@@ -7,7 +7,7 @@
 
 #include "sim/solver/drive.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // One list of numbers, written and read by the same function so that the two cannot differ.
@@ -22,7 +22,7 @@ struct Reader {
   size_t at = 0;
   void number(double& value) {
     if (at == in.size())
-      throw Error(ExitCode::kInput,
+      throw Error(ErrorCode::kInput,
                   "the bake's state is shorter than its own lists; bake again without --resume");
     value = in[at++];
   }
@@ -30,7 +30,7 @@ struct Reader {
     double value = 0.0;
     number(value);
     if (!(value >= 0.0 && value <= static_cast<double>(in.size()))) {
-      throw Error(ExitCode::kInput, "the bake's state is damaged; bake again without --resume");
+      throw Error(ErrorCode::kInput, "the bake's state is damaged; bake again without --resume");
     }
     n = static_cast<size_t>(value);
   }
@@ -56,7 +56,7 @@ void walk(Archive& archive, Vec3& v) {
 }
 
 template <typename Archive>
-void walk(Archive& archive, Row& row) {
+void walk(Archive& archive, Point& row) {
   for (int k = 0; k < 3; ++k) {
     double value = row[k];
     archive.number(value);
@@ -174,18 +174,18 @@ State initial_state(const Model& model) {
   state.muscles.resize(model.muscles.size());
   state.bones.resize(model.bones.size());
   for (size_t b = 0; b < model.bones.size(); ++b) {
-    state.bones[b].x = to_rows(model.bones[b].in_body.vertices);
+    state.bones[b].x = to_points(model.bones[b].in_body.vertices);
     state.bones[b].bvh =
         build_bvh(model.surfaces[model.muscles.size() + b].surface, state.bones[b].x);
   }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     MuscleState& now = state.muscles[m];
-    now.x = to_rows(model.muscles[m].rest.vertices);
-    now.v.assign(now.x.size(), Row{});
+    now.x = to_points(model.muscles[m].rest.vertices);
+    now.v.assign(now.x.size(), Point{});
     now.target = now.x;
     now.target_velocity = now.v;
-    now.start = now.seen = now.x;
+    now.start = now.previous_iterate = now.x;
     now.weights = model.muscles[m].weights;
     now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
     now.bvh = build_bvh(model.surfaces[m].surface, now.x);
@@ -256,14 +256,14 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
   Reader reader{packed};
   walk(reader, state);
   if (reader.at != packed.size() || !fits(state, model)) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 "the bake's state is of other meshes; bake again without --resume");
   }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     MuscleState& now = state.muscles[m];
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
-    now.start = now.seen = now.x;  // of one that is asleep
+    now.start = now.previous_iterate = now.x;  // of one that is asleep
     refit_bvh(model.surfaces[m].surface, now.x, now.bvh);
   }
 }
@@ -273,4 +273,4 @@ void forget_searches(State& state) {
   for (BoneState& bone : state.bones) bone.followed = {};
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -3,7 +3,7 @@
 
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// At rest in the bind pose.
 State initial_state(const Model& model);
@@ -15,4 +15,4 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
 /// Searches begin anew, as those of the first step.
 void forget_searches(State& state);
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -4,10 +4,10 @@
 #include "muscles/volume.h"
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
-bool restore(const Muscle& muscle, const Rows& direction, double, Rows& x) {
+bool restore(const Muscle& muscle, const Points& direction, double, Points& x) {
   return restore_exactly(muscle, direction, x);
 }
 
@@ -26,11 +26,11 @@ constexpr VolumeRule kRules[] = {
 const VolumeRule& rule_of(VolumeMethod method) { return kRules[static_cast<int>(method)]; }
 
 THEW_VECTORISED
-bool restore_exactly(const Muscle& muscle, const Rows& direction, Rows& x) {
+bool restore_exactly(const Muscle& muscle, const Points& direction, Points& x) {
   const VolumeCubic cubic = volume_along(x, direction, muscle.rest.triangles);
   const VolumeRoot root = nearest_root(cubic, muscle.rest_volume);
   for (size_t i = 0; i < x.size(); ++i) x[i] += root.s * direction[i];
   return root.reached;
 }
 
-}  // namespace thew
+}  // namespace thew::sim

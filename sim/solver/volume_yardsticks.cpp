@@ -5,19 +5,19 @@
 #include "muscles/volume.h"
 #include "sim/solver/volume_rule.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // s = (V0 - V) / denominator.
-bool move_linearly(const Muscle& muscle, double volume, double denominator, const Rows& direction,
-                   Rows& x) {
+bool move_linearly(const Muscle& muscle, double volume, double denominator, const Points& direction,
+                   Points& x) {
   if (denominator == 0.0) return false;
   const double s = (muscle.rest_volume - volume) / denominator;
   for (size_t i = 0; i < x.size(); ++i) x[i] += s * direction[i];
   return true;
 }
 
-VolumeCubic along(const Muscle& muscle, const Rows& direction, const Rows& x) {
+VolumeCubic along(const Muscle& muscle, const Points& direction, const Points& x) {
   return volume_along(x, direction, muscle.rest.triangles);
 }
 
@@ -29,18 +29,18 @@ double lambda_over(const Muscle& muscle, double h, double denominator, const Vol
 
 }  // namespace
 
-bool leave_volume(const Muscle&, const Rows&, double, Rows&) { return true; }
+bool leave_volume(const Muscle&, const Points&, double, Points&) { return true; }
 
-bool restore_linearly(const Muscle& muscle, const Rows& direction, double, Rows& x) {
+bool restore_linearly(const Muscle& muscle, const Points& direction, double, Points& x) {
   const VolumeCubic cubic = along(muscle, direction, x);
   return move_linearly(muscle, cubic.c0, cubic.c1, direction, x);
 }
 
-bool restore_as_printed(const Muscle& muscle, const Rows& direction, double even, Rows& x) {
+bool restore_as_printed(const Muscle& muscle, const Points& direction, double even, Points& x) {
   return move_linearly(muscle, along(muscle, direction, x).c0, even, direction, x);
 }
 
-bool restore_by_penalty(const Muscle& muscle, const Rows& direction, double, Rows& x) {
+bool restore_by_penalty(const Muscle& muscle, const Points& direction, double, Points& x) {
   const VolumeCubic cubic = along(muscle, direction, x);
   return move_linearly(muscle, cubic.c0, cubic.c1 + volume_compliance(muscle, kPenaltyBulk),
                        direction, x);
@@ -64,4 +64,4 @@ double penalty_lambda(const Muscle& muscle, double h, const VolumeSums& sums, do
 
 double volume_compliance(const Muscle& muscle, double bulk) { return muscle.rest_volume / bulk; }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -10,28 +10,28 @@
 #include "muscles/zone.h"
 #include "skin/contact/explicit_contact.h"
 
-namespace thew {
+namespace thew::sim {
 
 // What a muscle's solver works with inside a step. Nothing here goes from step to step but memory,
 // so that a step does not allocate, and the factor of a matrix that is still the same.
 
 /// Of the volume's multiplier, whatever the integrator.
 struct VolumeWork {
-  Rows gradient;                      ///< dV/dx, m^2
-  Rows direction;                     ///< along which the volume is restored
-  std::vector<double> zone_targets;   ///< m^3, see zone_targets()
-  std::vector<Rows> zone_directions;  ///< by cut, then the whole's
+  Points gradient;                      ///< dV/dx, m^2
+  Points direction;                     ///< along which the volume is restored
+  std::vector<double> zone_targets;     ///< m^3, see zone_targets()
+  std::vector<Points> zone_directions;  ///< by cut, then the whole's
   ZoneScratch zones;
   ZoneWork deformation_zone;
 };
 
 struct LocalGlobalWork {
-  Rows base;          ///< what of the right-hand side stays the same in a step, N
-  Rows forces;        ///< N
-  Rows weighted;      ///< W dV/dx, m^2
-  Rows even, unused;  ///< the direction of even weights
-  Rows apart;         ///< by contact: the node from its point when the step began (friction), m
-  RowPairs pairs;
+  Points base;          ///< what of the right-hand side stays the same in a step, N
+  Points forces;        ///< N
+  Points weighted;      ///< W dV/dx, m^2
+  Points even, unused;  ///< the direction of even weights
+  Points apart;         ///< by contact: the node from its point when the step began (friction), m
+  PointPairs pairs;
   RingSprings::BySlot rest_by_slot;  ///< of the rings, now
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m
@@ -41,18 +41,18 @@ struct XpbdWork {
   double step = 0.0;                      ///< s
   std::vector<double> inverse_mass;       ///< 1/kg, 0 where driven
   std::vector<double> length_multiplier;  ///< by spring, N s^2
-  Rows shape_multiplier;                  ///< by spring, N s^2
+  Points shape_multiplier;                ///< by spring, N s^2
   double volume_multiplier = 0.0;         ///< Pa s^2
 };
 
 struct ExplicitWork {
   double frame = 0.0;                ///< s, of all substeps
   int substeps = 0;                  ///< of a frame that is so long
-  Rows forces;                       ///< N
+  Points forces;                     ///< N
   std::vector<double> inverse_mass;  ///< 1/kg
   std::vector<double> mobility;      ///< weight over mass, 1/kg
-  Rows predicted, drag;              ///< m; m/s
-  Rows target;                       ///< within the frame, m
+  Points predicted, drag;            ///< m; m/s
+  Points target;                     ///< within the frame, m
   std::vector<double> rest_length;   ///< the same
   RingSprings::BySlot rest_by_slot;  ///< the same, of the rings
   Touches touches;
@@ -67,4 +67,4 @@ Work& work_of(IntegratorWork& work) {
   return std::get<Work>(work);
 }
 
-}  // namespace thew
+}  // namespace thew::sim

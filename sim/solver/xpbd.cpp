@@ -11,12 +11,12 @@
 #include "sim/solver/volume_rule.h"
 #include "skin/contact/implicit_contact.h"
 
-namespace thew {
+namespace thew::sim {
 namespace {
 
 // Inverse mass of each free node, drag and guide in it: they pull at one node alone, so that their
 // implicit step is exact and needs no multiplier.
-void predict_freely(const Muscle& muscle, const Row& gravity, double h, MuscleState& now,
+void predict_freely(const Muscle& muscle, const Point& gravity, double h, MuscleState& now,
                     XpbdWork& work) {
   const double guide = muscle.settings.guide, damping = muscle.settings.damping;
   const double inertia = 1.0 / (h * h), drag = damping / h;
@@ -42,22 +42,22 @@ void project_springs(const Muscle& muscle, MuscleState& now, XpbdWork& work) {
     const double wa = work.inverse_mass[a], wb = work.inverse_mass[b];
     if (wa + wb == 0.0) continue;
     const double compliance = per_step / springs.stiffness[k];
-    Row d = now.x[a] - now.x[b];
+    Point d = now.x[a] - now.x[b];
     const double length = norm(d);
     if (length > 0.0) {
       double& multiplier = work.length_multiplier[k];
       const double change =
           (now.rest_length[k] - length - compliance * multiplier) / (wa + wb + compliance);
       multiplier += change;
-      const Row move = change / length * d;
+      const Point move = change / length * d;
       now.x[a] += wa * move;
       now.x[b] -= wb * move;
     }
     if (shape == 0.0) continue;
     d = now.x[a] - now.x[b];
-    Row& multiplier = work.shape_multiplier[k];
-    const Row change = (now.target[a] - now.target[b] - d - compliance / shape * multiplier) *
-                       (1.0 / (wa + wb + compliance / shape));
+    Point& multiplier = work.shape_multiplier[k];
+    const Point change = (now.target[a] - now.target[b] - d - compliance / shape * multiplier) *
+                         (1.0 / (wa + wb + compliance / shape));
     multiplier += change;
     now.x[a] += wa * change;
     now.x[b] -= wb * change;
@@ -67,11 +67,11 @@ void project_springs(const Muscle& muscle, MuscleState& now, XpbdWork& work) {
 // C = V - V0, along W dV/dx / m.
 void project_volume(const Muscle& muscle, const VolumeRule& rule, MuscleState& now,
                     XpbdWork& work) {
-  Rows &gradient = now.volume.gradient, &direction = now.volume.direction;
+  Points &gradient = now.volume.gradient, &direction = now.volume.direction;
   volume_gradient(now.x, muscle.rest.triangles, gradient);
   double weighted = 0.0, even = 0.0;
   for (size_t i = 0; i < now.x.size(); ++i) {
-    const Row g = gradient[i];
+    const Point g = gradient[i];
     const double w = work.inverse_mass[i], squared = dot(g, g);
     direction[i] = w * now.weights[i] * g;
     weighted += w * now.weights[i] * squared;
@@ -97,12 +97,12 @@ void begin_xpbd(const Model& model, int m, double h, State& state) {
   MuscleState& now = state.muscles[m];
   XpbdWork& work = work_of<XpbdWork>(now.work);
   work.step = h;
-  predict_freely(muscle, to_row(model.gravity), h, now, work);
+  predict_freely(muscle, to_point(model.gravity), h, now, work);
   work.length_multiplier.assign(muscle.springs.nodes.size(), 0.0);
-  work.shape_multiplier.assign(muscle.springs.nodes.size(), Row{});
+  work.shape_multiplier.assign(muscle.springs.nodes.size(), Point{});
   work.volume_multiplier = 0.0;
   now.normal_multiplier.assign(now.contacts.size(), 0.0);
-  now.volume.direction.assign(now.x.size(), Row{});
+  now.volume.direction.assign(now.x.size(), Point{});
   now.volume.gradient.resize(now.x.size());
 }
 
@@ -117,4 +117,4 @@ void iterate_xpbd(const Model& model, int m, State& state) {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::sim

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <tuple>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // Whether the surface is flat round a point of a triangle, as far as `reach` (m).
-bool is_flat(const Surface& surface, const Rows& x, int triangle, const Vec3& face,
+bool is_flat(const Surface& surface, const Points& x, int triangle, const Vec3& face,
              const double* barycentric, double reach) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
@@ -48,9 +48,9 @@ void find_near_pairs(const std::vector<Collider>& colliders, const ContactSettin
   near.resize(colliders.size());
   for (std::vector<int>& others : near) others.clear();
   order.clear();
-  Row low{}, high{};
+  Point low{}, high{};
   for (size_t c = 0; c < colliders.size(); ++c) {
-    const Row centre = 0.5 * (colliders[c].box.low + colliders[c].box.high);
+    const Point centre = 0.5 * (colliders[c].box.low + colliders[c].box.high);
     low = c == 0 || centre < low ? centre : low;
     high = c == 0 || centre > high ? centre : high;
     order.push_back(static_cast<int>(c));
@@ -93,7 +93,8 @@ size_t pressing_one(const std::vector<double>& push, size_t c, size_t end) {
   return found == push.begin() + end ? c : found - push.begin();
 }
 
-Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric) {
+Vec3 smooth_normal(const Surface& surface, const Points& x, int triangle,
+                   const double* barycentric) {
   Vec3 sum = Vec3::Zero();
   for (int k = 0; k < 3; ++k) {
     if (barycentric[k] == 0.0) continue;
@@ -111,7 +112,7 @@ namespace {
 
 // Whether a node's normal points against `n`: surely where all its faces do, which takes no angle.
 bool points_against(const Collider& self, int node, const Vec3& n) {
-  const Rows& x = *self.x;
+  const Points& x = *self.x;
   const auto faces_against = [&](int triangle) {
     const Triangle& t = self.surface->triangles[triangle];
     const Vec3 a = to_vec(x[t[0]]);
@@ -129,7 +130,7 @@ Vec3 normal_against(const Collider& self, int node, const Collider& target,
                     const ClosestPoint& found, const Vec3& p, const ContactSettings& settings) {
   const double touching = settings.lengths.touching;
   const Surface& surface = *target.surface;
-  const Rows& x = *target.x;
+  const Points& x = *target.x;
   const auto own_normal = [&] { return node_normal(*self.surface, *self.x, node); };
   if (target.free_nodes != nullptr) {
     return steady_normal(own_normal(),
@@ -175,8 +176,8 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       const bool goes_on = pressed != pressing.end() && pressed->node == node;
       const double margin = goes_on ? let_go : settings.margin;
       if (clear >= margin) continue;
-      const Row x = (*self.x)[node];
-      const Row way = approach.by_parts ? x - self.followed->before[node] : Row{};
+      const Point x = (*self.x)[node];
+      const Point way = approach.by_parts ? x - self.followed->before[node] : Point{};
       if (!may_be_near(approach, x, way, margin, before, clear)) continue;
       const Vec3 p = to_vec(x);
       ++memory.searches;
@@ -192,4 +193,4 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   order_contacts(contacts);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

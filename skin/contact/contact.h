@@ -6,7 +6,7 @@
 #include "muscles/lengths.h"
 #include "skin/contact/contact_memory.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// Node `node` of collider `mover` against a point of collider `other`, fixed barycentrically to a
 /// triangle of it: normal . (x_node - sum b_k y_k) >= gap + offset.
@@ -36,7 +36,8 @@ ContactSettings times(const ContactSettings& settings, double size);
 Vec3 steady_normal(const Vec3& own, const Vec3& normal);
 /// The corners' normals between them, which do not turn within the gap as a node slides over an
 /// edge.
-Vec3 smooth_normal(const Surface& surface, const Rows& x, int triangle, const double* barycentric);
+Vec3 smooth_normal(const Surface& surface, const Points& x, int triangle,
+                   const double* barycentric);
 /// From the nearest point to p, outwards; its pseudonormal where p lies on the surface, nearer than
 /// `touching` (m).
 Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double touching);
@@ -67,4 +68,4 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
                    const ContactSettings& settings, const std::vector<Contact>& pressing,
                    ContactMemory& memory, std::vector<Contact>& contacts);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,7 +6,7 @@
 
 #include "muscles/lengths.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
@@ -14,7 +14,7 @@ constexpr double kEnough = 2.0;  // margins; what is so far apart need not be fo
 
 }  // namespace
 
-void Followed::go_on(const Rows& now) {
+void Followed::go_on(const Points& now) {
   constexpr double kFar = 1e12;  // times rounding: anywhere, before the first search
   travelled_before = travelled;
   travelled += x.size() == now.size() ? largest_distance(now, x) : kFar * kRounding;
@@ -30,7 +30,7 @@ Approach recall(const Collider& points_of, const Collider& surface, int points, 
   if (a && b && a->parts.known && b->parts.known &&
       known.travelled == a->travelled_before + b->travelled_before) {
     approach.by_parts = true;
-    find_nearings(b->parts, a->parts, kEnough * margin, approach.nearing);
+    find_motion_bounds(b->parts, a->parts, kEnough * margin, approach.motion_bound);
   }
   known.travelled = travelled;
   known.triangle.resize(points, -1);
@@ -40,21 +40,21 @@ Approach recall(const Collider& points_of, const Collider& surface, int points, 
 
 double lowered(const Approach& approach, int part, double clear) {
   if (!(clear > 0.0) || !approach.by_parts) return clear - approach.owed;
-  const Nearing& nearing = approach.nearing[part];
-  return std::min(clear - nearing.owed, nearing.apart);
+  const MotionBound& motion_bound = approach.motion_bound[part];
+  return std::min(clear - motion_bound.owed, motion_bound.apart);
 }
 
-void note_box(const Bvh& bvh, const Row& p, double& clear) {
+void note_box(const Bvh& bvh, const Point& p, double& clear) {
   const double distance = box_distance(bvh, p);
   if (distance > 0.0) clear = std::max(clear, distance);
 }
 
-bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
+bool may_be_near(const Approach& approach, const Point& p, const Point& way, double margin,
                  double before, double& clear) {
   if (approach.surface.bvh->order.empty()) return false;
   if (before > 0.0 && approach.by_parts) {
-    const Nearing at =
-        nearing(approach.surface.followed->parts, {p, p}, {way, way}, kEnough * margin);
+    const MotionBound at =
+        motion_bound(approach.surface.followed->parts, {p, p}, {way, way}, kEnough * margin);
     clear = std::max(clear, std::min(before - at.owed, at.apart));
   } else {
     note_box(*approach.surface.bvh, p, clear);
@@ -76,4 +76,4 @@ ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double 
   return found;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

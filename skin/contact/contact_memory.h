@@ -7,7 +7,7 @@
 
 #include "skin/contact/collider.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
 /// point and collider, and a bound of its signed distance (m): it surely has so much or more, of a
@@ -29,22 +29,23 @@ struct ContactMemory {
 struct Approach {
   double owed = 0.0;  ///< m, what the two can have come nearer at most
   const Collider& surface;
-  bool by_parts = false;                                 ///< the next is known
-  std::array<Nearing, MovedParts::kParts> nearing = {};  ///< by part of the points' collider
+  bool by_parts = false;  ///< the next is known
+  std::array<MotionBound, MovedParts::kParts> motion_bound =
+      {};  ///< by part of the points' collider
 };
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known);
 /// The bound of a point of a part, lowered by that.
 double lowered(const Approach& approach, int part, double clear);
 /// What lies outside of a surface's box is outside of the surface, by as much at least.
-void note_box(const Bvh& bvh, const Row& p, double& clear);
+void note_box(const Bvh& bvh, const Point& p, double& clear);
 /// Whether a point may lie within `margin` (m) of the surface or inside it, having gone `way` to p;
 /// raises the bound, which was `before`, where that tells more.
-bool may_be_near(const Approach& approach, const Row& p, const Row& way, double margin,
+bool may_be_near(const Approach& approach, const Point& p, const Point& way, double margin,
                  double before, double& clear);
 /// The nearest point of the surface, of a point `i` that may be within `margin`: none where it is
 /// neither, nor inside. Beyond `reach` it may be missed.
 ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double reach, int i,
                   ContactMemory::Other& known);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,14 +6,14 @@
 
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 Touch touch_of(const ContactSolve& solve, const Contact& contact) {
   const Collider& other = solve.colliders[contact.other];
-  const Row after = contact_point(solve.colliders, contact);
-  const Row before = other.soft ? after : to_row(other.back * to_vec(after));
-  const Row normal = to_row(contact.normal);
+  const Point after = contact_point(solve.colliders, contact);
+  const Point before = other.soft ? after : to_point(other.back * to_vec(after));
+  const Point normal = to_point(contact.normal);
   return {.normal = normal,
           .from = dot(normal, before) + solve.settings.gap + contact.offset,
           .way = dot(normal, after - before),
@@ -35,13 +35,13 @@ void find_touches(const ContactSolve& solve, const std::vector<Contact>& contact
 }
 
 THEW_VECTORISED
-void look_for_near(double t, double frame, double span, const Rows& x, const Rows& v,
+void look_for_near(double t, double frame, double span, const Points& x, const Points& v,
                    Touches& touches, Near& near) {
   near.all.clear();
   near.shared.clear();
   if (touches.empty()) return;
-  Row most = {};
-  for (const Row& one : v) most = one * one > most ? one * one : most;
+  Point most = {};
+  for (const Point& one : v) most = one * one > most ? one * one : most;
   const double fastest = std::sqrt(sum3(most));
   for (Touch& touch : touches) {
     const double open = dot3(touch.normal, x[touch.node]) - touch.from - t * touch.way;
@@ -61,8 +61,8 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
   for (Touch* touch : near.all) {
     if (touch->held) continue;
     const int i = touch->node;
-    const Row n = touch->normal;
-    Row v = now.v[i];
+    const Point n = touch->normal;
+    Point v = now.v[i];
     if (lambda != 0.0) v -= lambda * now.direction[i];
     const double open = dot3(n, now.x[i] + h * v) - touch->from - t * touch->way;
     if (open >= 0.0) continue;
@@ -89,13 +89,13 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
 THEW_VECTORISED
 void release_contacts(double lambda, bool whole, const std::vector<double>& mass, Near& near,
                       const ExplicitNodes& now, ContactImpulse& given_in_all) {
-  Row impulse = {}, angular = {};
+  Point impulse = {}, angular = {};
   for (size_t k = 0; k < near.holds; ++k) {
     const auto& [touch, across, kick] = near.held[k];
     const double given = mass[touch->node] * (kick + lambda * across);
     touch->pushed += given;
     if (!whole) now.v[touch->node] += lambda * across * touch->normal;
-    const Row push = given * touch->normal;
+    const Point push = given * touch->normal;
     impulse += push;
     angular += cross3(now.x[touch->node], push);
     touch->held = false;
@@ -105,4 +105,4 @@ void release_contacts(double lambda, bool whole, const std::vector<double>& mass
   given_in_all.angular_impulse += to_vec(angular);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -8,15 +8,15 @@
 
 #include "skin/contact/multipliers.h"
 
-namespace thew {
+namespace thew::skin {
 
 // Inlined as sum3 is.
-[[gnu::always_inline]] inline double dot3(const Row& a, const Row& b) { return sum3(a * b); }
+[[gnu::always_inline]] inline double dot3(const Point& a, const Point& b) { return sum3(a * b); }
 
 /// A contact within a frame: a plane that goes from one place to another, normal . x = from + t
 /// way. One line of the cache; what a substep adds is in Held.
 struct Touch {
-  Row normal;
+  Point normal;
   double from, way;     // m, the gap included
   double pushed = 0.0;  // N s so far, all along the normal
   int node;
@@ -31,10 +31,10 @@ void find_touches(const ContactSolve& solve, const std::vector<Contact>& contact
 
 /// A body's nodes within a substep.
 struct ExplicitNodes {
-  const Rows& x;                        ///< m
-  Rows& v;                              ///< m/s
-  const Rows& gradient;                 ///< dV/dx, m^2
-  Rows& direction;                      ///< d = W dV/dx / m
+  const Points& x;                      ///< m
+  Points& v;                            ///< m/s
+  const Points& gradient;               ///< dV/dx, m^2
+  Points& direction;                    ///< d = W dV/dx / m
   const std::vector<double>& mobility;  ///< W / m, 1/kg
 };
 /// N s and N m s about the origin, given by contact since the start.
@@ -56,7 +56,7 @@ struct Near {
 
 /// Keeps those that may close within `span` (s) from the part `t` of the frame on, were all twice
 /// as fast as now.
-void look_for_near(double t, double frame, double span, const Rows& x, const Rows& v,
+void look_for_near(double t, double frame, double span, const Points& x, const Points& v,
                    Touches& touches, Near& near);
 
 /// What the linear multiplier takes of a substep.
@@ -77,4 +77,4 @@ bool close_contacts(double h, double t, double lambda, bool has_volume, bool who
 void release_contacts(double lambda, bool whole, const std::vector<double>& mass, Near& near,
                       const ExplicitNodes& nodes, ContactImpulse& impulse);
 
-}  // namespace thew
+}  // namespace thew::skin

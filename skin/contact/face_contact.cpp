@@ -10,15 +10,15 @@
 
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 Vec3 normal_at(const Collider& collider, const SurfacePoint& point) {
   return smooth_normal(*collider.surface, *collider.x, point.triangle, point.barycentric);
 }
 
-[[gnu::always_inline]] inline Row place_of(const Collider& collider, const Rows& x,
-                                           const SurfacePoint& point) {
+[[gnu::always_inline]] inline Point place_of(const Collider& collider, const Points& x,
+                                             const SurfacePoint& point) {
   const Triangle& t = collider.surface->triangles[point.triangle];
   const auto& b = point.barycentric;
   return b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
@@ -57,7 +57,7 @@ namespace {
 
 // 1/m, across edge k of a triangle: the angle between the faces that it joins, over the way from
 // the middle of the one to the middle of the other. 0 where it is no ridge.
-double curvature_across(const Surface& surface, const Rows& x, int triangle, int k) {
+double curvature_across(const Surface& surface, const Points& x, int triangle, int k) {
   const int across = surface.neighbours[triangle][k];
   if (across < 0) return 0.0;
   const Triangle& t = surface.triangles[triangle];
@@ -74,8 +74,8 @@ double curvature_across(const Surface& surface, const Rows& x, int triangle, int
 
 }  // namespace
 
-std::vector<SurfacePoint> held_points(const Surface& surface, const Rows& rest,
-                                      const std::vector<char>* free_nodes, double spacing) {
+std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& rest,
+                                       const std::vector<char>* free_nodes, double spacing) {
   constexpr double kApart = 0.7;  // of the spacing: a denser one brings no more
   constexpr double kSharp = 0.2;  // of spacing over radius: what is flatter, nodes alone keep out
   constexpr int kMostParts = 17;  // of an edge
@@ -157,7 +157,7 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
 }
 
 THEW_VECTORISED
-void grow_over_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free,
+void grow_over_free(const Surface& surface, const Points& x, const std::vector<char>& is_free,
                     NodeBox& box) {
   for (const auto& [i, j, k] : surface.triangles) {
     if (!is_free[i] && !is_free[j] && !is_free[k]) continue;
@@ -167,14 +167,14 @@ void grow_over_free(const Surface& surface, const Rows& x, const std::vector<cha
 
 // Of the faces that have a free corner: no other can give way. See box_of() for why it is grown in
 // a place of its own.
-NodeBox box_of_free(const Surface& surface, const Rows& x, const std::vector<char>& is_free) {
+NodeBox box_of_free(const Surface& surface, const Points& x, const std::vector<char>& is_free) {
   NodeBox grown = empty_box();
   grow_over_free(surface, x, is_free, grown);
   const NodeBox box = grown;
   return box;
 }
 
-[[gnu::always_inline]] inline bool is_within(const NodeBox& box, const Row& p) {
+[[gnu::always_inline]] inline bool is_within(const NodeBox& box, const Point& p) {
   for (int k = 0; k < 3; ++k) {
     if (p[k] < box.low[k] || p[k] > box.high[k]) return false;
   }
@@ -186,10 +186,10 @@ bool is_with(const Contact& contact, int other) {
 }
 
 // Of the triangles round the nodes that press a held point of `other`, and `reach` (m) beyond.
-NodeBox box_round(const Surface& surface, const Rows& x, const std::vector<Contact>& pressing,
+NodeBox box_round(const Surface& surface, const Points& x, const std::vector<Contact>& pressing,
                   int other, double reach) {
   NodeBox box = empty_box();
-  const Row around = {reach, reach, reach, 0.0};
+  const Point around = {reach, reach, reach, 0.0};
   for (const Contact& contact : pressing) {
     if (!is_with(contact, other)) continue;
     for (const int t : surface.vertex_triangles[contact.node]) {
@@ -223,10 +223,10 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   if (self.free_nodes == nullptr) return;
   const double reach = std::max(settings.margin, settings.max_depth);
   std::optional<NodeBox> within;  // from the first that asks
-  const auto is_in_reach = [&](const Row& p) {
+  const auto is_in_reach = [&](const Point& p) {
     if (!within) {
       const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
-      const Row around = {reach, reach, reach, 0.0};
+      const Point around = {reach, reach, reach, 0.0};
       within = NodeBox{box.low - around, box.high + around};
     }
     return is_within(*within, p);
@@ -235,7 +235,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   const size_t of_nodes = contacts.size();
   for (const int other : near) {
     const Collider& them = colliders[other];
-    const std::vector<SurfacePoint>& points = *them.held_points;
+    const std::vector<SurfacePoint>& points = *them.rigid_points;
     ContactMemory::Other& known = memory.others[other];
     const Approach approach =
         recall(them, self, static_cast<int>(points.size()), settings.margin, known);
@@ -250,15 +250,15 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
                       approach.by_parts ? them.followed->parts.of_triangle[points[i].triangle] : 0,
                       clear);
       if (clear >= (presses ? reach : settings.margin)) continue;
-      const Row place = place_of(them, *them.x, points[i]);
+      const Point place = place_of(them, *them.x, points[i]);
       if (!is_in_reach(place)) {
         note_box(*self.bvh, place, clear);
         continue;
       }
       const double farthest = is_within(goes_on_in, place) ? reach : settings.margin;
       if (clear >= farthest) continue;
-      const Row way =
-          approach.by_parts ? place - place_of(them, them.followed->before, points[i]) : Row{};
+      const Point way =
+          approach.by_parts ? place - place_of(them, them.followed->before, points[i]) : Point{};
       if (!may_be_near(approach, place, way, farthest, before, clear)) continue;
       const Vec3 y = to_vec(place);
       ++memory.searches;
@@ -283,4 +283,4 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
   if (contacts.size() > of_nodes) order_contacts(contacts);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -5,13 +5,13 @@
 
 #include "skin/contact/contact.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// The nodes that are not free (null: none is) and points on the edges between them, some `spacing`
 /// (m) apart over the surface at rest, at most 16 on an edge; only where it is so sharp that it
 /// slips between the nodes of another: of a radius below five spacings.
-std::vector<SurfacePoint> held_points(const Surface& surface, const Rows& rest,
-                                      const std::vector<char>* free_nodes, double spacing);
+std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& rest,
+                                       const std::vector<char>* free_nodes, double spacing);
 
 /// Adds to the contacts of find_contacts() those of the mover's faces with held points of the
 /// others: a tendon or an edge of bone slips between the nodes of what is wider, and cannot give
@@ -22,4 +22,4 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
                         const std::vector<Contact>& pressing, ContactMemory& memory,
                         std::vector<Contact>& contacts);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -3,23 +3,23 @@
 
 #include <algorithm>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
-Row across(const Row& n, const Row& d) { return d - dot(n, d) * n; }
+Point across(const Point& n, const Point& d) { return d - dot(n, d) * n; }
 
 }  // namespace
 
 void guess_flight(const ContactSolve& solve, const ContactMotion& motion,
-                  const std::vector<double>& mass, const Row& gravity, double h, const Rows& start,
-                  const Rows& v, Rows& x) {
-  Row force = {}, momentum = {}, carried = {};
+                  const std::vector<double>& mass, const Point& gravity, double h,
+                  const Points& start, const Points& v, Points& x) {
+  Point force = {}, momentum = {}, carried = {};
   double whole = 0.0, pressed = 0.0;
   for (size_t c = 0; c < motion.contacts.size(); ++c) {
     const Contact& contact = motion.contacts[c];
     const double push = solve.stiffness[contact.node] * motion.normal_multiplier[c];
     if (push == 0.0) continue;
-    force += push * to_row(contact.normal);
+    force += push * to_point(contact.normal);
     carried += push * (contact_point(solve.colliders, contact) -
                        contact_point_before(solve.colliders, contact));
     pressed += push;
@@ -28,9 +28,9 @@ void guess_flight(const ContactSolve& solve, const ContactMotion& motion,
     whole += mass[i];
     momentum += mass[i] * v[i];
   }
-  Row way = h * (1.0 / whole * momentum + h * gravity);
+  Point way = h * (1.0 / whole * momentum + h * gravity);
   if (const double size = norm(force); size > 0.0) {
-    const Row n = 1.0 / size * force;
+    const Point n = 1.0 / size * force;
     way -= 1.0 / pressed * carried;
     const double blocked = std::max(0.0, -dot(n, way)), slides = norm(across(n, way));
     const double gripped = std::min(solve.friction * blocked, slides);
@@ -41,20 +41,20 @@ void guess_flight(const ContactSolve& solve, const ContactMotion& motion,
 }
 
 void find_slip_origins(const ContactSolve& solve, const std::vector<Contact>& contacts,
-                       const Rows& start, Rows& apart) {
+                       const Points& start, Points& apart) {
   apart.resize(contacts.size());
   for (size_t c = 0; c < contacts.size(); ++c) {
     apart[c] = start[contacts[c].node] - contact_point_before(solve.colliders, contacts[c]);
   }
 }
 
-void add_contacts(const ContactSolve& solve, const Rows& x, const Rows& apart,
-                  ContactMotion& motion, Rows& f) {
+void add_contacts(const ContactSolve& solve, const Points& x, const Points& apart,
+                  ContactMotion& motion, Points& f) {
   const double gap = solve.settings.gap, friction = solve.friction;
   std::vector<double>& normal = motion.normal_multiplier;
   for (size_t c = 0; c < motion.contacts.size();) {
     const size_t end = end_of_one(motion.contacts, c);
-    const Row at = x[motion.contacts[c].node];
+    const Point at = x[motion.contacts[c].node];
     size_t nearest = pressing_one(normal, c, end);
     const double before = normal[nearest];
     double open = contact_gap(solve.colliders, motion.contacts[nearest], at, gap);
@@ -63,14 +63,14 @@ void add_contacts(const ContactSolve& solve, const Rows& x, const Rows& apart,
       if (other < open - solve.settings.lengths.nearer) open = other, nearest = k;
     }
     const Contact& contact = motion.contacts[nearest];
-    const Row n = to_row(contact.normal);
+    const Point n = to_point(contact.normal);
     std::fill(normal.begin() + c, normal.begin() + end, 0.0);
     normal[nearest] = std::max(0.0, before - open);
-    Row to = at + (2.0 * normal[nearest] - before) * n;
+    Point to = at + (2.0 * normal[nearest] - before) * n;
     if (friction > 0.0) {
-      const Row slip = across(n, at - contact_point(solve.colliders, contact) - apart[nearest]);
-      const Row grip_before = across(n, motion.friction_multiplier[c]);
-      Row& grip = motion.friction_multiplier[c];
+      const Point slip = across(n, at - contact_point(solve.colliders, contact) - apart[nearest]);
+      const Point grip_before = across(n, motion.friction_multiplier[c]);
+      Point& grip = motion.friction_multiplier[c];
       grip = grip_before - slip;
       const double size = norm(grip), most = friction * normal[nearest];
       if (size > most) grip *= most / size;
@@ -82,7 +82,7 @@ void add_contacts(const ContactSolve& solve, const Rows& x, const Rows& apart,
 }
 
 void project_contacts(const ContactSolve& solve, const std::vector<double>& inverse_mass, double h,
-                      ContactMotion& motion, Rows& x) {
+                      ContactMotion& motion, Points& x) {
   for (size_t c = 0; c < motion.contacts.size(); ++c) {
     const Contact& contact = motion.contacts[c];
     const bool shared = is_shared(solve.colliders, contact);
@@ -92,8 +92,8 @@ void project_contacts(const ContactSolve& solve, const std::vector<double>& inve
     const double before = push;
     const double open = contact_gap(solve.colliders, contact, x[contact.node], solve.settings.gap);
     push = std::max(0.0, before - (shared ? 0.5 : 1.0) * open / metres_per_push);
-    x[contact.node] += metres_per_push * (push - before) * to_row(contact.normal);
+    x[contact.node] += metres_per_push * (push - before) * to_point(contact.normal);
   }
 }
 
-}  // namespace thew
+}  // namespace thew::skin

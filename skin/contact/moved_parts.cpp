@@ -7,7 +7,7 @@
 #include "muscles/lengths.h"
 #include "rig/vectorise.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 using Lanes = MovedParts::Lanes;
@@ -51,8 +51,9 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
 [[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 [[gnu::always_inline]] inline Lanes less(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
 
-[[gnu::always_inline]] inline Nearing nearing_of(const MovedParts& parts, const NodeBox& places,
-                                                 const NodeBox& ways, double enough) {
+[[gnu::always_inline]] inline MotionBound motion_bound_of(const MovedParts& parts,
+                                                          const NodeBox& places,
+                                                          const NodeBox& ways, double enough) {
   const Lanes zero = {};
   Lanes apart = {}, nearer = {};  // squared, m^2
   for (int axis = 0; axis < 3; ++axis) {
@@ -78,14 +79,14 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
 
 // Not a lambda: what is not inlined, as at -O0, would return a row otherwise than a clone for wider
 // vectors takes it.
-[[gnu::always_inline]] inline Row part_of(const Lanes* lanes, int k) {
-  return Row{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
+[[gnu::always_inline]] inline Point part_of(const Lanes* lanes, int k) {
+  return Point{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
 }
 
 }  // namespace
 
 THEW_VECTORISED
-void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& before,
+void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const Points& before,
                 MovedParts& parts) {
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
   constexpr size_t kFew = 64;  // triangles: looked at as fast as this
@@ -94,12 +95,12 @@ void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Row
   parts.known = before.size() == x.size();
   for (int k = 0; k < kParts; ++k) {
     const bool is_there = k < static_cast<int>(parts.roots.size());
-    Row least = {}, most = {};
+    Point least = {}, most = {};
     if (parts.known && is_there) {
       const std::vector<int>& nodes = parts.nodes[k];
       least = most = x[nodes[0]] - before[nodes[0]];
       for (const int i : nodes) {
-        const Row way = x[i] - before[i];
+        const Point way = x[i] - before[i];
         least = way < least ? way : least;
         most = way > most ? way : most;
       }
@@ -114,18 +115,18 @@ void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Row
 }
 
 THEW_VECTORISED
-Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
-                double enough) {
-  return nearing_of(parts, places, ways, enough);
+MotionBound motion_bound(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
+                         double enough) {
+  return motion_bound_of(parts, places, ways, enough);
 }
 
 THEW_VECTORISED
-void find_nearings(const MovedParts& parts, const MovedParts& of, double enough,
-                   std::array<Nearing, kParts>& by_part) {
+void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double enough,
+                        std::array<MotionBound, kParts>& by_part) {
   for (int k = 0; k < static_cast<int>(of.roots.size()); ++k) {
-    by_part[k] = nearing_of(parts, {part_of(of.low, k), part_of(of.high, k)},
-                            {part_of(of.least, k), part_of(of.most, k)}, enough);
+    by_part[k] = motion_bound_of(parts, {part_of(of.low, k), part_of(of.high, k)},
+                                 {part_of(of.least, k), part_of(of.most, k)}, enough);
   }
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,7 +6,7 @@
 
 #include "skin/surface/surface.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// The parts that a surface is cut into at the top of its tree: where each is, and what its nodes
 /// have moved since they were last looked at. Muscles that go along with one forearm move by 1 cm a
@@ -24,19 +24,20 @@ struct MovedParts {
 
 /// Of the tree that is refitted to x. Nodes were `before`, or anywhere where it is of another size.
 /// Nothing is known of surfaces of few triangles.
-void note_parts(const Surface& surface, const Bvh& bvh, const Rows& x, const Rows& before,
+void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const Points& before,
                 MovedParts& parts);
 
 /// What has come of points that lay outside of the surface by `clear` (m): they still do, by
 /// min(clear - owed, apart).
-struct Nearing {
+struct MotionBound {
   double owed = 0.0, apart = 0.0;  ///< m
 };
 /// Of points that are in a box and whose ways were in another, each on a straight line; parts that
 /// they were `enough` (m) apart from all the time count by that, others by how they moved.
-Nearing nearing(const MovedParts& parts, const NodeBox& places, const NodeBox& ways, double enough);
+MotionBound motion_bound(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
+                         double enough);
 /// The same of the points of each part.
-void find_nearings(const MovedParts& parts, const MovedParts& of, double enough,
-                   std::array<Nearing, MovedParts::kParts>& by_part);
+void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double enough,
+                        std::array<MotionBound, MovedParts::kParts>& by_part);
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -3,10 +3,11 @@
 
 #include <tuple>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
-Row point_at(const std::vector<Collider>& colliders, const Contact& contact, const Rows& other) {
+Point point_at(const std::vector<Collider>& colliders, const Contact& contact,
+               const Points& other) {
   const Triangle& t = colliders[contact.other].surface->triangles[contact.triangle];
   const auto& b = contact.barycentric;
   return b[0] * other[t[0]] + b[1] * other[t[1]] + b[2] * other[t[2]];
@@ -18,23 +19,23 @@ bool is_shared(const std::vector<Collider>& colliders, const Contact& contact) {
   return colliders[contact.other].soft && !contact.of_face;
 }
 
-Row contact_point(const std::vector<Collider>& colliders, const Contact& contact) {
-  return point_at(colliders, contact, *colliders[contact.other].seen);
+Point contact_point(const std::vector<Collider>& colliders, const Contact& contact) {
+  return point_at(colliders, contact, *colliders[contact.other].previous_iterate);
 }
 
-Row contact_point_before(const std::vector<Collider>& colliders, const Contact& contact) {
+Point contact_point_before(const std::vector<Collider>& colliders, const Contact& contact) {
   const Collider& other = colliders[contact.other];
   if (other.soft) return point_at(colliders, contact, *other.start);
-  return to_row(other.back * to_vec(contact_point(colliders, contact)));
+  return to_point(other.back * to_vec(contact_point(colliders, contact)));
 }
 
-double contact_gap(const std::vector<Collider>& colliders, const Contact& contact, const Row& x,
+double contact_gap(const std::vector<Collider>& colliders, const Contact& contact, const Point& x,
                    double wanted) {
   const Collider& it = colliders[contact.other];
-  const Rows& other = *it.seen;
+  const Points& other = *it.previous_iterate;
   const Triangle& t = it.surface->triangles[contact.triangle];
-  const Row d = x - contact.barycentric[0] * other[t[0]] - contact.barycentric[1] * other[t[1]] -
-                contact.barycentric[2] * other[t[2]];
+  const Point d = x - contact.barycentric[0] * other[t[0]] - contact.barycentric[1] * other[t[1]] -
+                  contact.barycentric[2] * other[t[2]];
   return contact.normal.x() * d[0] + contact.normal.y() * d[1] + contact.normal.z() * d[2] -
          (wanted + contact.offset);
 }
@@ -42,7 +43,7 @@ double contact_gap(const std::vector<Collider>& colliders, const Contact& contac
 void keep_multipliers(const ContactMotion& before, bool friction, ContactMotion& now) {
   const std::vector<Contact>&old = before.contacts, &after = now.contacts;
   now.normal_multiplier.assign(after.size(), 0.0);
-  if (friction) now.friction_multiplier.assign(after.size(), Row{});
+  if (friction) now.friction_multiplier.assign(after.size(), Point{});
   const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
   size_t o = 0;
   for (size_t c = 0; c < after.size(); c = end_of_one(after, c)) {
@@ -57,22 +58,22 @@ void keep_multipliers(const ContactMotion& before, bool friction, ContactMotion&
 }
 
 bool push_out(const ContactSolve& solve, const std::vector<Contact>& contacts, bool with_soft,
-              std::span<Rows> freed, Rows& x) {
+              std::span<Points> freed, Points& x) {
   bool moves = false;
   for (const Contact& contact : contacts) {
     const bool shared = is_shared(solve.colliders, contact);
     if (shared && !with_soft) continue;
-    const Row n = to_row(contact.normal);
+    const Point n = to_point(contact.normal);
     const double open = contact_gap(solve.colliders, contact, x[contact.node], solve.settings.gap);
     if (open >= (with_soft ? 0.0 : -kNodeRounding)) continue;
     moves = true;
     x[contact.node] -= (shared ? 0.5 : 1.0) * open * n;
-    for (Rows& direction : freed) {
-      Row& z = direction[contact.node];
+    for (Points& direction : freed) {
+      Point& z = direction[contact.node];
       z -= dot(n, z) * n;
     }
   }
   return moves;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -6,13 +6,13 @@
 
 #include "skin/contact/contact.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// What of a body's contacts goes from step to step: which they are, and what each bears.
 struct ContactMotion {
   std::vector<Contact> contacts;          ///< a step to come reads of them which they are
   std::vector<double> normal_multiplier;  ///< by contact: force over the contact stiffness, m
-  Rows friction_multiplier;               ///< the same along the surface; empty without
+  Points friction_multiplier;             ///< the same along the surface; empty without
 };
 
 /// What the contacts of one body are solved with.
@@ -26,10 +26,10 @@ struct ContactSolve {
 /// Whether the other side gives way too, and goes half of the way.
 bool is_shared(const std::vector<Collider>& colliders, const Contact& contact);
 /// Its point (m) where the other is seen, and where it was when the step began.
-Row contact_point(const std::vector<Collider>& colliders, const Contact& contact);
-Row contact_point_before(const std::vector<Collider>& colliders, const Contact& contact);
+Point contact_point(const std::vector<Collider>& colliders, const Contact& contact);
+Point contact_point_before(const std::vector<Collider>& colliders, const Contact& contact);
 /// Signed gap (m) of a node at x beyond `wanted`.
-double contact_gap(const std::vector<Collider>& colliders, const Contact& contact, const Row& x,
+double contact_gap(const std::vector<Collider>& colliders, const Contact& contact, const Point& x,
                    double wanted);
 
 /// Contacts that go on keep the multipliers that they had `before`, those that hold as one the one
@@ -40,6 +40,6 @@ void keep_multipliers(const ContactMotion& before, bool friction, ContactMotion&
 /// then leave alone; two that give way share the way, if `with_soft`. True where there was one
 /// beyond rounding.
 bool push_out(const ContactSolve& solve, const std::vector<Contact>& contacts, bool with_soft,
-              std::span<Rows> freed, Rows& x);
+              std::span<Points> freed, Points& x);
 
-}  // namespace thew
+}  // namespace thew::skin

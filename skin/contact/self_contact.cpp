@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr double kFacing = -0.3;  // cosine between the node's normal and the wall's
@@ -57,4 +57,4 @@ void find_self_contacts(const Collider& self, int mover, const ContactSettings& 
   order_contacts(contacts);
 }
 
-}  // namespace thew
+}  // namespace thew::skin

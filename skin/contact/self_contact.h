@@ -6,7 +6,7 @@
 
 #include "skin/contact/contact.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// Adds the contacts of free nodes of `mover` with its own triangles, in their place among
 /// `contacts` (by node, then by collider). A node first meets a wall from outside, within `margin`;
@@ -17,4 +17,4 @@ void find_self_contacts(const Collider& self, int mover, const ContactSettings& 
                         const std::vector<Contact>& before, std::vector<int>& nearby,
                         std::vector<Contact>& contacts);
 
-}  // namespace thew
+}  // namespace thew::skin

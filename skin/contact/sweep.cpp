@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // The box of a box that has moved; `far`: the most that any of it did.
@@ -16,14 +16,14 @@ NodeBox moved_box(const NodeBox& box, const Transform& motion, double& far) {
     for (int k = 0; k < 3; ++k) p[k] = (corner >> k & 1) ? box.high[k] : box.low[k];
     const Vec3 q = motion * p;
     far = std::max(far, (q - p).norm());
-    grow(out, to_row(q), to_row(q));
+    grow(out, to_point(q), to_point(q));
   }
   return out;
 }
 
 // How much of the way from `from` to `to` lies behind the point where it first enters the surface,
 // by a march of steps no shorter than `least` (m).
-double way_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& from,
+double way_inside(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& from,
                   const Vec3& to, double least) {
   const double way = (to - from).norm();
   for (double gone = 0.0; gone < way;) {
@@ -38,11 +38,11 @@ double way_inside(const Surface& surface, const Bvh& bvh, const Rows& x, const V
 
 }  // namespace
 
-BodyWay way_of(const Rows& start, const Rows& x) {
+BodyWay way_of(const Points& start, const Points& x) {
   return {box_of(start), box_of(x), largest_distance(x, start)};
 }
 
-bool may_leap(const BodyWay& body, const Collider& rigid, double moved, double depth) {
+bool may_tunnel(const BodyWay& body, const Collider& rigid, double moved, double depth) {
   NodeBox both = body.after;
   grow(both, body.before.low, body.before.high);
   // Where the bone was, and its way between, lie this near to where it is.
@@ -54,9 +54,10 @@ bool may_leap(const BodyWay& body, const Collider& rigid, double moved, double d
   return body.farthest + far > depth && are_near(swept, rigid.box, 0.0);
 }
 
-Leap find_leap(const Rows& start, const Rows& x, const std::vector<char>& free_nodes,
-               const Collider& rigid, double depth, double least) {
-  Leap worst;
+Tunnelling find_tunnelling(const Points& start, const Points& x,
+                           const std::vector<char>& free_nodes, const Collider& rigid, double depth,
+                           double least) {
+  Tunnelling worst;
   for (size_t i = 0; i < x.size(); ++i) {
     if (!free_nodes[i]) continue;
     const Vec3 from = rigid.forth * to_vec(start[i]), to = to_vec(x[i]);
@@ -69,4 +70,4 @@ Leap find_leap(const Rows& start, const Rows& x, const std::vector<char>& free_n
   return worst;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -11,7 +11,7 @@
 #include "rig/vectorise.h"
 #include "skin/surface/surface.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 constexpr int kBins = 16;
@@ -19,11 +19,11 @@ constexpr int kLeaf = 4;     // triangles
 constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
 
 double half_area(const NodeBox& box) {
-  const Row d = box.high - box.low;
+  const Point d = box.high - box.low;
   return d[0] >= 0.0 ? d[0] * d[1] + d[1] * d[2] + d[2] * d[0] : 0.0;
 }
 
-[[gnu::always_inline]] inline void add_triangle(const Triangle& triangle, const Rows& x,
+[[gnu::always_inline]] inline void add_triangle(const Triangle& triangle, const Points& x,
                                                 NodeBox& box) {
   for (const int corner : triangle) grow(box, x[corner], x[corner]);
 }
@@ -33,10 +33,10 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   NodeBox centroids = empty_box();
   for (int i = first; i < first + count; ++i) {
     const NodeBox& box = boxes[order[i]];
-    const Row centre = 0.5 * (box.low + box.high);
+    const Point centre = 0.5 * (box.low + box.high);
     grow(centroids, centre, centre);
   }
-  const Row extent = centroids.high - centroids.low;
+  const Point extent = centroids.high - centroids.low;
   const int axis = longest_axis(extent);
   const int middle = first + count / 2;
   const auto centre = [&](int t) { return 0.5 * (boxes[t].low[axis] + boxes[t].high[axis]); };
@@ -85,7 +85,7 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
 using Float4 = float __attribute__((vector_size(16)));
 
 // Two float steps cover the rounding of the conversion.
-[[gnu::always_inline]] inline void round_both(const Row& v, Float4& below, Float4& above) {
+[[gnu::always_inline]] inline void round_both(const Point& v, Float4& below, Float4& above) {
   const Float4 f = __builtin_convertvector(v, Float4), by = (f < 0.0f ? -f : f) * 1.2e-7f;
   below = f - by - std::numeric_limits<float>::min();
   above = f + by + std::numeric_limits<float>::min();
@@ -97,7 +97,7 @@ struct BoxQuery {
   explicit BoxQuery(const Vec3& p) {
     constexpr float kFar = std::numeric_limits<float>::infinity();
     Float4 below;
-    round_both(to_row(p), below, up);
+    round_both(to_point(p), below, up);
     up[3] = kFar;
     down = Float4{-kFar, below[0], below[1], below[2]};
   }
@@ -151,7 +151,7 @@ OnTriangle nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, cons
 }
 
 // The feature that holds the point: a face, an edge or a corner, by its barycentrics that are 0.
-Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const double* b) {
+Vec3 pseudonormal(const Surface& surface, const Points& x, int triangle, const double* b) {
   for (int k = 0; k < 3; ++k) {
     const bool first = b[k] > 0.0, second = b[(k + 1) % 3] > 0.0, third = b[(k + 2) % 3] > 0.0;
     if (first && !second && !third) return node_normal(surface, x, surface.triangles[triangle][k]);
@@ -170,7 +170,8 @@ Vec3 pseudonormal(const Surface& surface, const Rows& x, int triangle, const dou
 // Outside a convex surface, over the inside of a face: nothing else of it is as near. Not next to
 // an edge, where by rounding the face across it may be as near: which was looked at first must not
 // tell.
-bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& near, const Vec3& p) {
+bool is_over_face(const Surface& surface, const Points& x, const ClosestPoint& near,
+                  const Vec3& p) {
   constexpr double kBeside = 1e-6;  // of the way to p: its square is far above rounding
   const Triangle& t = surface.triangles[near.triangle];
   const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
@@ -184,22 +185,22 @@ bool is_over_face(const Surface& surface, const Rows& x, const ClosestPoint& nea
 }
 
 THEW_VECTORISED
-void grow_over(const Rows& x, NodeBox& box) {
-  for (const Row& p : x) grow(box, p, p);
+void grow_over(const Points& x, NodeBox& box) {
+  for (const Point& p : x) grow(box, p, p);
 }
 
 }  // namespace
 
 // Grown in a place of its own: what is returned may lie on half of a row's alignment, since the
 // compiler does not align what a call alone needs of the stack.
-NodeBox box_of(const Rows& x) {
+NodeBox box_of(const Points& x) {
   NodeBox grown = empty_box();
   grow_over(x, grown);
   const NodeBox box = grown;
   return box;
 }
 
-int longest_axis(const Row& extent) {
+int longest_axis(const Point& extent) {
   if (extent[0] >= extent[1] && extent[0] >= extent[2]) return 0;
   return extent[1] >= extent[2] ? 1 : 2;
 }
@@ -211,7 +212,7 @@ bool are_near(const NodeBox& a, const NodeBox& b, double reach) {
   return true;
 }
 
-Bvh build_bvh(const Surface& surface, const Rows& x) {
+Bvh build_bvh(const Surface& surface, const Points& x) {
   Bvh bvh;
   const int count = static_cast<int>(surface.triangles.size());
   std::vector<NodeBox> boxes(count, empty_box());
@@ -234,7 +235,7 @@ Bvh build_bvh(const Surface& surface, const Rows& x) {
 }
 
 THEW_VECTORISED
-void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
+void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh) {
   for (size_t n = bvh.nodes.size(); n-- > 0;) {
     Bvh::Node& node = bvh.nodes[n];
     if (node.count > 0 || bvh.order.empty()) {
@@ -259,7 +260,7 @@ void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh) {
   }
 }
 
-double box_distance(const Bvh& bvh, const Row& p) {
+double box_distance(const Bvh& bvh, const Point& p) {
   double squared = 0.0;
   for (int k = 0; k < 3; ++k) {
     const double off = std::max({bvh.nodes[0].lo[k] - p[k], p[k] - bvh.nodes[0].hi[k], 0.0});
@@ -268,7 +269,7 @@ double box_distance(const Bvh& bvh, const Row& p) {
   return std::sqrt(squared);
 }
 
-ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p,
+ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
                            double bound, int hint) {
   ClosestPoint best;
   double best2 = bound * bound;
@@ -335,7 +336,7 @@ void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int
   }
 }
 
-ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle,
+ClosestPoint closest_on_triangle(const Surface& surface, const Points& x, int triangle,
                                  const Vec3& p) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 a = to_vec(x[t[0]]), b = to_vec(x[t[1]]), c = to_vec(x[t[2]]);
@@ -350,4 +351,4 @@ ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int tria
   return point;
 }
 
-}  // namespace thew
+}  // namespace thew::skin

@@ -3,7 +3,7 @@
 
 #include "skin/surface/surface.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // Six times the signed volume of the tetrahedron pabc.
@@ -48,22 +48,22 @@ bool share_node(const Triangle& s, const Triangle& t) {
                      [&](int node) { return node == t[0] || node == t[1] || node == t[2]; });
 }
 
-void corners(const Surface& surface, const Rows& x, int triangle, Vec3* out) {
+void corners(const Surface& surface, const Points& x, int triangle, Vec3* out) {
   for (int k = 0; k < 3; ++k) out[k] = to_vec(x[surface.triangles[triangle][k]]);
 }
 
 }  // namespace
 
 std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
-                                                   const Rows& xa, const Surface& b,
-                                                   const Bvh& bvh_b, const Rows& xb) {
+                                                   const Points& xa, const Surface& b,
+                                                   const Bvh& bvh_b, const Points& xb) {
   std::vector<std::array<int, 2>> pairs;
   find_crossings(a, bvh_a, xa, b, bvh_b, xb, pairs);
   return pairs;
 }
 
-void find_crossings(const Surface& a, const Bvh& bvh_a, const Rows& xa, const Surface& b,
-                    const Bvh& bvh_b, const Rows& xb, std::vector<std::array<int, 2>>& pairs) {
+void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
+                    const Bvh& bvh_b, const Points& xb, std::vector<std::array<int, 2>>& pairs) {
   pairs.clear();
   if (bvh_a.order.empty() || bvh_b.order.empty()) return;
   const bool itself = &a == &b && &xa == &xb;
@@ -108,4 +108,4 @@ void find_crossings(const Surface& a, const Bvh& bvh_a, const Rows& xa, const Su
   std::sort(pairs.begin(), pairs.end());
 }
 
-}  // namespace thew
+}  // namespace thew::skin

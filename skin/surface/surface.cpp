@@ -6,7 +6,7 @@
 #include "muscles/lengths.h"
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::skin {
 namespace {
 
 // A directed edge of triangle `side / 3`, by its undirected ends.
@@ -44,11 +44,11 @@ Surface make_surface(std::vector<Triangle> triangles, int nodes) {
   return surface;
 }
 
-bool is_convex(const Surface& surface, const Rows& x) {
+bool is_convex(const Surface& surface, const Points& x) {
   for (size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Row n = to_row(face_normal(surface, x, static_cast<int>(t)));
-    const Row corner = x[surface.triangles[t][0]];
-    for (const Row& p : x) {
+    const Point n = to_point(face_normal(surface, x, static_cast<int>(t)));
+    const Point corner = x[surface.triangles[t][0]];
+    for (const Point& p : x) {
       if (dot(n, p - corner) > kRounding) return false;
     }
   }
@@ -56,7 +56,7 @@ bool is_convex(const Surface& surface, const Rows& x) {
 }
 
 // A triangle's solid angle by van Oosterom and Strackee 1983.
-double winding_number(const Surface& surface, const Rows& x, const Vec3& p) {
+double winding_number(const Surface& surface, const Points& x, const Vec3& p) {
   double sum = 0.0;
   for (const Triangle& t : surface.triangles) {
     const Vec3 a = to_vec(x[t[0]]) - p, b = to_vec(x[t[1]]) - p, c = to_vec(x[t[2]]) - p;
@@ -67,7 +67,7 @@ double winding_number(const Surface& surface, const Rows& x, const Vec3& p) {
   return sum / (4.0 * kPi);
 }
 
-Vec3 face_normal(const Surface& surface, const Rows& x, int triangle) {
+Vec3 face_normal(const Surface& surface, const Points& x, int triangle) {
   const Triangle& t = surface.triangles[triangle];
   const Vec3 a = to_vec(x[t[0]]);
   const Vec3 n = (to_vec(x[t[1]]) - a).cross(to_vec(x[t[2]]) - a);
@@ -75,7 +75,7 @@ Vec3 face_normal(const Surface& surface, const Rows& x, int triangle) {
   return length > 0.0 ? Vec3(n / length) : Vec3::Zero();
 }
 
-Vec3 node_normal(const Surface& surface, const Rows& x, int node) {
+Vec3 node_normal(const Surface& surface, const Points& x, int node) {
   Vec3 sum = Vec3::Zero();
   for (int t : surface.vertex_triangles[node]) {
     const Triangle& corners = surface.triangles[t];
@@ -90,4 +90,4 @@ Vec3 node_normal(const Surface& surface, const Rows& x, int node) {
   return length > 0.0 ? Vec3(sum / length) : Vec3::UnitZ();
 }
 
-}  // namespace thew
+}  // namespace thew::skin

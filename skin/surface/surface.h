@@ -7,7 +7,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::skin {
 
 /// What does not change of a closed surface while its nodes move.
 struct Surface {
@@ -18,19 +18,19 @@ struct Surface {
 };
 Surface make_surface(std::vector<Triangle> triangles, int nodes);
 /// Whether no node lies outside a face.
-bool is_convex(const Surface& surface, const Rows& x);
+bool is_convex(const Surface& surface, const Points& x);
 
 /// How often the surface goes round p: about 1 inside, 0 outside, the sum of both where it has
 /// holes or is of several.
-double winding_number(const Surface& surface, const Rows& x, const Vec3& p);
+double winding_number(const Surface& surface, const Points& x, const Vec3& p);
 
 /// Outward unit normal of a triangle (zero where it has no area), and of a node, weighted by angle.
-Vec3 face_normal(const Surface& surface, const Rows& x, int triangle);
-Vec3 node_normal(const Surface& surface, const Rows& x, int node);
+Vec3 face_normal(const Surface& surface, const Points& x, int triangle);
+Vec3 node_normal(const Surface& surface, const Points& x, int node);
 
 /// Bounds of nodes, for a first look at what may touch.
 struct NodeBox {
-  Row low = Row{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
+  Point low = Point{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
 };
 /// Holds nothing yet.
 inline NodeBox empty_box() {
@@ -38,12 +38,12 @@ inline NodeBox empty_box() {
   std::swap(box.low, box.high);
   return box;
 }
-[[gnu::always_inline]] inline void grow(NodeBox& box, const Row& low, const Row& high) {
+[[gnu::always_inline]] inline void grow(NodeBox& box, const Point& low, const Point& high) {
   box.low = low < box.low ? low : box.low;
   box.high = high > box.high ? high : box.high;
 }
-NodeBox box_of(const Rows& x);
-int longest_axis(const Row& extent);
+NodeBox box_of(const Points& x);
+int longest_axis(const Point& extent);
 /// Whether they come within `reach` (m) of each other.
 bool are_near(const NodeBox& a, const NodeBox& b, double reach);
 
@@ -57,10 +57,10 @@ struct Bvh {
   std::vector<Node> nodes;
   std::vector<int> order;
 };
-Bvh build_bvh(const Surface& surface, const Rows& x);
-void refit_bvh(const Surface& surface, const Rows& x, Bvh& bvh);
+Bvh build_bvh(const Surface& surface, const Points& x);
+void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh);
 /// m, of a point outside of the box of all of it, 0 inside. The tree is not empty.
-double box_distance(const Bvh& bvh, const Row& p);
+double box_distance(const Bvh& bvh, const Point& p);
 
 /// The nearest point of a surface. `distance` is signed, negative inside, by the angle-weighted
 /// pseudonormal of the feature (Baerentzen and Aanaes 2005).
@@ -72,22 +72,22 @@ struct ClosestPoint {
   double distance = 0.0;        ///< m
 };
 /// Searches only within `bound` (m) of p. `hint`: a triangle to start from, or -1.
-ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Rows& x, const Vec3& p,
+ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
                            double bound, int hint = -1);
 
 /// Triangles whose boxes come within `reach` (m) of p, in no particular order but always the same.
 void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int>& triangles);
 /// The nearest point of one triangle; the normal is the face's.
-ClosestPoint closest_on_triangle(const Surface& surface, const Rows& x, int triangle,
+ClosestPoint closest_on_triangle(const Surface& surface, const Points& x, int triangle,
                                  const Vec3& p);
 
 /// Pairs (i, j), i < j for one surface with itself, of properly crossing triangles; triangles that
 /// share a vertex are left out.
 std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
-                                                   const Rows& xa, const Surface& b,
-                                                   const Bvh& bvh_b, const Rows& xb);
+                                                   const Points& xa, const Surface& b,
+                                                   const Bvh& bvh_b, const Points& xb);
 /// The same into memory that is there.
-void find_crossings(const Surface& a, const Bvh& bvh_a, const Rows& xa, const Surface& b,
-                    const Bvh& bvh_b, const Rows& xb, std::vector<std::array<int, 2>>& pairs);
+void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
+                    const Bvh& bvh_b, const Points& xb, std::vector<std::array<int, 2>>& pairs);
 
-}  // namespace thew
+}  // namespace thew::skin

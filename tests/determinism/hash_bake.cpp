@@ -20,14 +20,14 @@ int main(int argc, char** argv) {
     if (word == "--threads") threads = std::atoi(argv[i + 1]);
   }
   try {
-    const thew::Model model = thew::build_model(thew::read_scene(scene));
-    thew::BakeOptions options{out, {}, threads, false};
+    const thew::sim::Model model = thew::sim::build_model(thew::sim::read_scene(scene));
+    thew::sim::BakeOptions options{out, {}, threads, false};
     const int last = std::atoi(frames.substr(frames.find('-') + 1).c_str());
     for (int frame = std::atoi(frames.c_str()); frame <= last; ++frame) {
       options.frames.push_back(frame);
     }
-    const thew::BakeResult result =
-        thew::bake(model, options, [](const thew::BakeFrame&) { return true; });
+    const thew::sim::BakeResult result =
+        thew::sim::bake(model, options, [](const thew::sim::BakeFrame&) { return true; });
     std::ofstream(out + "/report.json") << "\"hash\": \"" << result.hash << "\"\n";
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

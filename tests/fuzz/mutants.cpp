@@ -11,7 +11,7 @@
 
 #include "tests/fuzz/readers.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 int wanted = 1000;
@@ -147,11 +147,11 @@ INSTANTIATE_TEST_SUITE_P(Of, Mutants, testing::Range(0, 5),
                          [](const auto& info) { return std::string(kReaders[info.param]); });
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  if (argc > 1) thew::wanted = std::atoi(argv[1]);
-  if (argc > 2) thew::seed = static_cast<unsigned>(std::atoi(argv[2]));
+  if (argc > 1) thew::tests::wanted = std::atoi(argv[1]);
+  if (argc > 2) thew::tests::seed = static_cast<unsigned>(std::atoi(argv[2]));
   return RUN_ALL_TESTS();
 }

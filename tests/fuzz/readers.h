@@ -18,7 +18,7 @@
 #include "sim/scene/reader.h"
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::tests {
 
 namespace fs = std::filesystem;
 
@@ -135,4 +135,4 @@ inline bool accepts(Reader reader, const fs::path& folder, std::string_view byte
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -19,9 +19,10 @@
 #include <thread>
 #include <vector>
 
+#include "rig/types.h"
 #include "sim/cache/hash.h"
 
-namespace thew {
+namespace thew::tests {
 
 namespace fs = std::filesystem;
 
@@ -174,4 +175,4 @@ class BakeTest : public testing::Test {
   static inline double seconds_ = 0.0;  ///< that it took
 };
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -382,4 +382,4 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -6,7 +6,7 @@
 
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 int points = 4;
@@ -178,12 +178,13 @@ TEST_F(Hurt, NothingIsWrittenThroughALink) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  if (argc > 1) thew::points = std::atoi(argv[1]);
-  thew::may_mount = unshare(geteuid() == 0 ? CLONE_NEWNS : CLONE_NEWNS | CLONE_NEWUSER) == 0 &&
-                    mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
+  if (argc > 1) thew::tests::points = std::atoi(argv[1]);
+  thew::tests::may_mount =
+      unshare(geteuid() == 0 ? CLONE_NEWNS : CLONE_NEWNS | CLONE_NEWUSER) == 0 &&
+      mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
   return RUN_ALL_TESTS();
 }

@@ -3,7 +3,7 @@
 // temporary file. The signal is there before the command is, so that no timing decides.
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class Interrupted : public BakeTest {
@@ -99,4 +99,4 @@ TEST_F(Interrupted, New) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

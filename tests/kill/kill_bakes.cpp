@@ -7,7 +7,7 @@
 #include "sim/cache/own_files.h"
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 int kills_wanted = 10;
@@ -189,11 +189,11 @@ TEST_F(Kill, TheSecondBakeInAFolderIsSentAway) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  if (argc > 1) thew::kills_wanted = std::atoi(argv[1]);
-  if (argc > 2) thew::seed = static_cast<unsigned>(std::atoi(argv[2]));
+  if (argc > 1) thew::tests::kills_wanted = std::atoi(argv[1]);
+  if (argc > 2) thew::tests::seed = static_cast<unsigned>(std::atoi(argv[2]));
   return RUN_ALL_TESTS();
 }

@@ -4,7 +4,7 @@
 
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class SmallMachine : public testing::Test {
@@ -54,4 +54,4 @@ TEST_F(SmallMachine, SmallStacksAreEnough) {
 #endif
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -2,7 +2,7 @@
 // Two processes that write the same file at the same time: each leaves a whole one, or an error.
 #include "tests/kill/bake_process.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class AtOnce : public BakeTest {};
@@ -48,4 +48,4 @@ TEST_F(AtOnce, PicturesIntoOneFolder) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

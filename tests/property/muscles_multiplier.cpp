@@ -15,7 +15,7 @@
 #include "muscles/zone.h"
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kStep = 1e-3;  // s
@@ -24,7 +24,7 @@ enum class Method { kPrinted, kLinear, kExact };
 
 struct Body {
   std::vector<Triangle> triangles;
-  Rows x, v;
+  Points x, v;
   std::vector<double> mass, weights;
   double rest_volume;
 
@@ -32,8 +32,8 @@ struct Body {
 };
 
 Body make_body(const TriMesh& mesh) {
-  Body body{mesh.triangles, to_rows(mesh.vertices), {}, lumped_masses(mesh, 1060.0), {}, 0.0};
-  body.v.assign(body.x.size(), Row{});
+  Body body{mesh.triangles, to_points(mesh.vertices), {}, lumped_masses(mesh, 1060.0), {}, 0.0};
+  body.v.assign(body.x.size(), Point{});
   body.weights.assign(body.x.size(), 1.0);
   body.rest_volume = enclosed_volume(body.x, body.triangles);
   return body;
@@ -41,7 +41,7 @@ Body make_body(const TriMesh& mesh) {
 
 // Gradient (times `factor`), M^-1 W times it, and both denominators.
 struct Direction {
-  Rows gradient, step;
+  Points gradient, step;
   double weighted = 0.0, even = 0.0;
   double rho() const { return weighted / even; }
 };
@@ -65,7 +65,7 @@ void step(Body& body, Method method, double factor = 1.0) {
   const Direction d = direction_of(body, factor);
   double push;  // h lambda
   if (method == Method::kExact) {
-    const Rows predicted = moved(body.x, kStep, body.v);
+    const Points predicted = moved(body.x, kStep, body.v);
     const VolumeRoot root =
         nearest_root(volume_along(predicted, d.step, body.triangles), body.rest_volume);
     ASSERT_TRUE(root.reached);
@@ -126,7 +126,7 @@ TEST(Multiplier, ExactHoldsTheVolumeInOneStepWhereTheOthersLeaveAResidue) {
     Body body = make_body(mesh);
     weigh_belly(mesh, body);
     body.v = noise(body.x.size(), 0.5, 8);
-    for (Row& v : body.v) v += Row{0.0, 0.0, 0.2, 0.0};
+    for (Point& v : body.v) v += Point{0.0, 0.0, 0.2, 0.0};
     for (size_t i = 0; i < body.x.size(); ++i) body.v[i] += 2.0 * body.x[i];  // swells by 0.6 %
     step(body, method);
     error[static_cast<int>(method)] = std::fabs(body.error());
@@ -149,7 +149,7 @@ TEST(Multiplier, PrintedSidebarLetsDriftGrowByFourThirdsAndVelocitiesDoNotShowIt
   Body body = off_by(spindle(), 1e-9);
   for (int i = 0; i < 5; ++i) {
     const double before = body.error();
-    body.v.assign(body.x.size(), Row{});
+    body.v.assign(body.x.size(), Point{});
     step(body, Method::kLinear, -3.0);
     EXPECT_NEAR(body.error() / before, 4.0 / 3.0, 1e-4);
   }
@@ -192,7 +192,7 @@ void expect_printed_growth(const TriMesh& mesh, double lowest_rho) {
   EXPECT_GT(rho, lowest_rho);
   for (int i = 0; i < 6; ++i) {
     const double before = body.error();
-    body.v.assign(body.x.size(), Row{});
+    body.v.assign(body.x.size(), Point{});
     step(body, Method::kPrinted);
     EXPECT_NEAR(body.error() / before, 1.0 - rho, 0.01 * rho);
   }
@@ -270,4 +270,4 @@ TEST(Multiplier, WeightedForcesOfAFreeBodyAreLeftWithoutNetForceAndTorque) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

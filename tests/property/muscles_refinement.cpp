@@ -9,14 +9,14 @@
 #include "muscles/volume.h"
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 double energy_of(const TriMesh& mesh, const std::vector<Vec3>& fibres,
                  const SpringMaterial& material, const auto& deform) {
   const Springs springs = make_springs(mesh, fibres, material);
-  Rows x;
-  for (const Vec3& p : mesh.vertices) x.push_back(to_row(deform(p)));
+  Points x;
+  for (const Vec3& p : mesh.vertices) x.push_back(to_point(deform(p)));
   return spring_energy(springs, springs.rest_length, x);
 }
 
@@ -99,15 +99,15 @@ Shuffled shuffled(const TriMesh& mesh, unsigned seed) {
 TEST(Refinement, OrderOfNodesAndFacesMattersOnlyToRounding) {
   const TriMesh mesh = spindle();
   const Shuffled other = shuffled(mesh, 11);
-  const Rows change = noise(mesh.vertices.size(), 0.002, 12);
-  Rows x = moved(to_rows(mesh.vertices), 1.0, change), y(x);
+  const Points change = noise(mesh.vertices.size(), 0.002, 12);
+  Points x = moved(to_points(mesh.vertices), 1.0, change), y(x);
   for (size_t i = 0; i < x.size(); ++i) y[other.place[i]] = x[i];
   const Springs a = make_springs(mesh, {}, {}), b = make_springs(other.mesh, {}, {});
   ASSERT_EQ(a.structural, b.structural);
-  Rows f(x.size(), Row{}), g(f);
+  Points f(x.size(), Point{}), g(f);
   add_spring_forces(a, a.rest_length, x, f);
   add_spring_forces(b, b.rest_length, y, g);
-  Rows volume_f, volume_g;
+  Points volume_f, volume_g;
   volume_gradient(x, mesh.triangles, volume_f);
   volume_gradient(y, other.mesh.triangles, volume_g);
   const double force = std::sqrt(dot(f, f)), area = std::sqrt(dot(volume_f, volume_f));
@@ -130,9 +130,9 @@ TEST(Refinement, UnitsDoNotMatter) {
   other.young *= to_force / to_length;
   other.bending *= to_force * to_length;
   const Springs a = make_springs(metres, {}, si), b = make_springs(millimetres, {}, other);
-  const Rows x = moved(to_rows(metres.vertices), 1.0, noise(metres.vertices.size(), 0.002, 13));
-  Rows y(x), f(x.size(), Row{}), g(f);
-  for (Row& row : y) row *= to_length;
+  const Points x = moved(to_points(metres.vertices), 1.0, noise(metres.vertices.size(), 0.002, 13));
+  Points y(x), f(x.size(), Point{}), g(f);
+  for (Point& row : y) row *= to_length;
   add_spring_forces(a, a.rest_length, x, f);
   add_spring_forces(b, b.rest_length, y, g);
   const double force = std::sqrt(dot(f, f));
@@ -142,4 +142,4 @@ TEST(Refinement, UnitsDoNotMatter) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -4,7 +4,7 @@
 #include "rig/math.h"
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // A chain of n joints about changing axes, with the last body's pose for equal joint values.
@@ -79,4 +79,4 @@ TEST(ForwardKinematics, DerivativeByFiniteDifferences) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 std::vector<TriMesh> closed_surfaces() {
@@ -74,4 +74,4 @@ TEST(ClosedSurface, EveryTriangleIsMissed) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

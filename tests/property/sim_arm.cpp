@@ -18,7 +18,7 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Frames a step. Sanitizers take ten times the time, and find in larger steps what they find in
@@ -33,8 +33,8 @@ struct Flexion {
   Model model;
   std::vector<double> elbow;  // rad, by frame
   std::vector<FrameMeasures> measures;
-  std::vector<std::vector<Rows>> x;  // [frame][muscle]
-  std::vector<Rows> skin;            // [frame]
+  std::vector<std::vector<Points>> x;  // [frame][muscle]
+  std::vector<Points> skin;            // [frame]
   std::vector<Pose> poses;
 };
 
@@ -53,7 +53,7 @@ Flexion flex(const std::vector<std::string>& overrides) {
     if (time > 0.0) step_frame(run.model, time, parallel, state, seconds);
     run.measures.push_back(measure(run.model, areas, parallel, state));
     run.elbow.push_back(state.joints[elbow]);
-    std::vector<Rows>& frame = run.x.emplace_back();
+    std::vector<Points>& frame = run.x.emplace_back();
     for (const MuscleState& muscle : state.muscles) frame.push_back(muscle.x);
     run.skin.push_back(state.skin.x);
     run.poses.push_back(state.pose);
@@ -161,7 +161,7 @@ TEST(Arm, PolesStayOnTheirBones) {
   }
 }
 
-int folds_beyond_90(const Surface& surface, const Rows& x) {
+int folds_beyond_90(const Surface& surface, const Points& x) {
   const auto normal = [&](int t) {
     const Triangle& k = surface.triangles[t];
     const Vec3 a = to_vec(x[k[0]]), b = to_vec(x[k[1]]), c = to_vec(x[k[2]]);
@@ -180,11 +180,11 @@ TEST(Arm, NoFoldsAndNoSelfIntersection) {
   for (size_t m = 0; m < arm().model.muscles.size(); ++m) {
     const Muscle& muscle = arm().model.muscles[m];
     const Surface& surface = arm().model.surfaces[m].surface;
-    const Rows rest = to_rows(muscle.rest.vertices);
+    const Points rest = to_points(muscle.rest.vertices);
     const int rest_folds = folds_beyond_90(surface, rest);
     Bvh bvh = build_bvh(surface, rest);
     for (size_t f = 0; f < arm().x.size(); ++f) {
-      const Rows& x = arm().x[f][m];
+      const Points& x = arm().x[f][m];
       EXPECT_LE(folds_beyond_90(surface, x), rest_folds) << muscle.name << ", frame " << f + 1;
       refit_bvh(surface, x, bvh);
       EXPECT_TRUE(crossing_triangles(surface, bvh, x, surface, bvh, x).empty())
@@ -203,7 +203,7 @@ TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
     return std::find_if(model.muscles.begin(), model.muscles.end(), is) - model.muscles.begin();
   };
   const size_t biceps = index("biceps_short"), brachialis = index("brachialis");
-  const auto cut = [&](size_t m, const Rows& x, const Surface& other, const Rows& y) {
+  const auto cut = [&](size_t m, const Points& x, const Surface& other, const Points& y) {
     const Surface& mine = model.surfaces[m].surface;
     int count = 0;
     const Bvh bvh = build_bvh(mine, x), tree = build_bvh(other, y);
@@ -219,13 +219,13 @@ TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
     return count;
   };
   for (size_t f = 0; f < arm().x.size(); ++f) {
-    const std::vector<Rows>& x = arm().x[f];
+    const std::vector<Points>& x = arm().x[f];
     EXPECT_EQ(cut(brachialis, x[brachialis], model.surfaces[biceps].surface, x[biceps]), 0)
         << "frame " << f + 1;
     for (size_t b = 0; f % 6 == 0 && b < model.bones.size(); ++b) {
-      Rows y;
+      Points y;
       for (const Vec3& p : model.bones[b].in_body.vertices) {
-        y.push_back(to_row(arm().poses[f][model.bones[b].body] * p));
+        y.push_back(to_point(arm().poses[f][model.bones[b].body] * p));
       }
       for (size_t m = 0; m < x.size(); ++m) {
         if (model.ignore[m][x.size() + b]) continue;
@@ -413,4 +413,4 @@ TEST(Arm, WithoutTheMultiplierVolumeIsLost) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "sim/solver/state_archive.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Settings = std::vector<std::string>;
@@ -26,13 +26,13 @@ Model model_of(const std::string& scene, Settings overrides, double tolerance) {
   if (tolerance > 0.0) {
     read.solver.tolerance.emplace();
     read.solver.tolerance->position = tolerance;
-    read.solver.tolerance->place = "here";
+    read.solver.tolerance->location = "here";
   }
   return build_model(read);
 }
 
 struct Motion {
-  std::vector<std::vector<Rows>> x;  // by frame and muscle
+  std::vector<std::vector<Points>> x;  // by frame and muscle
   double volume_error = 0.0;
 };
 
@@ -45,7 +45,7 @@ Motion simulate(const Model& model) {
   for (int f = model.first_frame; f <= model.last_frame; ++f) {
     const double time = (f - model.first_frame) / model.fps;
     if (f > model.first_frame) step_frame(model, time, one, state, unused);
-    std::vector<Rows>& rows = motion.x.emplace_back();
+    std::vector<Points>& rows = motion.x.emplace_back();
     for (int m = 0; m < state.count(); ++m) {
       rows.push_back(state.muscles[m].x);
       const Muscle& muscle = model.muscles[m];
@@ -156,7 +156,7 @@ std::string refusal(const std::string& scene, double tolerance) {
   try {
     plan_fidelity(model_of(scene, {}, tolerance), 1);
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
     return error.what();
   }
   return "";
@@ -194,4 +194,4 @@ TEST_F(FidelityBake, TheSameForAnyNumberOfThreadsAndResumedOrNot) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kAlong = 2.81887, kOnto = 9.39623;  // m/s^2, the scene's gravity
@@ -30,7 +30,7 @@ struct Slide {
     }
   }
   // Along the slope, of the block as a whole: m and m/s.
-  double mean(const Rows& rows) const {
+  double mean(const Points& rows) const {
     double sum = 0.0, mass = 0.0;
     for (size_t i = 0; i < rows.size(); ++i) {
       sum += model.muscles[0].mass[i] * rows[i][0];
@@ -101,4 +101,4 @@ TEST(Friction, GoesOnFromAKeptStateToTheBit) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -19,7 +19,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tests/unit/sim/distance.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Motion {
@@ -45,7 +45,9 @@ struct Motion {
   }
 };
 
-double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
+double worst_distance(const Motion& a, const Motion& b) {
+  return tests::worst_distance(a.state, b.state);
+}
 
 const std::string kOneMuscle = "/tests/scenes/one_muscle/scene.toml";
 
@@ -61,7 +63,7 @@ const std::string kCube = "/assets/paper/cube_twist.toml";
 
 double hung_length(const Motion& cube) {
   double low = 1.0, high = -1.0;
-  for (const Row& x : cube.state.muscles[0].x) {
+  for (const Point& x : cube.state.muscles[0].x) {
     low = std::min(low, x[1]);
     high = std::max(high, x[1]);
   }
@@ -69,9 +71,9 @@ double hung_length(const Motion& cube) {
 }
 
 // Net force of the springs on a muscle's nodes.
-Rows spring_forces(const Motion& motion) {
+Points spring_forces(const Motion& motion) {
   const MuscleState& now = motion.state.muscles[0];
-  Rows f(now.x.size(), Row{});
+  Points f(now.x.size(), Point{});
   add_spring_forces(motion.model.muscles[0].springs, now.rest_length, now.x, f);
   return f;
 }
@@ -80,7 +82,7 @@ TEST(QuasiStatic, BalancesTheWeightOfAHangingCube) {
   Motion cube(kCube, hanging({"solver.integrator=quasi_static", "solver.volume=none"}));
   cube.go_to(2);
   const Muscle& muscle = cube.model.muscles[0];
-  const Rows f = spring_forces(cube);
+  const Points f = spring_forces(cube);
   double weight = 0.0, held = 0.0, loose = 0.0;
   for (size_t i = 0; i < f.size(); ++i) {
     const Vec3 gravity = muscle.mass[i] * cube.model.gravity;
@@ -110,7 +112,7 @@ TEST(Integrators, HangACubeAlike) {
                                 std::string("solver.substeps=") + substeps,
                                 std::string("solver.iterations=") + iterations}));
     cube.state = still.state;
-    cube.state.muscles[0].v.assign(cube.state.muscles[0].v.size(), Row{});
+    cube.state.muscles[0].v.assign(cube.state.muscles[0].v.size(), Point{});
     cube.go_to(22);
     EXPECT_NEAR(hung_length(cube) - 0.2, truth, 0.01 * truth) << integrator << " " << substeps;
     EXPECT_LT(worst_distance(cube, still), 1e-3) << integrator << " " << substeps;
@@ -259,4 +261,4 @@ TEST(Xpbd, HasTheSameBytesForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -57,7 +57,7 @@ void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memo
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Frames {
@@ -207,4 +207,4 @@ TEST_F(QuietStep, ACharacter) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

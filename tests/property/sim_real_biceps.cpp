@@ -9,7 +9,7 @@
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,4 +43,4 @@ TEST_F(RealBiceps, FlexesWithoutLosingVolume) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -118,7 +118,7 @@ TEST_F(SizedArm, MovesAsTheArmDoes) {
     for (Run& run : runs) step_frame(run.model, f / 24.0, parallel, run.state, seconds);
     const State& arm = runs[0].state;
     for (size_t k = 1; k < sizes.size(); ++k) {
-      const auto off = [&](const Rows& x, const Rows& of_arm) {
+      const auto off = [&](const Points& x, const Points& of_arm) {
         double most = 0.0;
         for (size_t i = 0; i < x.size(); ++i) {
           most = std::max(most, norm(1.0 / sizes[k] * x[i] - of_arm[i]));
@@ -145,4 +145,4 @@ TEST_F(SizedArm, MovesAsTheArmDoes) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

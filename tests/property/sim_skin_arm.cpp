@@ -13,15 +13,15 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Moved {
   Model model;
   Parallel parallel{2};
   State state;
-  Pose rest;  // bodies in the first frame
-  Rows skin;  // there
+  Pose rest;    // bodies in the first frame
+  Points skin;  // there
 
   explicit Moved(const std::string& keys)
       : model(build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml",
@@ -46,11 +46,11 @@ int bone_named(const Model& model, const std::string& name) {
 
 // The tip of the olecranon: of the ulna's upper 3 cm the point farthest back.
 Vec3 tip_of_elbow(const Moved& arm) {
-  const Rows& ulna = arm.state.bones[bone_named(arm.model, "ulna")].x;
+  const Points& ulna = arm.state.bones[bone_named(arm.model, "ulna")].x;
   double top = -1.0;
-  for (const Row& x : ulna) top = std::max(top, x[1]);
+  for (const Point& x : ulna) top = std::max(top, x[1]);
   Vec3 tip = Vec3::Constant(1.0);
-  for (const Row& x : ulna) {
+  for (const Point& x : ulna) {
     if (x[1] > top - 0.03 && x[0] < tip.x()) tip = to_vec(x);
   }
   return tip;
@@ -83,7 +83,7 @@ TEST(ArmSkin, SlidesOverTheTipOfTheElbow) {
 }
 
 // m^2, of the skin's rings by their height at rest: nodes of one height in order around.
-std::map<double, double> ring_areas(const Moved& arm, const Rows& now) {
+std::map<double, double> ring_areas(const Moved& arm, const Points& now) {
   std::map<double, std::vector<Vec3>> rings;
   for (size_t i = 0; i < now.size(); ++i) {
     rings[std::round(1e6 * arm.model.skin.rest[i][1])].push_back(to_vec(now[i]));
@@ -116,4 +116,4 @@ TEST(ArmSkin, IsNotWrungByTheForearmsTurn) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

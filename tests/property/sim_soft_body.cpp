@@ -12,7 +12,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const std::string kPaper = THEW_SOURCE_DIR "/assets/paper/";
@@ -40,7 +40,7 @@ Outcome run(const std::string& scene, const std::vector<std::string>& overrides,
     out.substep_volume = std::max(out.substep_volume, now.substep_volume_error);
     if (scene != "ball.toml") continue;
     const double top = 0.1 - out.state.joints[find_body(out.model.skeleton, "top")];
-    for (const Row& x : now.x) out.deepest = std::max(out.deepest, std::abs(x[1]) - top);
+    for (const Point& x : now.x) out.deepest = std::max(out.deepest, std::abs(x[1]) - top);
   }
   return out;
 }
@@ -106,7 +106,7 @@ TEST(SoftBody, MistakesAreToldWithTheirPlace) {
     try {
       build_model(read_scene(kPaper + "cube_twist.toml", overrides));
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kUsage);
+      EXPECT_EQ(error.code(), ErrorCode::kUsage);
       return error.what();
     }
     return "";
@@ -122,4 +122,4 @@ TEST(SoftBody, MistakesAreToldWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "sim/step.h"
 #include "tests/unit/sim/distance.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Motion {
@@ -40,7 +40,9 @@ Motion simulate(const std::vector<std::string>& overrides, int frames = 24, int 
   return out;
 }
 
-double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
+double worst_distance(const Motion& a, const Motion& b) {
+  return tests::worst_distance(a.state, b.state);
+}
 
 TEST(Step, ExactMultiplierHoldsTheVolumeInEveryStep) {
   const Motion exact = simulate({});
@@ -80,7 +82,7 @@ TEST(Step, ThePrintedMultiplierDivergesOnBellyWeights) {
         simulate({belly, "solver.volume=printed", "solver.integrator=explicit"}, 3);
     EXPECT_GT(printed.worst_substep, 0.01);
   } catch (const Error& error) {  // it diverged so far that the step was refused
-    EXPECT_EQ(error.code(), ExitCode::kSolver);
+    EXPECT_EQ(error.code(), ErrorCode::kSolver);
   }
 }
 
@@ -129,4 +131,4 @@ TEST(Step, WeightsAloneShapeTheBellyToo) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

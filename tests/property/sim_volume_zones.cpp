@@ -13,7 +13,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const std::string kBar = THEW_SOURCE_DIR "/assets/paper/bar.toml";
@@ -141,7 +141,7 @@ TEST(Zonal, WhereAZoneCannotBeHeldTheWholeIs) {
   EXPECT_GT(held.fallbacks, 0);
   EXPECT_GT(held.zone, 1e-3);
   EXPECT_LE(held.volume, 1e-12);
-  for (const Row& x : held.state.muscles[0].x) EXPECT_TRUE(std::isfinite(x[0] + x[1] + x[2]));
+  for (const Point& x : held.state.muscles[0].x) EXPECT_TRUE(std::isfinite(x[0] + x[1] + x[2]));
 }
 
 TEST(Zonal, TooManyZonesForAMeshAreRefusedWithTheirPlace) {
@@ -149,7 +149,7 @@ TEST(Zonal, TooManyZonesForAMeshAreRefusedWithTheirPlace) {
     build_model(read_scene(kOneMuscle, {"solver.volume=zonal", "muscle.flexor.zones=16"}));
     FAIL() << "16 zones of 11 rings";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
     const std::string message = error.what();
     EXPECT_NE(message.find("scene.toml:13: muscle \"flexor\": "), std::string::npos) << message;
     EXPECT_NE(message.find("; give fewer zones"), std::string::npos) << message;
@@ -157,4 +157,4 @@ TEST(Zonal, TooManyZonesForAMeshAreRefusedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

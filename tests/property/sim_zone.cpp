@@ -13,7 +13,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Pressed {
@@ -42,7 +42,7 @@ Pressed press(const std::vector<std::string>& overrides) {
 // Largest relative swelling of sections more than 7 cm from the bar; the belly spans 24 cm.
 double swelling_far_away(const Pressed& run) {
   const Muscle& muscle = run.model.muscles[0];
-  const Rows rest = to_rows(muscle.rest.vertices);
+  const Points rest = to_points(muscle.rest.vertices);
   double most = 0.0;
   for (const double u : {0.1, 0.15, 0.2, 0.8, 0.85, 0.9}) {
     const CarriedPose& pose = run.state.muscles[0].pose;
@@ -79,7 +79,7 @@ TEST(Zone, NothingOfTheMuscleIsLeftInsideTheBar) {
   Parallel parallel(1);
   refit_all(run.model, parallel, run.state);
   const Surface& bar = run.model.surfaces[run.model.muscles.size()].surface;
-  for (const Row& x : run.state.muscles[0].x) {
+  for (const Point& x : run.state.muscles[0].x) {
     const ClosestPoint at =
         closest_point(bar, run.state.bones[0].bvh, run.state.bones[0].x, to_vec(x), 0.01);
     if (at.triangle >= 0) {
@@ -89,4 +89,4 @@ TEST(Zone, NothingOfTheMuscleIsLeftInsideTheBar) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -4,7 +4,7 @@
 #include "skin/contact/face_contact.h"
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kMargin = 0.0015, kDepth = 0.004;
@@ -12,7 +12,7 @@ constexpr double kMargin = 0.0015, kDepth = 0.004;
 // A tube of 24 cm that bends in its middle, and what the searches for its contacts know of it.
 struct Limb {
   Shape shape;
-  Rows rest;
+  Points rest;
   std::vector<char> all_free;
   std::vector<SurfacePoint> points;
   Followed followed;
@@ -20,18 +20,18 @@ struct Limb {
 
   explicit Limb(double radius, const Vec3& at)
       : shape(make_shape(spindle(-0.12, 0.12, 12, 23, [&](double, double) { return radius; }))) {
-    for (Row& p : shape.x) p += to_row(at);
+    for (Point& p : shape.x) p += to_point(at);
     rest = shape.x;
     all_free.assign(rest.size(), 1);
-    points = held_points(shape.surface, rest, nullptr, 0.005);
+    points = rigid_points(shape.surface, rest, nullptr, 0.005);
   }
   // rad and m, from where it lay at rest.
   void go_to(double bend, const Vec3& by) {
     shape.x = rest;
-    for (Row& p : shape.x) {
+    for (Point& p : shape.x) {
       const double angle = bend * std::clamp(0.5 + p[1] / 0.06, 0.0, 1.0);
       const Vec3 turned = Eigen::AngleAxisd(angle, Vec3::UnitX()) * to_vec(p);
-      p = to_row(turned + by);
+      p = to_point(turned + by);
     }
     followed.go_on(shape.x);
     refit_bvh(shape.surface, shape.x, shape.bvh);
@@ -39,7 +39,7 @@ struct Limb {
   }
   Collider collider() const {
     Collider it{&shape.surface, &shape.bvh, &shape.x, &all_free, &followed, box_of(shape.x)};
-    it.held_points = &points;
+    it.rigid_points = &points;
     return it;
   }
 };
@@ -116,4 +116,4 @@ TEST(Search, KnowsWhatCannotHaveComeNear) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 #include "sim/scene/reader.h"
 #include "tools/inspect/crossings.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Neither bone and muscle (but where a tendon enters its bone), nor muscles, nor the skin with any
@@ -36,4 +36,4 @@ TEST(ArmCrossings, ThereAreNone) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -6,7 +6,7 @@
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/peers/bar_chart.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const std::string kScene = THEW_SOURCE_DIR "/assets/paper/bar.toml";
@@ -36,4 +36,4 @@ TEST(Bar, ZonesAreNearerToFiniteElementsWhereTwoBelliesMeet) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,10 +10,10 @@
 #include "tests/unit/sim/order.h"
 #include "tests/unit/tools/fit/new.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
-void expect_same(const Rows& a, const Rows& b, const std::string& what) {
+void expect_same(const Points& a, const Points& b, const std::string& what) {
   ASSERT_EQ(a.size(), b.size()) << what;
   for (size_t i = 0; i < a.size(); ++i) {
     ASSERT_EQ(to_vec(a[i]), to_vec(b[i])) << what << ", node " << i;
@@ -95,4 +95,4 @@ TEST_F(ResumedFigure, OfACharacterAndItsSkin) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

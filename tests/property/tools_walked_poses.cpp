@@ -13,7 +13,7 @@
 #include "sim/solver/state_archive.h"
 #include "tests/unit/tools/fit/new.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr int kParts = 16;           // of a frame
@@ -29,7 +29,7 @@ struct Walk {
 struct Walker {
   const Model& model;
   State state;
-  std::vector<Rows> before, now;
+  std::vector<Points> before, now;
   bool prints = false;
   Walk walk;
 
@@ -194,4 +194,4 @@ TEST(WalkedPoses, OfTheSceneThatIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -11,7 +11,7 @@
 #include "rig/text.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,7 +29,7 @@ void try_one(const fs::path& file, Tally& tally) {
     for (const BodyClip& clip : character.animations) {
       animated_bodies(character, clip, 0.5 * clip.duration, world);
     }
-    Rows x;
+    Points x;
     skin_vertices(character.skin, character.mesh, character.bind, x);
   } catch (const Error& error) {
     ++tally.refused;
@@ -125,4 +125,4 @@ TEST_F(Mutants, OfRealCharacters) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

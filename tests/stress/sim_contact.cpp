@@ -17,7 +17,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tests/unit/sim/distance.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Motion {
@@ -47,7 +47,7 @@ struct Motion {
   }
   Vec3 centre_of(int m) const {
     Vec3 sum = Vec3::Zero();
-    for (const Row& x : state.muscles[m].x) sum += to_vec(x);
+    for (const Point& x : state.muscles[m].x) sum += to_vec(x);
     return sum / static_cast<double>(state.muscles[m].x.size());
   }
 };
@@ -112,7 +112,7 @@ class Contacts : public TempFolder {
 // Of the muscle's nodes, how deep they are in the balls.
 double depth_in_balls(const Motion& run, double radius) {
   double deepest = 0.0;
-  for (const Row& x : run.state.muscles[0].x) {
+  for (const Point& x : run.state.muscles[0].x) {
     for (const char* name : {"left", "right"}) {
       const Transform& pose = run.state.pose[find_body(run.model.skeleton, name)];
       deepest = std::max(deepest, radius - (to_vec(x) - pose.translation()).norm());
@@ -125,7 +125,7 @@ double depth_in_balls(const Motion& run, double radius) {
 TEST_F(Contacts, AFistOnTheBiceps) {
   constexpr double kFist = 0.045;
   Motion run(shot(kFist, "{ left = [[1, 0], [4, 0], [4.6, 0.243], [20, 0.243], [24, 0]] }"));
-  const Rows rest = run.state.muscles[0].x;
+  const Points rest = run.state.muscles[0].x;
   const FrameMeasures hit = run.go_to(16);
   EXPECT_LT(depth_in_balls(run, kFist), 1e-3);
   EXPECT_LT(hit.contact_penetration, 1e-3);
@@ -157,7 +157,7 @@ TEST_F(Contacts, AThicknessIsKeptFree) {
     run.go_to(40);
     const Vec3 centre = run.state.pose[find_body(run.model.skeleton, "left")].translation();
     double off = 1.0;
-    for (const Row& x : run.state.muscles[0].x) {
+    for (const Point& x : run.state.muscles[0].x) {
       off = std::min(off, (to_vec(x) - centre).norm() - kBall);
     }
     std::printf("thickness %s: nearest node %.3f mm off the ball\n", cover.c_str(), 1e3 * off);
@@ -193,14 +193,14 @@ TEST(ContactsOfBall, SqueezedToATwentieth) {
     for (int f = 2; f <= 46; ++f) {
       run.go_to(f);
       const double half = kRadius - run.state.joints[find_body(run.model.skeleton, "top")];
-      for (const Row& x : run.state.muscles[0].x) {
+      for (const Point& x : run.state.muscles[0].x) {
         ASSERT_LE(std::abs(x[1]), half + 1e-12) << "frame " << f << " at " << share;
       }
     }
     const double height = 2.0 * kRadius * share;
     const double cake = std::sqrt(run.model.muscles[0].rest_volume / (M_PI * height));
     double widest = 0.0;
-    for (const Row& x : run.state.muscles[0].x) {
+    for (const Point& x : run.state.muscles[0].x) {
       widest = std::max(widest, std::hypot(x[0], x[2]));
     }
     std::printf("squeezed to %g %%: %.1f mm wide, a disc %.1f\n", 100.0 * share, 1e3 * widest,
@@ -241,7 +241,7 @@ TEST(ContactsOfArm, FlexedInOneFrame) {
 
 // A tenth too tight: it is stretched over the flesh that it cannot hold.
 // m^2, of the cut by the plane y = `height` of a closed surface.
-double section(const std::vector<Triangle>& triangles, const Rows& x, double height) {
+double section(const std::vector<Triangle>& triangles, const Points& x, double height) {
   double twice = 0.0;
   for (const Triangle& t : triangles) {
     Vec3 up = Vec3::Zero(), down = Vec3::Zero();  // where the outline enters and leaves
@@ -262,7 +262,7 @@ double section(const std::vector<Triangle>& triangles, const Rows& x, double hei
 TEST(ContactsOfArm, TheForearmTurnsWithoutNarrowing) {
   Motion run(kArm,
              {"rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [31, -80]] } }"});
-  const Rows rest = run.state.skin.x;
+  const Points rest = run.state.skin.x;
   const FrameMeasures turned = run.go_to(31);
   const std::vector<Triangle>& triangles = run.model.skin.surface.triangles;
   for (double height = -0.30; height > -0.56; height -= 0.03) {
@@ -301,4 +301,4 @@ TEST_F(Contacts, ASkinThatIsATenthTooTight) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tests/unit/sim/distance.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const std::string kOneMuscle = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml";
@@ -40,12 +40,12 @@ struct Motion {
       for (int f = 0; f < frames; ++f) {
         step_frame(model, state.time + 1.0 / model.fps, one, state, seconds);
         for (int m = 0; m < state.count(); ++m) {
-          for (const Row& x : state.muscles[m].x) ASSERT_TRUE(to_vec(x).allFinite());
+          for (const Point& x : state.muscles[m].x) ASSERT_TRUE(to_vec(x).allFinite());
           worst_volume = std::max(worst_volume, volume_error(m));
         }
       }
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kSolver);
+      EXPECT_EQ(error.code(), ErrorCode::kSolver);
       refusal = error.what();
     }
   }
@@ -59,7 +59,9 @@ struct Motion {
   }
 };
 
-double worst_distance(const Motion& a, const Motion& b) { return worst_distance(a.state, b.state); }
+double worst_distance(const Motion& a, const Motion& b) {
+  return tests::worst_distance(a.state, b.state);
+}
 
 // Moves every free node of a settled muscle and lets it go for a second: back within 1 % of the
 // belly, by each implicit integrator.
@@ -70,9 +72,9 @@ void expect_recovery(Move move) {
     Motion calm(kOneMuscle, overrides), stressed(kOneMuscle, overrides);
     calm.settle_first();
     stressed.settle_first();
-    Rows& x = stressed.state.muscles[0].x;
+    Points& x = stressed.state.muscles[0].x;
     for (size_t i = 0; i < x.size(); ++i) {
-      if (!stressed.model.muscles[0].driven[i]) x[i] = to_row(move(to_vec(x[i])));
+      if (!stressed.model.muscles[0].driven[i]) x[i] = to_point(move(to_vec(x[i])));
     }
     calm.go(24);
     stressed.go(24);
@@ -263,7 +265,7 @@ TEST_F(ExtremeScene, ATriangleWithoutArea) {
     EXPECT_EQ(run.refusal, "");
     EXPECT_LE(run.worst_volume, 1e-12);
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kInput);
+    EXPECT_EQ(error.code(), ErrorCode::kInput);
     EXPECT_NE(std::string(error.what()).find("body.obj"), std::string::npos) << error.what();
   }
 }
@@ -291,4 +293,4 @@ TEST_F(ExtremeScene, WeightsOnAFewNodes) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

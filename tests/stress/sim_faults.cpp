@@ -19,17 +19,17 @@
 #include "sim/step.h"
 #include "tests/unit/sim/order.h"
 
-namespace thew {
+namespace thew::tests {
 // By the linker's names: the checks themselves, and what is called in their place.
-using Found = std::optional<Trouble>;
-Found true_find_trouble(const Model& model, double h, const State& state) __asm__(
-    "__real__ZN4thew12find_troubleERKNS_5ModelEdRKNS_5StateE");
-Found find_trouble_after_fault(const Model& model, double h, const State& state) __asm__(
-    "__wrap__ZN4thew12find_troubleERKNS_5ModelEdRKNS_5StateE");
-Found true_find_skin_trouble(const Model& model, const State& state) __asm__(
-    "__real__ZN4thew17find_skin_troubleERKNS_5ModelERKNS_5StateE");
-Found find_skin_trouble_after_fault(const Model& model, const State& state) __asm__(
-    "__wrap__ZN4thew17find_skin_troubleERKNS_5ModelERKNS_5StateE");
+using Found = std::optional<StepDiagnosis>;
+Found true_diagnose_step(const Model& model, double h, const State& state) __asm__(
+    "__real__ZN4thew3sim13diagnose_stepERKNS0_5ModelEdRKNS0_5StateE");
+Found diagnose_step_after_fault(const Model& model, double h, const State& state) __asm__(
+    "__wrap__ZN4thew3sim13diagnose_stepERKNS0_5ModelEdRKNS0_5StateE");
+Found true_diagnose_skin(const Model& model, const State& state) __asm__(
+    "__real__ZN4thew3sim13diagnose_skinERKNS0_5ModelERKNS0_5StateE");
+Found diagnose_skin_after_fault(const Model& model, const State& state) __asm__(
+    "__wrap__ZN4thew3sim13diagnose_skinERKNS0_5ModelERKNS0_5StateE");
 
 namespace {
 
@@ -55,28 +55,28 @@ bool is_due(bool in_skin) {
 
 }  // namespace
 
-Found find_trouble_after_fault(const Model& model, double h, const State& state) {
-  if (!is_due(false)) return true_find_trouble(model, h, state);
+Found diagnose_step_after_fault(const Model& model, double h, const State& state) {
+  if (!is_due(false)) return true_diagnose_step(model, h, state);
   if (fault.until_held) {
     const int m = fault.muscle;
-    if (!has_forces(state.muscles[m].level)) return true_find_trouble(model, h, state);
-    Trouble trouble{"as if it were bad", -1, Cause::kEnergy};
-    trouble.muscle = m;
-    trouble.other = 0;
-    return trouble;
+    if (!has_forces(state.muscles[m].level)) return true_diagnose_step(model, h, state);
+    StepDiagnosis diagnosis{"as if it were bad", -1, Cause::kEnergy};
+    diagnosis.muscle = m;
+    diagnosis.other = 0;
+    return diagnosis;
   }
-  if (fault.value == 0.0) return Trouble{"as if it were bad", -1, Cause::kEnergy};
+  if (fault.value == 0.0) return StepDiagnosis{"as if it were bad", -1, Cause::kEnergy};
   auto& muscle = const_cast<State&>(state).muscles[fault.muscle];
   (fault.in_velocity ? muscle.v : muscle.x)[fault.node][fault.component] = fault.value;
-  return fault.found = true_find_trouble(model, h, state);
+  return fault.found = true_diagnose_step(model, h, state);
 }
 
-Found find_skin_trouble_after_fault(const Model& model, const State& state) {
-  if (!is_due(true)) return true_find_skin_trouble(model, state);
+Found diagnose_skin_after_fault(const Model& model, const State& state) {
+  if (!is_due(true)) return true_diagnose_skin(model, state);
   SkinState& skin = const_cast<State&>(state).skin;
-  Rows* const rows[] = {&skin.x, &skin.offset, &skin.force, &skin.slip};
+  Points* const rows[] = {&skin.x, &skin.offset, &skin.force, &skin.slip};
   (*rows[fault.muscle])[fault.node][fault.component] = fault.value;
-  return fault.found = true_find_skin_trouble(model, state);
+  return fault.found = true_diagnose_skin(model, state);
 }
 
 namespace {
@@ -208,7 +208,7 @@ TEST_F(Faults, ThatStayPutTheirMuscleOnARung) {
     };
     State again = initial_state(model);
     unpack_state(model, pack_state(hurt), again);
-    const Rows before = hurt.muscles[1].x, calm_before = calm.muscles[1].x;
+    const Points before = hurt.muscles[1].x, calm_before = calm.muscles[1].x;
     step_bad(hurt);
     loops_run_backwards = true;
     step_bad(again);
@@ -219,7 +219,7 @@ TEST_F(Faults, ThatStayPutTheirMuscleOnARung) {
     for (const MuscleState& muscle : hurt.muscles) EXPECT_LE(muscle.volume_error, 1e-12) << frame;
     taken.push_back(hurt.muscles[1].ladder.taken);
     for (size_t i = 0; i < before.size(); ++i) {
-      const Rows &now = hurt.muscles[1].x, &then = calm.muscles[1].x;
+      const Points &now = hurt.muscles[1].x, &then = calm.muscles[1].x;
       farthest = std::max(farthest, norm(now[i] - then[i]));
       fastest = std::max(fastest, norm(now[i] - before[i]));
       fastest_calm = std::max(fastest_calm, norm(then[i] - calm_before[i]));
@@ -262,9 +262,9 @@ TEST_F(Faults, ThatStayEndTheBakeWithItsLastGoodFrame) {
       bake(model, {folder, {1, 2, 3, 4, 5, 6}, 1, false}, [](const BakeFrame&) { return true; });
     } catch (const StepFailure& failure) {
       error = failure.what();
-      EXPECT_EQ(failure.code(), ExitCode::kSolver);
+      EXPECT_EQ(failure.code(), ErrorCode::kSolver);
       EXPECT_EQ(failure.frame, 4);
-      EXPECT_EQ(failure.trouble.node, 17);
+      EXPECT_EQ(failure.diagnosis.node, 17);
       EXPECT_EQ(failure.substeps, in_skin ? 0 : 16);
     }
     EXPECT_NE(error.find(in_skin ? "frame 4: skin, node 17: "
@@ -285,4 +285,4 @@ TEST_F(Faults, ThatStayEndTheBakeWithItsLastGoodFrame) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

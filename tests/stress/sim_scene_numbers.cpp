@@ -15,7 +15,7 @@
 #include "sim/scene/reader.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,10 +161,10 @@ TEST_F(SceneNumbers, EachIsRefusedOrBaked) {
       } catch (const Error& error) {
         ++refused;
         EXPECT_FALSE(names_no_number(error.what())) << what << ": " << error.what();
-        EXPECT_TRUE(error.code() == ExitCode::kUsage || error.code() == ExitCode::kInput ||
-                    error.code() == ExitCode::kSolver)
+        EXPECT_TRUE(error.code() == ErrorCode::kUsage || error.code() == ErrorCode::kInput ||
+                    error.code() == ErrorCode::kSolver)
             << what << ": " << error.what();
-        if (error.code() == ExitCode::kUsage) {
+        if (error.code() == ErrorCode::kUsage) {
           EXPECT_NE(std::string(error.what()).find("scene.toml:"), std::string::npos)
               << what << ": " << error.what();
         }
@@ -181,4 +181,4 @@ TEST_F(SceneNumbers, EachIsRefusedOrBaked) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

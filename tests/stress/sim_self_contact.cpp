@@ -12,7 +12,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Motion {
@@ -86,4 +86,4 @@ TEST(SelfContact, GoesOnFromAKeptStateToTheBit) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Motion {
@@ -54,7 +54,7 @@ void expect_recovery(Move move) {
   Motion calm, stressed;
   for (size_t i = 0; i < stressed.state.muscles[0].x.size(); ++i) {
     if (!stressed.model.muscles[0].driven[i]) {
-      stressed.state.muscles[0].x[i] = to_row(move(to_vec(stressed.state.muscles[0].x[i]), i));
+      stressed.state.muscles[0].x[i] = to_point(move(to_vec(stressed.state.muscles[0].x[i]), i));
     }
   }
   calm.go(24);
@@ -126,28 +126,28 @@ TEST(Stress, ActivationFlickersForAThousandFrames) {
 
 // One frame, what is done to the state after it, and what the check says of that.
 template <typename Harm>
-Trouble found_after(Harm harm, const std::vector<std::string>& overrides = {}) {
+StepDiagnosis found_after(Harm harm, const std::vector<std::string>& overrides = {}) {
   Motion run(overrides);
   run.go(2);
   State state = run.state;
   begin_frame(run.model, state);
   harm(run.model.muscles[0], state.muscles[0]);
-  return find_trouble(run.model, 1.0 / 24, state).value_or(Trouble{});
+  return diagnose_step(run.model, 1.0 / 24, state).value_or(StepDiagnosis{});
 }
 
 TEST(Stress, WhatIsNotANumberIsNamed) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e30}) {
-    const Trouble trouble =
+    const StepDiagnosis diagnosis =
         found_after([&](const Muscle&, MuscleState& now) { now.x[40][1] = bad; });
-    EXPECT_EQ(trouble.part, "muscle \"flexor\"") << bad;
-    EXPECT_EQ(trouble.node, 40) << bad;
+    EXPECT_EQ(diagnosis.part, "muscle \"flexor\"") << bad;
+    EXPECT_EQ(diagnosis.node, 40) << bad;
   }
 }
 
 // Each node within its limits of place, speed and stretch: only all of them together are too much.
 TEST(Stress, EnergyFromNowhereIsNamed) {
-  const Trouble moving = found_after(
+  const StepDiagnosis moving = found_after(
       [](const Muscle& muscle, MuscleState& now) {
         for (size_t i = 0; i < now.v.size(); ++i) {
           if (!muscle.driven[i]) now.v[i][i % 3] += i % 2 ? 6.0 : -6.0;
@@ -156,9 +156,9 @@ TEST(Stress, EnergyFromNowhereIsNamed) {
       {"muscle.flexor.material.young=10"});
   EXPECT_EQ(moving.cause, Cause::kEnergy);
   EXPECT_GT(moving.value, moving.limit);
-  const Trouble stretched = found_after([](const Muscle& muscle, MuscleState& now) {
-    Row centre = {};
-    for (const Row& x : now.x) centre += x * (1.0 / now.x.size());
+  const StepDiagnosis stretched = found_after([](const Muscle& muscle, MuscleState& now) {
+    Point centre = {};
+    for (const Point& x : now.x) centre += x * (1.0 / now.x.size());
     for (size_t i = 0; i < now.x.size(); ++i) {
       if (!muscle.driven[i]) now.x[i] += 1.8 * (now.x[i] - centre);
     }
@@ -169,7 +169,7 @@ TEST(Stress, EnergyFromNowhereIsNamed) {
 
 TEST(Stress, AMuscleInsideOutIsNamed) {
   for (const double error : {0.0, 2.0}) {
-    const Trouble mirrored = found_after([&](const Muscle& muscle, MuscleState& now) {
+    const StepDiagnosis mirrored = found_after([&](const Muscle& muscle, MuscleState& now) {
       for (size_t i = 0; i < now.x.size(); ++i) {
         if (!muscle.driven[i]) now.x[i][2] = -now.x[i][2];
       }
@@ -181,4 +181,4 @@ TEST(Stress, AMuscleInsideOutIsNamed) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/author/bones.h"
 
-namespace thew {
+namespace thew::tools {
 
 // Landmarks by the muscles' origins and insertions and by the joints of the table; the forearm's
 // far end lies where those of brachioradialis and of the wrist's muscles put it: radius in front
@@ -65,4 +65,4 @@ std::vector<BoneShape> arm_bones() {
   return {scapula, humerus, ulna, radius, hand};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

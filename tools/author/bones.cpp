@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 double stroke_distance(const BoneStroke& s, const Vec3& p) {
@@ -216,4 +216,4 @@ TriMesh bone_mesh(const BoneShape& bone) {
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A thick line whose radius runs from one end to the other, its section longer by `flat` along a
 /// direction. Points in metres, in the humerus' frame at rest.
@@ -35,4 +35,4 @@ double bone_distance(const BoneShape& bone, const Vec3& p);
 /// A closed mesh of it, in the humerus' frame.
 TriMesh bone_mesh(const BoneShape& bone);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr int kSamples = 257;
@@ -86,4 +86,4 @@ CurvePoint point_on(const RestCurve& curve, double along) {
           frame_along(tangent.normalized(), normal)};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 
 #include "muscles/path.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A muscle's path at rest with its corners rounded, and frames that turn as little as possible.
 struct RestCurve {
@@ -28,4 +28,4 @@ Mat3 frame_along(const Vec3& tangent, const Vec3& normal);
 /// `along`: m of the path, not of the rounded curve.
 CurvePoint point_on(const RestCurve& curve, double along);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -12,7 +12,7 @@
 #include "tools/author/table.h"
 #include "tools/base/obj_text.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ void write_text(const fs::path& file, const std::string& text) {
   out << text;
   out.close();
   if (!out) {
-    throw Error(ExitCode::kOutput, file.string() + ": cannot be written; check folder and space");
+    throw Error(ErrorCode::kOutput, file.string() + ": cannot be written; check folder and space");
   }
 }
 
@@ -78,8 +78,8 @@ std::string scene_text(const fs::path& scene, const std::string& muscles) {
   const std::string text = read_whole(scene, 1 << 20);
   const size_t first = text.find(kFirstLine), last = text.find(kLastLine);
   if (first == std::string::npos || last == std::string::npos || last < first) {
-    throw Error(ExitCode::kInput, scene.string() + ": the lines \"" + kFirstLine + "\" and \"" +
-                                      kLastLine + "\" are not in it; add them");
+    throw Error(ErrorCode::kInput, scene.string() + ": the lines \"" + kFirstLine + "\" and \"" +
+                                       kLastLine + "\" are not in it; add them");
   }
   return text.substr(0, first) + kFirstLine + "\n" + muscles + text.substr(last);
 }
@@ -120,4 +120,4 @@ void write_arm(const fs::path& table, const fs::path& folder) {
   write_text(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
 }
 
-}  // namespace thew
+}  // namespace thew::tools

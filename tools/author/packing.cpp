@@ -9,7 +9,7 @@
 #include "tools/author/poses.h"
 #include "tools/author/smoothing.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
@@ -367,4 +367,4 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const S
   return meshes;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

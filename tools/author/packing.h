@@ -7,7 +7,7 @@
 #include "tools/author/bones.h"
 #include "tools/author/table.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The muscles' meshes at rest, in the humerus' frame, packed beside one another and the bones so
 /// that there is room at rest and with the elbow bent: closed tubes, first the pole at the origin,
@@ -16,4 +16,4 @@ namespace thew {
 std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& muscles, const Skeleton& skeleton,
                                   const std::vector<BoneShape>& bones);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include "muscles/carried_shape.h"
 #include "muscles/weights.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // Three more nodes for each section, of no triangle: its place on the path and two beside it, by
@@ -78,7 +78,7 @@ std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const S
       preset_profile(muscle.weights), belly_coordinates(mesh, muscle.path, rest, muscle.belly));
   const CarriedShape shape =
       make_carried_shape(mesh, muscle.path, rest, muscle.belly, weights, muscle.twist_from);
-  Rows carried;
+  Points carried;
   carried_positions(shape, carry_pose(shape, bent_pose(skeleton, elbow)), true, carried);
   for (size_t i = 0; i < carried.size(); ++i) mesh.vertices[i] = to_vec(carried[i]) - humerus;
   return mesh.vertices;
@@ -101,4 +101,4 @@ void follow(const SectionedMuscle& muscle, size_t m, PackingPose& pose) {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 
 #include "tools/author/sections.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Where a section's plane lies in another pose: p -> point + linear (p - at), offsets from the
 /// path swollen by `swell` (what the belly shortens).
@@ -37,4 +37,4 @@ Vec3 posed(const PosedSection& section, const Vec3& p);
 /// Moves the pose's copy of muscle m to where its sections are now.
 void follow(const SectionedMuscle& muscle, size_t m, PackingPose& pose);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // 0 at the ends, 1 at `fullest`, with no other maximum; u in 0..1.
@@ -226,4 +226,4 @@ TriMesh exact_mesh_of(const SectionedMuscle& muscle) {
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 #include "tools/author/curve.h"
 #include "tools/author/table.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// One ring of a muscle's mesh: a section, star-shaped about its centre, in the plane across the
 /// path.
@@ -54,4 +54,4 @@ TriMesh mesh_of(const SectionedMuscle& muscle);
 /// The same with all sections scaled about their centres so that it encloses the wanted volume.
 TriMesh exact_mesh_of(const SectionedMuscle& muscle);
 
-}  // namespace thew
+}  // namespace thew::tools

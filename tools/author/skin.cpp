@@ -10,7 +10,7 @@
 #include "tools/author/bones.h"
 #include "tools/author/sections.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr int kAround = 64, kRings = 78, kCapRings = 9;
@@ -98,7 +98,7 @@ std::vector<Ray> make_rays() {
 
 struct Below {
   Surface surface;
-  Rows x;
+  Points x;
   Bvh bvh;
 };
 
@@ -107,7 +107,7 @@ Below merge(const std::vector<TriMesh>& meshes) {
   std::vector<Triangle> triangles;
   for (const TriMesh& mesh : meshes) {
     const int first = static_cast<int>(below.x.size());
-    for (const Vec3& p : mesh.vertices) below.x.push_back(to_row(p));
+    for (const Vec3& p : mesh.vertices) below.x.push_back(to_point(p));
     for (const Triangle& t : mesh.triangles) {
       triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
@@ -216,4 +216,4 @@ TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
   return mesh_of(rays, triangles);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

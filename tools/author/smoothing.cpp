@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 void shorten(SectionedMuscle& muscle, int node, double by) {
@@ -30,7 +30,7 @@ double allowed_depth(const SectionedMuscle& muscle, bool belly, int body, const 
 
 Measured::Measured(TriMesh m) : mesh(std::move(m)) {
   surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-  x = to_rows(mesh.vertices);
+  x = to_points(mesh.vertices);
   bvh = build_bvh(surface, x);
   for (const Triangle& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
@@ -42,7 +42,7 @@ Measured::Measured(TriMesh m) : mesh(std::move(m)) {
 void blunt(const Measured& mine, const std::vector<Vec3>& nodes, SectionedMuscle& muscle) {
   constexpr double kSharpest = 0.2;  // cosine of the angle between the normals
   constexpr double kShare = 0.03;    // of the reach
-  const Rows x = to_rows(nodes);
+  const Points x = to_points(nodes);
   for (int t = 0; t < static_cast<int>(mine.mesh.triangles.size()); ++t) {
     const Triangle& corners = mine.mesh.triangles[t];
     for (int k = 0; k < 3; ++k) {
@@ -103,4 +103,4 @@ void draw_back(const Measured& other, bool is_bone, int body, const Measured& mi
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tools

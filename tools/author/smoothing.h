@@ -7,7 +7,7 @@
 #include "skin/surface/surface.h"
 #include "tools/author/sections.h"
 
-namespace thew {
+namespace thew::tools {
 
 inline constexpr double kGap = 0.0008;  ///< m, kept between surfaces
 
@@ -19,7 +19,7 @@ double allowed_depth(const SectionedMuscle& muscle, bool belly, int body, const 
 struct Measured {
   TriMesh mesh;
   Surface surface;
-  Rows x;
+  Points x;
   Bvh bvh;
   std::vector<std::array<int, 2>> edges;
   explicit Measured(TriMesh m);
@@ -34,4 +34,4 @@ void blunt(const Measured& mine, const std::vector<Vec3>& nodes, SectionedMuscle
 void draw_back(const Measured& other, bool is_bone, int body, const Measured& mine,
                SectionedMuscle& muscle);
 
-}  // namespace thew
+}  // namespace thew::tools

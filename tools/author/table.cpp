@@ -6,7 +6,7 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 struct Record {
@@ -16,8 +16,8 @@ struct Record {
 
   double at(size_t i) const {
     if (i < values.size()) return values[i];
-    throw Error(ExitCode::kInput, place + ": " + muscle + ", " + record + " needs " +
-                                      std::to_string(i + 1) + " numbers; add the missing ones");
+    throw Error(ErrorCode::kInput, place + ": " + muscle + ", " + record + " needs " +
+                                       std::to_string(i + 1) + " numbers; add the missing ones");
   }
   Vec3 vec(size_t i) const { return {at(i), at(i + 1), at(i + 2)}; }
 };
@@ -44,14 +44,14 @@ std::vector<Record> read_records(const std::filesystem::path& file) {
     const std::vector<std::string> cells = split(lines[i], ',');
     const std::string place = file.filename().string() + ":" + std::to_string(i + 1);
     if (cells.size() != kFirstValue + kValues + 1) {
-      throw Error(ExitCode::kInput, place + ": " + std::to_string(cells.size()) +
-                                        " cells instead of 11; a source has no comma");
+      throw Error(ErrorCode::kInput, place + ": " + std::to_string(cells.size()) +
+                                         " cells instead of 11; a source has no comma");
     }
     Record record{cells[0], cells[1], cells[2], cells.back(), {}, place};
     for (size_t k = 0; k < kValues && !cells[kFirstValue + k].empty(); ++k) {
       const auto value = parse_number(cells[kFirstValue + k]);
       if (!value) {
-        throw Error(ExitCode::kInput,
+        throw Error(ErrorCode::kInput,
                     place + ": \"" + cells[kFirstValue + k] + "\" is no number; correct it");
       }
       record.values.push_back(*value);
@@ -70,8 +70,8 @@ PathPoint path_point(const Record& record, const Skeleton& skeleton, const Vec3&
   }
   const int body = find_body(skeleton, record.body);
   if (body >= 0) return {body, position};
-  throw Error(ExitCode::kInput, record.place + ": body \"" + record.body + "\" is not in the arm" +
-                                    did_you_mean(record.body, skeleton.body_names));
+  throw Error(ErrorCode::kInput, record.place + ": body \"" + record.body + "\" is not in the arm" +
+                                     did_you_mean(record.body, skeleton.body_names));
 }
 
 void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& muscle) {
@@ -120,7 +120,7 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
     muscle.flat = record.at(0);
     muscle.flat_along = record.vec(1);
   } else {
-    throw Error(ExitCode::kInput, record.place + ": unknown record \"" + what + "\"; correct it");
+    throw Error(ErrorCode::kInput, record.place + ": unknown record \"" + what + "\"; correct it");
   }
 }
 
@@ -174,4 +174,4 @@ std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
   return muscles;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "muscles/path.h"
 #include "rig/skeleton.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// One muscle of the source table (assets/arm/muscles.csv): what is known of it, and how we shape
 /// it.
@@ -41,4 +41,4 @@ Pose rest_pose(const Skeleton& skeleton);
 std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
                                            const Skeleton& skeleton);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/base/base64.h"
 
-namespace thew {
+namespace thew::tools {
 
 std::string base64(const std::string& bytes) {
   static constexpr char kDigits[] =
@@ -21,4 +21,4 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

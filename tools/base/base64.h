@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 
 /// For what is embedded in a page.
 std::string base64(const std::string& bytes);
 
-}  // namespace thew
+}  // namespace thew::tools

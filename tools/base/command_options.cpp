@@ -8,7 +8,7 @@
 
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::tools {
 
 int thread_count(int asked) {
   if (asked > 0) return asked;
@@ -18,4 +18,4 @@ int thread_count(int asked) {
   return given && *given >= 1.0 ? static_cast<int>(std::min<double>(*given, machine)) : machine;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+#include "tools/base/exit_code.h"
+
+namespace thew::tools {
 
 /// What the command line says, for the commands that share it.
 struct CommandOptions {
@@ -23,4 +25,4 @@ struct CommandOptions {
 /// As asked; where 0 is, what the farm gives of what the machine has.
 int thread_count(int asked);
 
-}  // namespace thew
+}  // namespace thew::tools

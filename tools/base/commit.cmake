@@ -17,7 +17,7 @@ if(GIT_FOUND)
 endif()
 file(CONFIGURE OUTPUT ${OUT} @ONLY CONTENT [[
 #include "tools/base/commit.h"
-namespace thew {
+namespace thew::tools {
 const char* const kCommit = "@commit@";
 }
 ]])

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace thew {
+namespace thew::tools {
 
 /// Of which commit the program was built, "-dirty" behind it where files had changed since;
 /// "unknown" where that was no checkout. Written when the program is built, and linked into it
 /// alone.
 extern const char* const kCommit;
 
-}  // namespace thew
+}  // namespace thew::tools

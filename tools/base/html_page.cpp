@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/base/html_page.h"
 
-namespace thew {
+namespace thew::tools {
 
 const char* const kPageStyle = R"css(
 :root { color-scheme: light; --ink: #1d2329; --soft: #5c6670; --rule: #e3e6e9; --paper: #fff; }
@@ -47,4 +47,4 @@ footer { margin-top: 36px; color: var(--soft); font-size: 13.5px; }
 @media print { body { background: #fff; } figure, .wide { break-inside: avoid; } }
 )css";
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 
 /// The style sheet that our pages share: nothing in them comes from a network.
 extern const char* const kPageStyle;
 
-}  // namespace thew
+}  // namespace thew::tools

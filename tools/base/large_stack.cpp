@@ -4,7 +4,7 @@
 #include <pthread.h>
 #include <sys/resource.h>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr rlim_t kStack = rlim_t{8} << 20;  // bytes, what Linux gives unless told otherwise
@@ -38,4 +38,4 @@ int on_large_stack(const std::function<int()>& work) {
   return job.result;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

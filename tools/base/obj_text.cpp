@@ -3,7 +3,7 @@
 
 #include <charconv>
 
-namespace thew {
+namespace thew::tools {
 
 std::string metres(double value) {
   char buffer[64];
@@ -46,4 +46,4 @@ std::string obj_text(const std::string& what, const TriMesh& mesh, const Vec3& s
   return text;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Metres with nine places, without the zeros at the end.
 std::string metres(double value);
@@ -15,4 +15,4 @@ TriMesh in_order_of_use(const TriMesh& mesh);
 /// An OBJ of vertices and triangles; `what` is its first line.
 std::string obj_text(const std::string& what, const TriMesh& mesh, const Vec3& shift);
 
-}  // namespace thew
+}  // namespace thew::tools

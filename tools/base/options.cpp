@@ -11,13 +11,13 @@
 #include "rig/skeleton.h"
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr long kMostFrames = 1'000'000;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& what) {
-  throw Error(ExitCode::kUsage, "--frames " + text + ": " + what);
+  throw Error(ErrorCode::kUsage, "--frames " + text + ": " + what);
 }
 
 /// Takes a whole number off the front; false where there is none.
@@ -94,9 +94,9 @@ ProgressStyle parse_progress(const std::string& word, bool on_terminal) {
   if (word == "openjd") return ProgressStyle::kOpenJd;
   if (word == "none") return ProgressStyle::kNone;
   const std::string near = nearest_name(word, {"auto", "bar", "plain", "json", "openjd", "none"});
-  throw Error(ExitCode::kUsage, "--progress " + word + ": " +
-                                    (near.empty() ? "" : "did you mean " + near + "? ") +
-                                    "choose auto, bar, plain, json, openjd or none");
+  throw Error(ErrorCode::kUsage, "--progress " + word + ": " +
+                                     (near.empty() ? "" : "did you mean " + near + "? ") +
+                                     "choose auto, bar, plain, json, openjd or none");
 }
 
 std::string command_text(int argc, const char* const* argv) {
@@ -121,8 +121,8 @@ std::filesystem::path own_asset(const std::string& name) {
   for (const fs::path& path : {installed, fs::path(THEW_ASSETS) / name}) {
     if (fs::exists(path, error)) return fs::canonical(path);
   }
-  throw Error(ExitCode::kInput,
+  throw Error(ErrorCode::kInput,
               installed.string() + ": is not there; install Thew with its folder share");
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// Frames as users of such tools write them: "1-120", "1-120x2" or "1-120:2" (every second one),
 /// "7",
@@ -26,4 +26,4 @@ std::string command_text(int argc, const char* const* argv);
 /// the source tree it was built from. Error(kInput) where it is in neither.
 std::filesystem::path own_asset(const std::string& name);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 template <typename T>
@@ -41,7 +41,7 @@ ExportFile::~ExportFile() {
 }
 
 void ExportFile::fail(const char* what) const {
-  throw Error(ExitCode::kOutput,
+  throw Error(ErrorCode::kOutput,
               file_.string() + ": cannot " + what + ": " + std::generic_category().message(errno) +
                   "; check the folder, its permissions and the space left, then export again");
 }
@@ -91,4 +91,4 @@ void put_floats(std::string& bytes, const Vec3& value) {
 std::string digits(float value) { return shortest(value); }
 std::string digits(double value) { return shortest(value); }
 
-}  // namespace thew
+}  // namespace thew::tools

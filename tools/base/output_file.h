@@ -12,7 +12,7 @@
 #include "rig/types.h"
 #include "sim/cache/durable_file.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A file written piece by piece beside its place and by finish() listed as ours and renamed;
 /// without finish() nothing is left of it. Error(kOutput).
@@ -79,4 +79,4 @@ std::string digits(const Vec3& value, const char* between = " ") {
          digits(static_cast<T>(value.z()));
 }
 
-}  // namespace thew
+}  // namespace thew::tools

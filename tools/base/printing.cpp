@@ -10,7 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-namespace thew {
+#include "tools/base/exit_code.h"
+
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -81,7 +83,7 @@ void print(std::string_view text) {
     const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) {
-      throw Error(ExitCode::kOutput,
+      throw Error(ErrorCode::kOutput,
                   "standard output: cannot be written: " + std::generic_category().message(errno) +
                       "; send it to where there is space, or to a program that "
                       "reads it all");
@@ -105,13 +107,13 @@ ErrorParts split_error(const std::string& message, const std::vector<std::string
   return parts;
 }
 
-nlohmann::ordered_json error_as_json(ExitCode code, const ErrorParts& parts) {
+nlohmann::ordered_json error_as_json(ErrorCode code, const ErrorParts& parts) {
   return {{"error",
-           {{"code", static_cast<int>(code)},
+           {{"code", static_cast<int>(exit_code_of(code))},
             {"file", text_or_null(parts.file)},
             {"line", parts.line > 0 ? nlohmann::ordered_json(parts.line) : nullptr},
             {"message", parts.message},
             {"next", text_or_null(parts.next)}}}};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

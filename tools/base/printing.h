@@ -8,7 +8,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// All that goes to standard output goes through here: Error(kOutput) where it cannot take it all.
 void print(std::string_view text);
@@ -25,6 +25,6 @@ struct ErrorParts {
 /// them, or there on the disk is known whole; of other names only the plain ones are found.
 ErrorParts split_error(const std::string& message, const std::vector<std::string>& words);
 /// {"error": {"code", "file", "line", "message", "next"}}, null where there is none.
-nlohmann::ordered_json error_as_json(ExitCode code, const ErrorParts& parts);
+nlohmann::ordered_json error_as_json(ErrorCode code, const ErrorParts& parts);
 
-}  // namespace thew
+}  // namespace thew::tools

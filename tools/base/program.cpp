@@ -11,7 +11,7 @@
 
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 
 int run_program(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
@@ -37,4 +37,4 @@ int run_program(const std::vector<std::string>& words) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

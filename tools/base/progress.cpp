@@ -8,7 +8,7 @@
 #include "rig/text.h"
 #include "tools/base/printing.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr int kBarWidth = 32;
@@ -75,4 +75,4 @@ void Progress::draw_bar(int done, int frame, double seconds, double left) {
   line_open_ = true;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

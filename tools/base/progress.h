@@ -7,7 +7,7 @@
 
 #include "tools/base/options.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Tells how far a long job is: a bar that redraws itself, a line at each twentieth for logs, a
 /// line of JSON for each step, or what an Open Job Description's worker reads, on standard output.
@@ -40,4 +40,4 @@ class Progress {
 /// "1 h 02 min", "3 min 05 s", "12 s".
 std::string duration(double seconds);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,10 +5,10 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The triangles by which a mesh is shaded: flesh and bone are smooth, and so go by the first
 /// vertex of each place at rest; a skin may have vertices apart for the sake of a sharp edge.
 std::vector<Triangle> shaded_triangles(const BakeMesh& mesh);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::atomic<bool> signal_seen{false};  // read by any thread
@@ -16,7 +16,7 @@ std::atomic<bool> signal_seen{false};  // read by any thread
 bool interrupted() { return signal_seen; }
 
 void stop_if_interrupted() {
-  if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run again");
+  if (interrupted()) throw Error(ErrorCode::kRetry, "interrupted; run again");
 }
 
 void listen_for_signals() {
@@ -32,4 +32,4 @@ void listen_for_signals() {
   sigprocmask(SIG_UNBLOCK, &ours, nullptr);  // whoever started us may have blocked them
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace thew {
+namespace thew::tools {
 
 /// Set by SIGTERM and SIGINT: the frame is finished and flushed, then the job ends with 75.
 bool interrupted();
@@ -9,4 +9,4 @@ void listen_for_signals();
 /// Error(kRetry) after such a signal.
 void stop_if_interrupted();
 
-}  // namespace thew
+}  // namespace thew::tools

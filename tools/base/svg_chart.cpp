@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kWidth = 640, kHeight = 330;  // px, of a chart whose labels need no more
@@ -290,4 +290,4 @@ std::string draw_chart(const BarChart& chart) {
   return svg + "</svg>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

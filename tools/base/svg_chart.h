@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// A number as people read it, whatever the locale: `digits` significant ones.
 std::string readable(double value, int digits = 3);
@@ -43,4 +43,4 @@ struct BarChart {
 };
 std::string draw_chart(const BarChart& chart);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 
 namespace fs = std::filesystem;
 
@@ -16,8 +16,8 @@ TemporaryFolder::TemporaryFolder(const std::string& what) {
   std::string name = (fs::path(folder && *folder ? folder : "/tmp") / ("thew_" + what)).string();
   name += "_XXXXXX";
   if (!mkdtemp(name.data())) {
-    throw Error(ExitCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
-                                       "); set TMPDIR to a folder with space");
+    throw Error(ErrorCode::kOutput, name + ": cannot be made (" + std::strerror(errno) +
+                                        "); set TMPDIR to a folder with space");
   }
   path_ = name;
 }
@@ -27,4 +27,4 @@ TemporaryFolder::~TemporaryFolder() {
   if (!kept_) fs::remove_all(path_, ignored);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 
 /// An empty folder under the system's temporary one, removed with all that is in it unless kept.
 /// Error(kOutput).
@@ -22,4 +22,4 @@ class TemporaryFolder {
   bool kept_ = false;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

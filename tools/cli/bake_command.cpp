@@ -31,7 +31,7 @@
 #include "tools/render/turntable.h"
 #include "tools/report/viewer.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -83,19 +83,19 @@ void print_plan(const Scene& scene, const Model& model, const std::vector<int>& 
 
 // Null stands for what is not a number.
 void write_failure(const std::filesystem::path& folder, const StepFailure& failure) {
-  const Trouble& trouble = failure.trouble;
+  const StepDiagnosis& diagnosis = failure.diagnosis;
   nlohmann::ordered_json json = {{"error", failure.what()}, {"frame", failure.frame}};
   if (failure.substeps > 0) {
-    json["substep"] = failure.trouble.substep;
+    json["substep"] = failure.diagnosis.substep;
     json["substeps"] = failure.substeps;
   }
-  if (trouble.node >= 0) {
-    json["part"] = trouble.part;
-    json["nodes"] = {trouble.node};
-    json["quantity"] = words_of(trouble.cause).quantity;
-    json["value"] = trouble.value;
-    json["limit"] = trouble.limit;
-    json["unit"] = words_of(trouble.cause).unit;
+  if (diagnosis.node >= 0) {
+    json["part"] = diagnosis.part;
+    json["nodes"] = {diagnosis.node};
+    json["quantity"] = words_of(diagnosis.cause).quantity;
+    json["value"] = diagnosis.value;
+    json["limit"] = diagnosis.limit;
+    json["unit"] = words_of(diagnosis.cause).unit;
   }
   write_durably(folder / "failure.json",
                 json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -291,8 +291,8 @@ ExitCode bake_command(const CommandOptions& options) {
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,
                         int turntable) {
   if (scene_file.empty() && !options.overrides.empty()) {
-    throw Error(ExitCode::kUsage, "--set " + options.overrides.front() +
-                                      " sets a key of a scene, but none is given; add --scene");
+    throw Error(ErrorCode::kUsage, "--set " + options.overrides.front() +
+                                       " sets a key of a scene, but none is given; add --scene");
   }
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
@@ -306,7 +306,7 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   if (turntable > 0) {
     if (frames.size() != 1 ||
         !std::binary_search(info.frames.begin(), info.frames.end(), frames[0])) {
-      throw Error(ExitCode::kUsage,
+      throw Error(ErrorCode::kUsage,
                   "--turntable turns about one frame of the bake; give it by "
                   "--frames " +
                       std::to_string(info.frames.front()));
@@ -331,7 +331,7 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
 
 ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired) {
   if (std::error_code error; std::filesystem::is_directory(options.input, error)) {
-    throw Error(ExitCode::kInput, options.input.string() + ": is a folder; name a file in it");
+    throw Error(ErrorCode::kInput, options.input.string() + ": is a folder; name a file in it");
   }
   if (!repaired.empty()) {
     const std::vector<std::string> done = repair_file(options.input, repaired, options.overwrite);
@@ -346,4 +346,4 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
   return inspection.sound ? ExitCode::kDone : ExitCode::kInput;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

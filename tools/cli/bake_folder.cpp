@@ -7,7 +7,7 @@
 #include "sim/cache/cache_parts.h"
 #include "sim/cache/durable_file.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,7 +47,7 @@ Cache look_at_cache(const fs::path& cache, const BakeInfo& wanted, std::string& 
     for (size_t i = 0; i < wanted.frames.size(); ++i) reader.read(static_cast<int>(i));
     return Cache::kSame;
   } catch (const Error& broken) {
-    if (broken.code() != ExitCode::kInput) throw;
+    if (broken.code() != ErrorCode::kInput) throw;
     std::fprintf(stderr, "thew: warning: %s; it is baked anew\n", broken.what());
     return Cache::kNone;
   }
@@ -65,13 +65,13 @@ bool holds_another(const fs::path& parts, const BakeInfo& wanted) {
   try {
     return !listed.empty() && !(is_scene_of(parts, wanted) && are_of(listed, wanted));
   } catch (const Error& error) {
-    if (error.code() != ExitCode::kUsage) throw;
+    if (error.code() != ErrorCode::kUsage) throw;
     return true;
   }
 }
 
 [[noreturn]] void refuse(const CommandOptions& options, const std::string& what) {
-  throw Error(options.resume ? ExitCode::kUsage : ExitCode::kOutput, what);
+  throw Error(options.resume ? ErrorCode::kUsage : ErrorCode::kOutput, what);
 }
 
 // kAnew where there is no completed frame.
@@ -90,7 +90,7 @@ BakeStart look_at_parts(const CommandOptions& options, const BakeInfo& wanted) {
       return BakeStart::kAnew;
     }
   } catch (const Error& error) {
-    if (error.code() != ExitCode::kUsage) throw;
+    if (error.code() != ErrorCode::kUsage) throw;
     refuse(options, error.what());
   }
   if (!are_of(listed, wanted)) {
@@ -148,4 +148,4 @@ void list_report(const fs::path& folder, const std::string& pictures) {
   list_own(folder / "report.html", about);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

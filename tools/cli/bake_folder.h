@@ -4,7 +4,7 @@
 #include "sim/cache/cache.h"
 #include "tools/base/command_options.h"
 
-namespace thew {
+namespace thew::tools {
 
 enum class BakeStart { kAnew, kGoOn, kComplete };
 
@@ -18,4 +18,4 @@ BakeStart look_into_folder(const CommandOptions& options, const BakeInfo& wanted
 bool has_report(const std::filesystem::path& folder, const std::string& pictures);
 void list_report(const std::filesystem::path& folder, const std::string& pictures);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 
 #include "tools/cli/bake_warnings.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 double largest(const std::vector<double>& values) {
@@ -178,4 +178,4 @@ std::vector<std::string> files_beside_report(const std::filesystem::path& folder
   return files;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

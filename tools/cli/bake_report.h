@@ -8,7 +8,7 @@
 #include "tools/base/command_options.h"
 #include "tools/report/report.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What there is to say of a bake whose cache is packed, but for its seconds and its pictures.
 Report make_report(const Scene& scene, const Model& model, const CommandOptions& options,
@@ -18,4 +18,4 @@ Report make_report(const Scene& scene, const Model& model, const CommandOptions&
 std::vector<std::string> files_beside_report(const std::filesystem::path& folder,
                                              const std::vector<SceneView>& views);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include "sim/solver/state_archive.h"
 #include "skin/depth.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kShows = 5e-3;  // m, of a muscle outside its character's skin
@@ -30,16 +30,16 @@ std::string flesh_outside(const Model& model, const std::vector<int>& frames,
   const BakeFrame frame = reader.read(static_cast<int>(at));
   const std::vector<BakeMesh>& meshes = reader.info().meshes;
   const Surface& surface = model.skinned->surface;
-  Rows skin;
+  Points skin;
   for (size_t m = 0; m < meshes.size(); ++m) {
-    if (meshes[m].kind == BakeMesh::Kind::kSkin) skin = to_rows(frame.positions[m]);
+    if (meshes[m].kind == BakeMesh::Kind::kSkin) skin = to_points(frame.positions[m]);
   }
   const Bvh bvh = build_bvh(surface, skin);
   double most = -1.0;
   std::string which;
   for (size_t m = 0; m < meshes.size(); ++m) {
     if (meshes[m].kind != BakeMesh::Kind::kMuscle) continue;
-    const double outside = farthest_outside(surface, bvh, skin, to_rows(frame.positions[m]));
+    const double outside = farthest_outside(surface, bvh, skin, to_points(frame.positions[m]));
     if (outside > most) most = outside, which = meshes[m].name;
   }
   char line[120];
@@ -181,4 +181,4 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
   return warnings;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "sim/bake/bake.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A line for each joint between two bones of a character that its motion moves from where it is at
 /// rest, by 5 mm or 2 % of the bone above: with the bone, the farthest frame and millimetres.
@@ -20,4 +20,4 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
 std::string skin_too_full(const Model& model, const std::vector<int>& frames,
                           const std::vector<FrameMeasures>& measures);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "tools/compare/compare.h"
 #include "tools/fit/new_options.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Scene -> cache, pictures, report.
 ExitCode bake_command(const CommandOptions& options);
@@ -39,4 +39,4 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "tools/cli/commands.h"
 #include "tools/render/pictures.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -65,4 +65,4 @@ ExitCode compare_command(const fs::path& expected, const fs::path& actual,
   return comparison.same() ? ExitCode::kDone : ExitCode::kDifferent;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

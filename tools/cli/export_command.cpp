@@ -10,7 +10,7 @@
 #include "tools/export/formats.h"
 #include "tools/export/sequence.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 const std::vector<std::string> kEndings = {".pc2", ".mdd",  ".obj",  ".ply", ".glb",
@@ -21,9 +21,9 @@ const std::vector<std::string> kEndings = {".pc2", ".mdd",  ".obj",  ".ply", ".g
   const std::string near = nearest_name(ending, kEndings);
   std::string all;
   for (const std::string& one : kEndings) all += (all.empty() ? "" : " ") + one;
-  throw Error(ExitCode::kUsage, file.string() + ": no format has the ending \"" + ending + "\"; " +
-                                    (near.empty() ? "" : "did you mean " + near + "? ") +
-                                    "the endings are " + all);
+  throw Error(ErrorCode::kUsage, file.string() + ": no format has the ending \"" + ending + "\"; " +
+                                     (near.empty() ? "" : "did you mean " + near + "? ") +
+                                     "the endings are " + all);
 }
 
 // All that will be written; so that what is not ours is told before any work is done.
@@ -42,8 +42,8 @@ Exported write(const Shot& shot, const CommandOptions& options, int basis) {
   const std::filesystem::path& file = options.out;
   const std::string ending = file.extension().string();
   if (basis > 0 && ending != ".glb") {
-    throw Error(ExitCode::kUsage, "--basis is for .glb only; " + file.string() +
-                                      " holds every frame exactly, leave --basis out");
+    throw Error(ErrorCode::kUsage, "--basis is for .glb only; " + file.string() +
+                                       " holds every frame exactly, leave --basis out");
   }
   if (ending == ".pc2") return export_pc2(shot, file);
   if (ending == ".mdd") return export_mdd(shot, file);
@@ -87,4 +87,4 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
   return ExitCode::kDone;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

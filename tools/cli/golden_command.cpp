@@ -12,7 +12,7 @@
 #include "tools/compare/golden_files.h"
 #include "tools/render/gl_context.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,7 +89,7 @@ Moves what_moves(const fs::path& golden, const fs::path& baked) {
     const Comparison comparison = compare(golden, baked, {});
     return {!nothing_moved(comparison), comparison_as_text(comparison), comparison};
   } catch (const Error& error) {
-    if (error.code() == ExitCode::kRetry) throw;
+    if (error.code() == ErrorCode::kRetry) throw;
     return {true, std::string("the old goldens cannot be compared: ") + error.what() + "\n", {}};
   }
 }
@@ -146,4 +146,4 @@ ExitCode golden_check_command(const CommandOptions& options, const fs::path& gol
   return ExitCode::kDifferent;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

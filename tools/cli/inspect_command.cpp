@@ -18,7 +18,7 @@
 #include "tools/cli/commands.h"
 #include "tools/inspect/crossings.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -358,4 +358,4 @@ Inspection inspect(const fs::path& file, bool as_json, const std::string& frames
   return {all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n", found.sound};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

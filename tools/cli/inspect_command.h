@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 
 struct Inspection {
   std::string text;   ///< for people, or JSON
@@ -16,4 +16,4 @@ struct Inspection {
 /// where it cannot be read at all.
 Inspection inspect(const std::filesystem::path& file, bool as_json, const std::string& frames = "");
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -30,7 +30,7 @@
 #include "tools/fit/scale.h"
 #include "tools/fit/target.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -71,7 +71,7 @@ void claim_file(const fs::path& file, const std::string& scene, bool force) {
   const bool touched = fs::file_size(file) != listed->bytes ||
                        hash_of(read_whole_file(file, listed->bytes)) != listed->hash;
   if (listed->of == scene && !touched) return;
-  throw Error(ExitCode::kOutput,
+  throw Error(ErrorCode::kOutput,
               file.string() + ": is there, " +
                   (touched ? "and edited since Thew wrote it" : "of another scene") +
                   "; write the scene into another folder, or replace it with --force");
@@ -214,7 +214,7 @@ std::string why_threads(const std::vector<std::string>& threads) {
   claim_file(picture, options.out.filename().string(), options.force);
   write_durably(picture, why_picture(from, fit, skin, why), options.out.filename().string());
   const std::vector<std::string> meshes = mesh_names(character);
-  throw Error(ExitCode::kInput,
+  throw Error(ErrorCode::kInput,
               options.character.string() + ": " + why + "; " + picture.string() +
                   " shows it: choose the meshes around the arm with --skin (" +
                   (meshes.empty() ? "the file has none" : "of " + names_text(meshes)) +
@@ -237,7 +237,7 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
     if (const size_t at = refusal.find(trial.path.string()); at != std::string::npos) {
       refusal.replace(at, trial.path.string().size(), out.string());
     }
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 character.string() + ": no scene that bakes comes of it (" + refusal +
                     "); name its bodies with --map, or give its unit with --scale");
   }
@@ -245,16 +245,16 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
 
 void check_options(const NewOptions& options) {
   if (options.out.extension() != ".toml") {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 options.out.string() + ": a scene's name ends in .toml; give --out SCENE.toml");
   }
   if (fs::exists(options.out) && !options.force) {
-    throw Error(ExitCode::kUsage, options.out.string() +
-                                      ": exists already, and may have been edited; give another "
-                                      "name, or --force to replace it");
+    throw Error(ErrorCode::kUsage, options.out.string() +
+                                       ": exists already, and may have been edited; give another "
+                                       "name, or --force to replace it");
   }
   if (options.scale && !(*options.scale >= kLeastScale && *options.scale <= kMostScale)) {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "--scale is " + number_text(*options.scale) + "; give a number from 1e-6 to 1e6");
   }
 }
@@ -266,8 +266,8 @@ ExitCode new_command(const NewOptions& options) {
   claim({options.out}, options.force);
   const Template from = read_template();
   if (!names_character(options.character)) {
-    throw Error(ExitCode::kInput, options.character.string() +
-                                      ": give a skinned character as glTF, VRM, FBX or Collada");
+    throw Error(ErrorCode::kInput, options.character.string() +
+                                       ": give a skinned character as glTF, VRM, FBX or Collada");
   }
   Said said;
   double scale = 1.0;
@@ -278,7 +278,7 @@ ExitCode new_command(const NewOptions& options) {
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
   Pose rest = rest_pose_of(character, arms, fits);
-  const Rows x = skin_in_pose(character, rest);
+  const Points x = skin_in_pose(character, rest);
   for (ArmBodies& arm : arms) {
     for (int* bone : {&arm.ulna, &arm.radius}) {
       *bone = static_cast<int>(rest.size());
@@ -326,4 +326,4 @@ ExitCode new_command(const NewOptions& options) {
   return ExitCode::kDone;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

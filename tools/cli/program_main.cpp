@@ -18,7 +18,7 @@
 #include "tools/base/printing.h"
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -67,8 +67,9 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     name += " " + command->get_name();
   }
   const auto refuse = [&](const std::string& what, const std::string& near) {
-    return Error(ExitCode::kUsage, what + (near.empty() ? "; " + name + " --help says what it takes"
-                                                        : "; did you mean " + near + "?"));
+    return Error(ErrorCode::kUsage,
+                 what + (near.empty() ? "; " + name + " --help says what it takes"
+                                      : "; did you mean " + near + "?"));
   };
   const std::vector<std::string> unknown = command->remaining();
   if (unknown.empty() && command->get_require_subcommand_min() > 0) {
@@ -107,10 +108,9 @@ void parse(CLI::App& app, int argc, char** argv) {
 
 int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   if (std::find(call.words.begin(), call.words.end(), "") != call.words.end()) {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "one of the command's words is empty; look for a variable that is not set");
   }
-  parts.begin(call, argv);
   CLI::App app{"Thew deforms the muscles and skin of animated characters.", "thew"};
   app.footer(kExitCodes);
   app.set_version_flag("--version", std::string("thew ") + kVersion);
@@ -132,7 +132,7 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   call.json = options.json;
   call.out = options.out;
   if (options.json && options.progress == "openjd") {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "--progress openjd writes to standard output, where --json is to be alone; "
                 "leave one of them out");
   }
@@ -140,15 +140,15 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
 }
 
 // What it means that the system refuses something.
-Error explained(const std::error_code& cause, const std::string& place, ExitCode otherwise) {
+Error explained(const std::error_code& cause, const std::string& place, ErrorCode otherwise) {
   const int number = cause.value();
   const std::string what = place + cause.message();
   if (number == EAGAIN || number == ENOMEM || number == EMFILE || number == ENFILE) {
-    return {ExitCode::kRetry,
+    return {ErrorCode::kRetry,
             what + "; allow more processes, open files or memory (ulimit -a) and run again"};
   }
   if (number == ENOSPC || number == EDQUOT || number == EROFS) {
-    return {ExitCode::kOutput, what + "; free some space or write elsewhere"};
+    return {ErrorCode::kOutput, what + "; free some space or write elsewhere"};
   }
   return {otherwise, what + "; check the path and its permissions"};
 }
@@ -166,17 +166,17 @@ Error explained(const Call& call) {
   } catch (const fs::filesystem_error& error) {
     const bool ours = is_at_or_below(error.path1(), call.out);
     return explained(error.code(), error.path1().string() + ": ",
-                     ours ? ExitCode::kOutput : ExitCode::kInput);
+                     ours ? ErrorCode::kOutput : ErrorCode::kInput);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again) {
-      return explained(error.code(), "a thread cannot be started: ", ExitCode::kRetry);
+      return explained(error.code(), "a thread cannot be started: ", ErrorCode::kRetry);
     }
-    return {ExitCode::kSolver,
+    return {ErrorCode::kSolver,
             std::string(error.what()) + "; this is a defect of Thew, please report it"};
   } catch (const std::bad_alloc&) {
-    return {ExitCode::kRetry, "there is not enough memory; free some and run again"};
+    return {ErrorCode::kRetry, "there is not enough memory; free some and run again"};
   } catch (const std::exception& error) {
-    return {ExitCode::kSolver,
+    return {ErrorCode::kSolver,
             std::string(error.what()) + "; this is a defect of Thew, please report it"};
   }
 }
@@ -190,17 +190,18 @@ int fail(const Error& error, const Call& call) {
     if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));
   } catch (const Error&) {  // the message has been given
   }
-  return static_cast<int>(error.code());
+  return static_cast<int>(exit_code_of(error.code()));
 }
 
 int run_and_explain(int argc, char** argv, const ProgramParts& parts) {
-  open_standard_streams();
-  listen_for_signals();
   Call call;
   call.words.assign(argv, argv + argc);
   const auto end = std::find(call.words.begin(), call.words.end(), "--");
   call.json = std::find(call.words.begin(), end, "--json") != end;
+  open_standard_streams();
   try {
+    parts.begin(call, argv);
+    listen_for_signals();  // from here on: another program would not hear of an earlier one
     return run(argc, argv, parts, call);
   } catch (...) {
     return fail(explained(call), call);
@@ -226,4 +227,4 @@ int program_main(int argc, char** argv, const ProgramParts& parts) {
   return on_large_stack([&] { return run_guarded(argc, argv, parts); });
 }
 
-}  // namespace thew
+}  // namespace thew::tools

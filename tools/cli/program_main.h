@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "rig/types.h"
 #include "tools/base/command_options.h"
 
-namespace thew {
+namespace thew::tools {
 
 inline constexpr const char* kProgressWords = "auto, bar, plain, json, openjd or none";
 inline constexpr const char* kJsonFlag = "one JSON document on standard output, errors too";
@@ -29,7 +28,7 @@ struct Call {
 /// What sets one program apart from the other.
 struct ProgramParts {
   std::string commit;  ///< that it was built of
-  /// Before all else; may become another program.
+  /// Before all else, signals too; may become another program.
   std::function<void(const Call& call, char** argv)> begin = [](const Call&, char**) {};
   /// Adds the commands.
   std::function<void(CLI::App& app, CommandOptions& options)> declare;
@@ -41,4 +40,4 @@ struct ProgramParts {
 /// as JSON too where that was asked for. The exit code.
 int program_main(int argc, char** argv, const ProgramParts& parts);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -8,7 +8,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/program_main.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -186,8 +186,8 @@ void become_laboratory(const Call& call, char** argv) {
   if (std::none_of(kLaboratoryCommands.begin(), kLaboratoryCommands.end(), is_asked)) return;
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / kLaboratory;
   ::execv(program.c_str(), argv);
-  throw Error(ExitCode::kInput, program.string() + ": cannot be started (" + std::strerror(errno) +
-                                    "); install it beside thew, for " + *word);
+  throw Error(ErrorCode::kInput, program.string() + ": cannot be started (" + std::strerror(errno) +
+                                     "); install it beside thew, for " + *word);
 }
 
 // What the command line says besides what all commands share.
@@ -226,17 +226,18 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tools
 
 int main(int argc, char** argv) {
-  thew::Arguments arguments;
-  return thew::program_main(
+  thew::tools::Arguments arguments;
+  return thew::tools::program_main(
       argc, argv,
-      {.commit = thew::kCommit,
-       .begin = thew::become_laboratory,
-       .declare = [&](CLI::App& app, auto& options) { thew::declare(app, options, arguments); },
+      {.commit = thew::tools::kCommit,
+       .begin = thew::tools::become_laboratory,
+       .declare = [&](CLI::App& app,
+                      auto& options) { thew::tools::declare(app, options, arguments); },
        .run =
-           [&](thew::CommandOptions& options, thew::Call& call) {
+           [&](thew::tools::CommandOptions& options, thew::tools::Call& call) {
              if (!arguments.create.out.empty()) call.out = arguments.create.out;
              arguments.create.json = options.json;
              arguments.limits.distance = 1e-3 * arguments.millimetres;

@@ -10,7 +10,7 @@
 #include "sim/solver/parallel.h"
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,15 +23,15 @@ Side side_of(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return Side::kFolder;
   if (!fs::exists(path, error)) {
-    throw Error(ExitCode::kInput, path.string() + ": " +
-                                      (error ? error.message() : "no such file or folder") +
-                                      "; give a bake.h5, a PNG or a folder with them");
+    throw Error(ErrorCode::kInput, path.string() + ": " +
+                                       (error ? error.message() : "no such file or folder") +
+                                       "; give a bake.h5, a PNG or a folder with them");
   }
   if (path.extension() == ".h5") return Side::kBake;
   if (path.extension() == ".png") return Side::kImage;
-  throw Error(ExitCode::kInput, path.string() +
-                                    ": neither a bake nor a picture; give a bake.h5, a PNG or a "
-                                    "folder with them");
+  throw Error(ErrorCode::kInput, path.string() +
+                                     ": neither a bake nor a picture; give a bake.h5, a PNG or a "
+                                     "folder with them");
 }
 
 // PNGs in a folder and below it; the contact sheet shows nothing that the others do not.
@@ -109,9 +109,9 @@ GeometryComparison compare_bakes(const fs::path& expected, const fs::path& actua
 // A limit that is no number would let everything pass.
 void check_limit(const char* option, double value, double least, double most) {
   if (value >= least && value <= most) return;
-  throw Error(ExitCode::kUsage, std::string(option) + " is " + number_text(value) +
-                                    "; give a number from " + number_text(least) + " to " +
-                                    number_text(most));
+  throw Error(ErrorCode::kUsage, std::string(option) + " is " + number_text(value) +
+                                     "; give a number from " + number_text(least) + " to " +
+                                     number_text(most));
 }
 
 void check_limits(const CompareOptions& options) {
@@ -136,9 +136,9 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   Comparison result{expected, actual, options.mask, {}, options.limits, {}};
   const Side side = side_of(expected);
   if (side != side_of(actual)) {
-    throw Error(ExitCode::kUsage, expected.string() + " and " + actual.string() +
-                                      " are not of one kind; give two bakes, two PNGs or two "
-                                      "folders");
+    throw Error(ErrorCode::kUsage, expected.string() + " and " + actual.string() +
+                                       " are not of one kind; give two bakes, two PNGs or two "
+                                       "folders");
   }
   if (side == Side::kBake) {
     result.geometry = compare_bakes(expected, actual, options);
@@ -148,15 +148,15 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   } else {
     const bool old = fs::exists(expected / kBake), now = fs::exists(actual / kBake);
     if (old && !now) {
-      throw Error(ExitCode::kInput, actual.string() + ": holds no bake.h5, as " +
-                                        expected.string() + " does; was its bake interrupted?");
+      throw Error(ErrorCode::kInput, actual.string() + ": holds no bake.h5, as " +
+                                         expected.string() + " does; was its bake interrupted?");
     }
     if (old) result.geometry = compare_bakes(expected / kBake, actual / kBake, options);
     result.images = pair_folders(expected, actual, options.frames);
     if (!old && result.images.empty()) {
-      throw Error(ExitCode::kInput, expected.string() + ": holds neither a bake.h5 nor PNGs" +
-                                        (options.frames.empty() ? "" : " of the chosen frames") +
-                                        "; give a folder that does");
+      throw Error(ErrorCode::kInput, expected.string() + ": holds neither a bake.h5 nor PNGs" +
+                                         (options.frames.empty() ? "" : " of the chosen frames") +
+                                         "; give a folder that does");
     }
   }
   std::optional<Image> mask;
@@ -167,4 +167,4 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   return result;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

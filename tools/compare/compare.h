@@ -9,7 +9,7 @@
 #include "tools/compare/geometry.h"
 #include "tools/compare/image_metrics.h"
 
-namespace thew {
+namespace thew::tools {
 
 struct CompareOptions {
   double distance = kDistanceTolerance;  ///< m, that a node may move
@@ -56,4 +56,4 @@ std::string comparison_as_html(const Comparison& comparison);
 /// Renderers of pictures that were not drawn by the same; empty where all were.
 std::string renderer_note(const Comparison& comparison);
 
-}  // namespace thew
+}  // namespace thew::tools

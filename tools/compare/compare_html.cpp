@@ -10,7 +10,7 @@
 #include "tools/compare/compare.h"
 #include "tools/compare/flip.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr std::size_t kLargestPicture = std::size_t{1} << 26;  // bytes
@@ -171,4 +171,4 @@ std::string comparison_as_html(const Comparison& comparison) {
          kScript + "</script></body></html>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

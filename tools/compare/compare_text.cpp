@@ -7,7 +7,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/compare/compare.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using nlohmann::ordered_json;
@@ -179,4 +179,4 @@ std::string comparison_as_json(const Comparison& comparison) {
   return out.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -8,7 +8,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // The paper's constants.
@@ -186,4 +186,4 @@ Plane flip(const Image& expected, const Image& actual, double pixels_per_degree)
   return error;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

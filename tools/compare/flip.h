@@ -4,7 +4,7 @@
 #include "tools/compare/plane.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Pixels in a degree of the viewer's sight: a screen 0.7 m wide of 3840 pixels, seen from 0.7 m.
 inline constexpr double kPixelsPerDegree = 67.02064327658226;
@@ -14,4 +14,4 @@ inline constexpr double kPixelsPerDegree = 67.02064327658226;
 /// Evaluator for Alternating Images", HPG 2020.
 Plane flip(const Image& expected, const Image& actual, double pixels_per_degree = kPixelsPerDegree);
 
-}  // namespace thew
+}  // namespace thew::tools

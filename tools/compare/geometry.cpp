@@ -9,7 +9,7 @@
 #include "tools/base/signals.h"
 #include "tools/base/svg_chart.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 const BakeMesh* find_mesh(const std::vector<BakeMesh>& meshes, const std::string& name) {
@@ -249,4 +249,4 @@ GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader
   return result;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

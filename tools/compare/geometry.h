@@ -6,7 +6,7 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// How far one mesh of two bakes is apart, node by node, in the frames that both have.
 struct MeshDistance {
@@ -44,4 +44,4 @@ GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader
 /// "17-19, 25"
 std::string frame_list(const std::vector<int>& frames);
 
-}  // namespace thew
+}  // namespace thew::tools

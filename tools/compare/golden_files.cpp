@@ -10,7 +10,7 @@
 #include "tools/compare/geometry.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -60,17 +60,17 @@ bool has_goldens(const fs::path& golden) { return fs::exists(golden / kRecipe); 
 GoldenRecipe read_recipe(const fs::path& golden) {
   const fs::path file = golden / kRecipe;
   if (!fs::exists(file)) {
-    throw Error(ExitCode::kInput, file.string() +
-                                      ": there are no goldens; make them with thew "
-                                      "golden update SCENE --golden " +
-                                      golden.string());
+    throw Error(ErrorCode::kInput, file.string() +
+                                       ": there are no goldens; make them with thew "
+                                       "golden update SCENE --golden " +
+                                       golden.string());
   }
   try {
     const ordered_json recipe = ordered_json::parse(read_whole_file(file, kLargestRecipe));
     return {recipe.at("frames"), recipe.at("set"),
             recipe.value("pictures", std::vector<std::string>{})};
   } catch (const ordered_json::exception& error) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 file.string() + ": " + error.what() + "; remove it and make the goldens anew");
   }
 }
@@ -110,4 +110,4 @@ void keep_goldens(const fs::path& baked, const GoldenRecipe& recipe, const fs::p
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tools

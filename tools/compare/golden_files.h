@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 // A folder of goldens is that of a small bake, so that every command reads it: bake.h5 (float32;
 // its hash is that of the positions in double precision), frames/VIEW.####.png, and golden.json,
@@ -29,4 +29,4 @@ void check_goldens(const std::filesystem::path& golden, bool overwrite);
 void keep_goldens(const std::filesystem::path& baked, const GoldenRecipe& recipe,
                   const std::filesystem::path& golden, bool overwrite);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/compare/flip.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::string size_of(const Image& image) {
@@ -113,15 +113,15 @@ PixelMeasures measure_pixels(const Image& expected, const Image& actual_unmasked
                              int threshold) {
   for (const Image* other : {&actual_unmasked, mask}) {
     if (!other || (other->width == expected.width && other->height == expected.height)) continue;
-    throw Error(ExitCode::kInput, std::string(other == mask ? "the mask" : "the picture") + " is " +
-                                      size_of(*other) + " pixels, expected " + size_of(expected) +
-                                      "; give one of the same size");
+    throw Error(ErrorCode::kInput, std::string(other == mask ? "the mask" : "the picture") +
+                                       " is " + size_of(*other) + " pixels, expected " +
+                                       size_of(expected) + "; give one of the same size");
   }
   const std::size_t pixels = expected.rgb.size() / 3;
   std::size_t count = 0, changed = 0;
   for (std::size_t i = 0; i < pixels; ++i) count += compared(mask, i);
   if (count == 0) {
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 "the mask is dark everywhere: nothing is compared; paint white "
                 "what is to be compared");
   }
@@ -188,4 +188,4 @@ Image heat_map(const Plane& error) {
   return image;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

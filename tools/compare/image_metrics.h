@@ -7,7 +7,7 @@
 #include "tools/compare/plane.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Up to where pictures count as the same. The defaults let pass what another processor changes,
 /// 3 levels of 255 on 0.1 % of the pixels, and nothing that is seen.
@@ -41,4 +41,4 @@ Image masked(const Image& expected, Image actual, const Image* mask);
 /// FLIP's map as a picture, from black through red and yellow to white.
 Image heat_map(const Plane& error);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace thew {
+namespace thew::tools {
 
 std::vector<double> gaussian(double deviation, int radius) {
   std::vector<double> taps;
@@ -44,4 +44,4 @@ Plane filter(const Plane& in, const std::vector<double>& across, const std::vect
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// One number for each pixel, rows from the top.
 struct Plane {
@@ -19,4 +19,4 @@ std::vector<double> gaussian(double deviation, int radius);
 /// the pixel; beyond the border the border's pixels go on.
 Plane filter(const Plane& in, const std::vector<double>& across, const std::vector<double>& down);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "tools/export/formats.h"
 #include "tools/export/ogawa.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 enum Pod { kInt32 = 6, kFloat32 = 10, kFloat64 = 11 };
@@ -235,4 +235,4 @@ Exported export_alembic(const Shot& shot, const std::filesystem::path& file) {
   return {{file}, "time is frame / fps, in seconds; normals and velocities by frame"};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

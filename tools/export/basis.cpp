@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // A mode below this share of the largest eigenvalue is rounding error.
@@ -89,4 +89,4 @@ std::vector<std::vector<double>> least_squares_factors(
   return factors;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

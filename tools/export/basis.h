@@ -5,7 +5,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A motion as a base shape and a few displacements with weights by frame, all weights within 0..1
 /// (readers clamp them). Least squares: the first eigenvectors of the frames' scalar products.
@@ -27,4 +27,4 @@ std::vector<std::vector<double>> least_squares_factors(
 std::vector<Vec3> combine(const std::vector<double>& factors,
                           const std::vector<const std::vector<Vec3>*>& frames);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 
 #include "tools/export/shot.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What an exporter wrote, and what there is to say of it beyond facts_of().
 struct Exported {
@@ -40,4 +40,4 @@ Exported export_usda(const Shot& shot, const std::filesystem::path& file);
 /// Alembic in Ogawa's container, positions, normals and velocities by frame: export_alembic.cpp.
 Exported export_alembic(const Shot& shot, const std::filesystem::path& file);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -12,7 +12,7 @@
 #include "tools/export/basis.h"
 #include "tools/export/formats.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using nlohmann::ordered_json;
@@ -237,7 +237,7 @@ void write(const std::filesystem::path& file, Glb& glb) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t length = 12 + 8 + json.size() + 8 + glb.bytes.size();
   if (length > kMostBytes) {
-    throw Error(ExitCode::kOutput,
+    throw Error(ErrorCode::kOutput,
                 file.string() + ": glTF binary holds 4 GiB and this would be " +
                     std::to_string(length >> 30) +
                     "; choose fewer --frames or --mesh, or a --basis of some targets");
@@ -292,4 +292,4 @@ Exported export_glb(const Shot& shot, const std::filesystem::path& file, int bas
   return {{file}, note};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 #include "tools/export/formats.h"
 #include "tools/export/sequence.h"
 
-namespace thew {
+namespace thew::tools {
 
 std::string obj_text(const Shot& shot, const std::vector<std::vector<Vec3>>& positions) {
   std::string text;
@@ -47,4 +47,4 @@ Exported export_obj(const Shot& shot, const std::filesystem::path& file) {
   return {written.keep(), ""};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/export/ogawa.h"
 
-namespace thew {
+namespace thew::tools {
 
 OgawaFile::OgawaFile(const std::filesystem::path& file) : out_(file) {
   out_.append(std::string_view("Ogawa\0\0\1\0\0\0\0\0\0\0\0", 16));
@@ -35,4 +35,4 @@ void OgawaFile::finish(std::uint64_t root) {
   out_.finish();
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 
 #include "tools/base/output_file.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Ogawa, Alembic's container: a tree of groups whose leaves are bytes. It is written from the
 /// leaves up, so that nothing has to be mended but the place of the root.
@@ -30,4 +30,4 @@ class OgawaFile {
   ExportFile out_;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,7 +3,7 @@
 #include "tools/export/formats.h"
 #include "tools/export/sequence.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::string header(const Shot& shot, const BakeMesh& mesh, int frame) {
@@ -56,4 +56,4 @@ Exported export_ply(const Shot& shot, const std::filesystem::path& file) {
   return {written.keep(), ""};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include "tools/export/formats.h"
 #include "tools/export/obj.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 template <typename T>
@@ -25,10 +25,10 @@ int even_step(const Shot& shot, const std::filesystem::path& file) {
   const int step = shot.frame(1) - shot.frame(0);
   for (std::size_t i = 2; i < shot.places.size(); ++i) {
     if (shot.frame(i) - shot.frame(i - 1) != step) {
-      throw Error(ExitCode::kUsage, file.string() + ": PC2 holds frames at even steps and frame " +
-                                        std::to_string(shot.frame(i)) + " breaks the step of " +
-                                        std::to_string(step) +
-                                        "; choose others with --frames, or write .mdd");
+      throw Error(ErrorCode::kUsage, file.string() + ": PC2 holds frames at even steps and frame " +
+                                         std::to_string(shot.frame(i)) + " breaks the step of " +
+                                         std::to_string(step) +
+                                         "; choose others with --frames, or write .mdd");
     }
   }
   return step;
@@ -93,4 +93,4 @@ Exported export_mdd(const Shot& shot, const std::filesystem::path& file) {
   return finish(shot, out, file);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 
 std::filesystem::path sequence_file(const std::filesystem::path& pattern, int frame) {
   std::string name = pattern.filename().string();
@@ -23,4 +23,4 @@ std::filesystem::path sequence_file(const std::filesystem::path& pattern, int fr
   return pattern.parent_path() / name;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

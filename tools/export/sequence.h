@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-namespace thew {
+namespace thew::tools {
 
 /// The file of a frame: the last run of # in the name becomes its number, as long as the run at
 /// least (-2 as #### is -002); a name without # gets .#### before its ending.
 std::filesystem::path sequence_file(const std::filesystem::path& pattern, int frame);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -13,7 +13,7 @@
 #include "tools/base/seams.h"
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::vector<std::string> names_of(const BakeInfo& info) {
@@ -27,7 +27,7 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
     const std::string near = nearest_name(name, names);
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "--mesh " + name + ": the bake has no such mesh; " +
                     (near.empty() ? "" : "did you mean \"" + printable(near) + "\"? ") + "it has " +
                     names_text(names));
@@ -38,11 +38,11 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
 int find_frame(const BakeInfo& info, const std::string& asked, int frame) {
   const auto found = std::lower_bound(info.frames.begin(), info.frames.end(), frame);
   if (found == info.frames.end() || *found != frame) {
-    throw Error(ExitCode::kUsage, "--frames " + asked + ": frame " + std::to_string(frame) +
-                                      " is not in the bake, which has " +
-                                      std::to_string(info.frames.size()) + " from " +
-                                      std::to_string(info.frames.front()) + " to " +
-                                      std::to_string(info.frames.back()) + "; choose among these");
+    throw Error(ErrorCode::kUsage, "--frames " + asked + ": frame " + std::to_string(frame) +
+                                       " is not in the bake, which has " +
+                                       std::to_string(info.frames.size()) + " from " +
+                                       std::to_string(info.frames.front()) + " to " +
+                                       std::to_string(info.frames.back()) + "; choose among these");
   }
   return static_cast<int>(found - info.frames.begin());
 }
@@ -114,9 +114,9 @@ std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& po
 
 const BakeMesh& only_mesh(const Shot& shot, const std::string& format) {
   if (shot.meshes.size() != 1) {
-    throw Error(ExitCode::kUsage, format + " holds one mesh and the bake has " +
-                                      std::to_string(shot.meshes.size()) +
-                                      "; choose with --mesh: " + names_text(names_of(shot.info())));
+    throw Error(ErrorCode::kUsage,
+                format + " holds one mesh and the bake has " + std::to_string(shot.meshes.size()) +
+                    "; choose with --mesh: " + names_text(names_of(shot.info())));
   }
   return shot.mesh(0);
 }
@@ -150,4 +150,4 @@ std::string one_line(std::string text) {
   return text;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

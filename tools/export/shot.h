@@ -9,7 +9,7 @@
 #include "sim/cache/cache.h"
 #include "tools/base/options.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What of a bake is exported: some of its meshes, some of its frames.
 struct Shot {
@@ -59,4 +59,4 @@ std::string facts_as_lines(const Shot& shot, const std::string& mark);
 /// Without line breaks or other control characters.
 std::string one_line(std::string text);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 #include "tools/base/output_file.h"
 #include "tools/export/formats.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::string quoted(const std::string& text) {
@@ -120,4 +120,4 @@ Exported export_usda(const Shot& shot, const std::filesystem::path& file) {
   return {{file}, "time codes are frame numbers; the default points are the rest pose"};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/export/formats.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::string data_item(const std::string& dimensions, const std::string& type, int precision,
@@ -50,7 +50,7 @@ void check_names(const Shot& shot, const std::string& bake) {
   for (std::size_t m = 0; m < shot.meshes.size(); ++m) names.push_back(shot.mesh(m).name);
   for (const std::string& name : names) {
     if (name.find_first_of("|:") == std::string::npos) continue;
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "\"" + one_line(name) +
                     "\": XDMF has a meaning of its own for | and :, and so cannot "
                     "point to this name; rename it, or choose another --mesh");
@@ -88,4 +88,4 @@ Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
               "frame / fps, in seconds; normals and velocities are left to the reader"};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "rig/character.h"
 #include "rig/character_bones.h"
 
-namespace thew {
+namespace thew::tools {
 
 class Limb;
 
@@ -143,6 +143,6 @@ std::string views_text(const Character& character, const ArmBodies& arm, const A
                        const Pose& rest);
 
 /// The character's skin in any pose.
-Rows skin_in_pose(const Character& character, const Pose& pose);
+Points skin_in_pose(const Character& character, const Pose& pose);
 
-}  // namespace thew
+}  // namespace thew::tools

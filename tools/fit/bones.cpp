@@ -7,7 +7,7 @@
 #include "rig/text.h"
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
@@ -29,10 +29,10 @@ int by_map(const Character& character, const BoneMap& map, const std::string& pl
     if (found == map.end()) continue;
     const int body = find_body(character.skeleton, found->second);
     if (body >= 0) return body;
-    throw Error(ExitCode::kUsage, "--map " + found->first + "=" + found->second +
-                                      ": is no body of " + place +
-                                      did_you_mean(found->second, character.skeleton.body_names) +
-                                      "; `thew inspect " + place + "` lists them");
+    throw Error(ErrorCode::kUsage, "--map " + found->first + "=" + found->second +
+                                       ": is no body of " + place +
+                                       did_you_mean(found->second, character.skeleton.body_names) +
+                                       "; `thew inspect " + place + "` lists them");
   }
   return -1;
 }
@@ -129,11 +129,11 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
     list += (list.empty() ? " " : " | ") + skeleton.body_names[i] + " at " +
             point_text(place_of(character, i)) + ", on " + skeleton.body_names[skeleton.parent[i]];
   }
-  throw Error(ExitCode::kUsage, place + ": which body is the " + (left ? "left " : "right ") +
-                                    what + "? Neither names nor shape tell; say --map " +
-                                    (left ? "left_" : "right_") + what +
-                                    "=BODY (humerus, forearm, hand, clavicle). Candidates:" +
-                                    (list.empty() ? " none, the file has no skeleton" : list));
+  throw Error(ErrorCode::kUsage, place + ": which body is the " + (left ? "left " : "right ") +
+                                     what + "? Neither names nor shape tell; say --map " +
+                                     (left ? "left_" : "right_") + what +
+                                     "=BODY (humerus, forearm, hand, clavicle). Candidates:" +
+                                     (list.empty() ? " none, the file has no skeleton" : list));
 }
 
 }  // namespace
@@ -184,16 +184,16 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
     const bool sided = key.starts_with("left_") || key.starts_with("right_");
     if (sided ? key.starts_with(side == "left" ? "right_" : "left_") && side != "both"
               : side == "both") {
-      throw Error(ExitCode::kUsage, "--map " + key + "=" + body + ": " +
-                                        (sided ? "is not on the side asked for; give --side both"
-                                               : "on which side? Give left_" + key + " or right_" +
-                                                     key + ", or --side"));
+      throw Error(ErrorCode::kUsage, "--map " + key + "=" + body + ": " +
+                                         (sided ? "is not on the side asked for; give --side both"
+                                                : "on which side? Give left_" + key + " or right_" +
+                                                      key + ", or --side"));
     }
     for (const char* begin : {"left_", "right_"}) {
       if (part.starts_with(begin)) part = part.substr(std::string(begin).size());
     }
     if (std::find(known.begin(), known.end(), part) != known.end()) continue;
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "--map " + key + "=" + body + ": is no part of an arm" + did_you_mean(part, known) +
                     "; give clavicle, humerus, forearm or hand, where needed with "
                     "left_ or right_ before it");
@@ -214,7 +214,7 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
     const Skeleton& skeleton = character.skeleton;
     if (!hangs_on(skeleton, arm.forearm, arm.humerus) ||
         !hangs_on(skeleton, arm.hand, arm.forearm)) {
-      throw Error(ExitCode::kUsage,
+      throw Error(ErrorCode::kUsage,
                   place + ": \"" + skeleton.body_names[arm.hand] + "\" does not hang on \"" +
                       skeleton.body_names[arm.forearm] + "\" and that on \"" +
                       skeleton.body_names[arm.humerus] + "\"; name the arm's bodies with --map");
@@ -224,4 +224,4 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
   return arms;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

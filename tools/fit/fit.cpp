@@ -8,7 +8,7 @@
 #include "rig/text.h"
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kSureBend = 20.0 * kDegree;  // beyond it the bind pose shows where the elbow bends
@@ -122,7 +122,7 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTempla
   const Skeleton& skeleton = character.skeleton;
   const double upper = (elbow - shoulder).norm(), fore = (wrist - elbow).norm();
   if (!(upper > 1e-4) || !(fore > 1e-4)) {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 "body \"" + skeleton.body_names[upper > 1e-4 ? arm.forearm : arm.humerus] +
                     "\" has no length; name the arm's bodies with --map");
   }
@@ -216,4 +216,4 @@ Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms
   return rest;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "rig/math.h"
 #include "tools/fit/limb.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kRow = GirthField::kRow;
@@ -403,14 +403,14 @@ double least_fat(const ArmFit& fit, const Limb& limb, const Limb& body,
   return least;
 }
 
-Rows skin_in_pose(const Character& character, const Pose& pose) {
+Points skin_in_pose(const Character& character, const Pose& pose) {
   std::vector<Affine> world;
   for (int b = 0; b < character.skeleton.size(); ++b) {
     world.push_back(pose[b] * (rigid_part(character.bind[b]).inverse() * character.bind[b]));
   }
-  Rows x;
+  Points x;
   skin_vertices(character.skin, character.mesh, world, x);
   return x;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

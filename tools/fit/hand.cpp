@@ -7,7 +7,7 @@
 #include "rig/math.h"
 #include "tools/fit/target.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kEnd = 0.95;        // of the hand's length, where the fingers' bones end
@@ -117,4 +117,4 @@ bool fit_hand(const Target& to, TriMesh& bones) {
   return false;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

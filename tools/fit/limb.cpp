@@ -11,10 +11,10 @@
 #include "rig/math.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
-using Point = Eigen::Vector2d;
+using Point2 = Eigen::Vector2d;
 
 // Of a triangle's weight, the least on a limb's bodies: at the shoulder and the armpit, where half
 // is the trunk's, the arm's section is still to be told.
@@ -23,17 +23,17 @@ constexpr double kLeastShare = 0.35;
 // an edge of both meets one of them.
 constexpr double kRounding = 1e-9;
 
-double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross(const Point2& a, const Point2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // Counter-clockwise (Andrew 1979).
-std::vector<Point> convex_hull(std::vector<Point> points) {
-  std::sort(points.begin(), points.end(), [](const Point& p, const Point& q) {
+std::vector<Point2> convex_hull(std::vector<Point2> points) {
+  std::sort(points.begin(), points.end(), [](const Point2& p, const Point2& q) {
     return p.x() < q.x() || (p.x() == q.x() && p.y() < q.y());
   });
-  std::vector<Point> hull;
+  std::vector<Point2> hull;
   for (const bool back : {false, true}) {
     const size_t least = hull.size() + 1;
-    for (const Point& p : points) {
+    for (const Point2& p : points) {
       while (hull.size() > least &&
              cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0) {
         hull.pop_back();
@@ -147,10 +147,10 @@ double Limb::outermost(const Vec3& from, const Vec3& to, double reach) const {
 
 double Limb::Section::within(const Vec3& p) const {
   if (radius <= 0.0) return -1.0;
-  const Point here(a.dot(p - at), b.dot(p - at));
+  const Point2 here(a.dot(p - at), b.dot(p - at));
   double least = radius;
   for (size_t k = 0; k < outline.size(); ++k) {
-    const Point &one = outline[k], &next = outline[(k + 1) % outline.size()];
+    const Point2 &one = outline[k], &next = outline[(k + 1) % outline.size()];
     least = std::min(least, cross(next - one, here - one) / (next - one).norm());
   }
   return least;
@@ -162,7 +162,7 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
   out.a = a;
   out.b = b;
   const Vec3 normal = a.cross(b);
-  std::vector<Point> points;
+  std::vector<Point2> points;
   for (size_t i = 0; i < balls_.size(); ++i) {
     if (std::abs(normal.dot(balls_[i].middle - at)) > balls_[i].reach) continue;
     const Triangle& t = mesh_.triangles[i];
@@ -177,9 +177,9 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
   if (points.size() < 3) return out;
   out.outline = convex_hull(std::move(points));
   double twice = 0.0;
-  Point moment = Point::Zero();
+  Point2 moment = Point2::Zero();
   for (size_t k = 0; k < out.outline.size(); ++k) {
-    const Point &p = out.outline[k], &q = out.outline[(k + 1) % out.outline.size()];
+    const Point2 &p = out.outline[k], &q = out.outline[(k + 1) % out.outline.size()];
     twice += cross(p, q);
     moment += cross(p, q) * (p + q);
   }
@@ -223,14 +223,14 @@ std::vector<std::string> mesh_names(const Character& character) {
 }
 
 TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
-                    const std::vector<std::string>& meshes, const Rows& x,
+                    const std::vector<std::string>& meshes, const Points& x,
                     const std::string& place) {
   for (const std::string& name : meshes) {
     const auto has_name = [&](const MeshPart& part) { return is_named(part, {name}); };
     if (std::any_of(character.parts.begin(), character.parts.end(), has_name)) continue;
     const std::vector<std::string> each = mesh_names(character);
-    throw Error(ExitCode::kUsage, "--skin " + name + ": is no mesh of " + place +
-                                      did_you_mean(name, each) + "; it has: " + names_text(each));
+    throw Error(ErrorCode::kUsage, "--skin " + name + ": is no mesh of " + place +
+                                       did_you_mean(name, each) + "; it has: " + names_text(each));
   }
   const SkinWeights& weights = character.skin;
   std::vector<double> share(x.size(), 0.0);
@@ -250,7 +250,7 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
     for (size_t i = character.parts[m].first_vertex; i < end; ++i) chosen[i] = take;
   }
   TriMesh out;
-  for (const Row& row : x) out.vertices.push_back(to_vec(row));
+  for (const Point& row : x) out.vertices.push_back(to_vec(row));
   for (const Triangle& t : character.mesh.triangles) {
     if (!chosen[t[0]] || share[t[0]] + share[t[1]] + share[t[2]] < 3.0 * kLeastShare) continue;
     // One place, one vertex: no ray passes along a seam.
@@ -260,4 +260,4 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

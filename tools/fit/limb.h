@@ -6,7 +6,7 @@
 
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What surrounds a limb, in as many layers and pieces as there are, closed or not: to be looked at
 /// along rays from its bones outwards, of which the last hit counts.
@@ -51,7 +51,7 @@ std::vector<std::string> mesh_names(const Character& character);
 /// Triangles, of the meshes named (empty: of all), that mostly hang on the bodies and what is below
 /// them; in the rest pose, `x`. Error(kUsage) for a name that is no mesh's.
 TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
-                    const std::vector<std::string>& meshes, const Rows& x,
+                    const std::vector<std::string>& meshes, const Points& x,
                     const std::string& place);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include "tools/base/obj_text.h"
 #include "tools/fit/target.h"
 
-namespace thew {
+namespace thew::tools {
 
 namespace fs = std::filesystem;
 
@@ -200,4 +200,4 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
          "\nfibre_length = " + metres(muscle.fibre_length * along) + "\n\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

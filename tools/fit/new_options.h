@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// What `thew new` is told.
 struct NewOptions {
@@ -18,4 +18,4 @@ struct NewOptions {
   std::optional<double> scale;             ///< none: as a person's humerus asks for
   bool force = false, json = false;
 };
-}  // namespace thew
+}  // namespace thew::tools

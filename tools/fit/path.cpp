@@ -3,7 +3,7 @@
 // Paths across the joints of an arm that is not the template's.
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tools {
 
 void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
                    const std::vector<double>& heights, MusclePath& path) {
@@ -60,4 +60,4 @@ void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path) 
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -8,7 +8,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/fit/target.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kLeastTold = 0.5;         // of a segment's sections
@@ -137,4 +137,4 @@ std::string why_picture(const ArmTemplate& from, const ArmFit& fit, const TriMes
   return out + "</svg>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "rig/limits.h"
 #include "rig/text.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // A person's, child or giant, from the shoulder's centre to the elbow's; what lies outside is
@@ -63,4 +63,4 @@ Character read_in_metres(const NewOptions& options, double& scale, std::vector<A
   return character;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -12,7 +12,7 @@
 #include "tools/base/obj_text.h"
 #include "tools/fit/target.h"
 
-namespace thew {
+namespace thew::tools {
 
 namespace fs = std::filesystem;
 
@@ -239,4 +239,4 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          "# [output] precision = \"double\" 1e-13 is met.\n[[bound]]\nvolume_error = 1e-5\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

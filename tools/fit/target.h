@@ -4,7 +4,7 @@
 #include "sim/scene/scene.h"
 #include "tools/fit/limb.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The arm of assets/arm.
 struct Template {
@@ -111,4 +111,4 @@ bool fit_hand(const Target& to, TriMesh& bones);
 std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
                         const std::filesystem::path& mesh, const MappedSize& size);
 
-}  // namespace thew
+}  // namespace thew::tools

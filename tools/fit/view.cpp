@@ -7,7 +7,7 @@
 #include "tools/base/obj_text.h"
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 std::string view_text(const std::string& show, const Vec3& eye, const Vec3& target) {
@@ -25,7 +25,7 @@ std::vector<Vec3> arm_skin(const Character& character, const ArmBodies& arm, con
   for (int b = 0; b < character.skeleton.size(); ++b) {
     if (hangs_on(character.skeleton, b, arm.forearm)) pose[b] = turn * rest[b];
   }
-  const Rows x = skin_in_pose(character, pose);
+  const Points x = skin_in_pose(character, pose);
   const SkinWeights& skin = character.skin;
   std::vector<Vec3> of_arm;
   for (size_t i = 0; i < x.size(); ++i) {
@@ -76,4 +76,4 @@ std::string views_text(const Character& character, const ArmBodies& arm, const A
   return view_text("skin", eye, target) + view_text("muscles", eye, target);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include "skin/surface/surface.h"
 #include "tools/inspect/exact_predicates.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using Kind = BakeMesh::Kind;
@@ -155,9 +155,9 @@ void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>
       }
       const int pair = layer_pair(layers.meshes[a.mesh].kind, layers.meshes[b.mesh].kind);
       if (pair >= 0 && ++tests > most) {
-        throw Error(ExitCode::kInput, "its triangles lie upon each other in heaps, about " +
-                                          layers.meshes[a.mesh].name +
-                                          ", and are not counted; bake again");
+        throw Error(ErrorCode::kInput, "its triangles lie upon each other in heaps, about " +
+                                           layers.meshes[a.mesh].name +
+                                           ", and are not counted; bake again");
       }
       if (pair >= 0) count_pair(a, b, layers, found[pair]);
     }
@@ -305,7 +305,7 @@ SelfCrossings find_self_crossings(const TriMesh& mesh) {
   constexpr int kMostWork = 80'000'000, kTest = 16;
   const std::vector<Triangle>& triangles = mesh.triangles;
   const Surface surface = make_surface(triangles, static_cast<int>(mesh.vertices.size()));
-  const Bvh bvh = build_bvh(surface, to_rows(mesh.vertices));
+  const Bvh bvh = build_bvh(surface, to_points(mesh.vertices));
   SelfCrossings found;
   int work = 0;
   std::vector<int> near;
@@ -345,9 +345,10 @@ void refuse_heaps(const std::vector<BakeMesh>& meshes,
     const std::vector<Vec3>& x = positions[m];
     const auto in_place = [&](const Vec3& p) { return (p - x[0]).cwiseAbs().maxCoeff() < kHeap; };
     if (x.empty() || !std::all_of(x.begin(), x.end(), in_place)) continue;
-    throw Error(ExitCode::kInput, "all nodes of " + meshes[m].name +
-                                      " lie in one place, and what it crosses is not counted; bake "
-                                      "again");
+    throw Error(ErrorCode::kInput,
+                "all nodes of " + meshes[m].name +
+                    " lie in one place, and what it crosses is not counted; bake "
+                    "again");
   }
 }
 
@@ -374,4 +375,4 @@ std::array<Crossings, kLayerPairs.size()> find_crossings(
   return found;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,7 +3,7 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// How far from a muscle's first or last vertex (m) its tendon may enter its bone.
 inline constexpr double kAttachmentReach = 0.015;
@@ -43,4 +43,4 @@ SelfCrossings find_self_crossings(const TriMesh& mesh);
 bool is_inside(const Vec3& p, const std::vector<Vec3>& vertices,
                const std::vector<Triangle>& triangles);
 
-}  // namespace thew
+}  // namespace thew::tools

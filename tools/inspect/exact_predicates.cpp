@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 /// A sum of doubles, exact: terms that do not overlap, the smallest first (Shewchuk 1997).
@@ -119,4 +119,4 @@ bool triangles_meet(const Corners& s, const Corners& t) {
   return false;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,7 +3,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Sign of det(b - a, c - a, d - a): 1, 0 or -1, exact for any coordinates whose triple products
 /// neither overflow nor underflow (1e-80 to 1e80).
@@ -14,4 +14,4 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 using Corners = std::array<Vec3, 3>;
 bool triangles_meet(const Corners& s, const Corners& t);
 
-}  // namespace thew
+}  // namespace thew::tools

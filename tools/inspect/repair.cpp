@@ -12,7 +12,7 @@
 #include "sim/cache/durable_file.h"
 #include "tools/base/obj_text.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kNear = 1e-6;      // of the extent
@@ -223,14 +223,14 @@ std::vector<std::string> repair(TriMesh& mesh) {
 std::vector<std::string> repair_file(const std::filesystem::path& file,
                                      const std::filesystem::path& out, bool overwrite) {
   if (out.extension() != ".obj") {
-    throw Error(ExitCode::kUsage, out.string() +
-                                      ": repaired meshes are written as OBJ; give "
-                                      "--repair OUT.obj");
+    throw Error(ErrorCode::kUsage, out.string() +
+                                       ": repaired meshes are written as OBJ; give "
+                                       "--repair OUT.obj");
   }
   std::error_code none;
   if (std::filesystem::equivalent(file, out, none)) {
-    throw Error(ExitCode::kUsage, out.string() + ": is " + file.string() +
-                                      " itself, which stays as it is; give --repair another name");
+    throw Error(ErrorCode::kUsage, out.string() + ": is " + file.string() +
+                                       " itself, which stays as it is; give --repair another name");
   }
   claim({out}, overwrite);
   ImportedMesh imported = import_mesh(file);
@@ -243,4 +243,4 @@ std::vector<std::string> repair_file(const std::filesystem::path& file,
   return done;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

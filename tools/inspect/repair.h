@@ -7,7 +7,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Does what cannot spoil a mesh: joins vertices that lie within a millionth of its extent where it
 /// is open, drops triangles without area and those that are there twice, turns triangles to one
@@ -20,4 +20,4 @@ std::vector<std::string> repair(TriMesh& mesh);
 std::vector<std::string> repair_file(const std::filesystem::path& file,
                                      const std::filesystem::path& out, bool overwrite = false);
 
-}  // namespace thew
+}  // namespace thew::tools

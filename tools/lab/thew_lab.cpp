@@ -6,7 +6,7 @@
 #include "tools/lab/chart/command.h"
 #include "tools/lab/paper/command.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 struct Arguments {
@@ -43,20 +43,21 @@ CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tools
 
 int main(int argc, char** argv) {
-  thew::Arguments a;
-  return thew::program_main(argc, argv,
-                            {.commit = thew::kCommit,
-                             .declare =
-                                 [&](CLI::App& app, thew::CommandOptions& options) {
-                                   a.paper = thew::add_paper(app, options, a.quick, a.cow);
-                                   a.chart = thew::add_chart(app, options, a.stability);
-                                 },
-                             .run =
-                                 [&](thew::CommandOptions& options, thew::Call&) {
-                                   return *a.paper ? thew::paper_command(options, a.quick, a.cow)
-                                                   : thew::chart_command(options, a.stability);
-                                 }});
+  thew::tools::Arguments a;
+  return thew::tools::program_main(
+      argc, argv,
+      {.commit = thew::tools::kCommit,
+       .declare =
+           [&](CLI::App& app, thew::tools::CommandOptions& options) {
+             a.paper = thew::tools::add_paper(app, options, a.quick, a.cow);
+             a.chart = thew::tools::add_chart(app, options, a.stability);
+           },
+       .run =
+           [&](thew::tools::CommandOptions& options, thew::tools::Call&) {
+             return *a.paper ? thew::tools::paper_command(options, a.quick, a.cow)
+                             : thew::tools::chart_command(options, a.stability);
+           }});
 }

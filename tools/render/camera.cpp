@@ -6,7 +6,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kKeyDirection[3] = {-0.80, 0.85, 0.62};  // right, world up, towards the eye
@@ -15,7 +15,7 @@ constexpr double kKeyDirection[3] = {-0.80, 0.85, 0.62};  // right, world up, to
 
 void check_view(const SceneView& view) {
   const auto fail = [&](const std::string& cause) {
-    throw Error(ExitCode::kUsage, "view \"" + view.name + "\": " + cause);
+    throw Error(ErrorCode::kUsage, "view \"" + view.name + "\": " + cause);
   };
   if (view.show != "skin" && view.show != "muscles" && view.show != "weights" &&
       view.show != "cutaway") {
@@ -77,4 +77,4 @@ Light make_light(const SceneView& view, const Camera& camera, const Bounds& seen
   return light;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 #include "rig/types.h"
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::tools {
 
 using Mat4 = Eigen::Matrix4d;
 
@@ -41,4 +41,4 @@ Camera make_camera(const SceneView& view, double aspect, const Bounds& seen);
 Light make_light(const SceneView& view, const Camera& camera, const Bounds& seen,
                  double rest_radius);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr int kGap = 4;  // pixels of white around each thumbnail
@@ -109,4 +109,4 @@ Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail
   return sheet;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Indices 0..count-1, at most `wanted` of them, evenly spread with the first and the last.
 std::vector<int> spread_indices(int count, int wanted);
@@ -18,4 +18,4 @@ Image shrink(const Image& image, int width, int height);
 Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail_width,
                     const std::vector<int>& numbers = {});
 
-}  // namespace thew
+}  // namespace thew::tools

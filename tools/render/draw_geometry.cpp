@@ -8,7 +8,7 @@
 #include "rig/math.h"
 #include "tools/base/seams.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 bool is_skin(const BakeMesh& mesh) { return mesh.kind == BakeMesh::Kind::kSkin; }
@@ -183,4 +183,4 @@ std::vector<DrawVertex> weight_quads(const std::vector<BakeMesh>& meshes,
   return quads;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What changes from frame to frame.
 struct DrawVertex {
@@ -59,4 +59,4 @@ std::vector<DrawVertex> weight_quads(const std::vector<BakeMesh>& meshes,
                                      const DrawGeometry& geometry, const Vec3& eye, double unit,
                                      double width);
 
-}  // namespace thew
+}  // namespace thew::tools

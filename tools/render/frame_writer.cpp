@@ -5,7 +5,7 @@
 #include <system_error>
 #include <utility>
 
-namespace thew {
+namespace thew::tools {
 
 FrameWriter::~FrameWriter() {
   try {
@@ -66,4 +66,4 @@ void FrameWriter::run() {
   }
 }
 
-}  // namespace thew
+}  // namespace thew::tools

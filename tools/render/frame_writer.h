@@ -11,7 +11,7 @@
 
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Encodes PNGs on a thread of its own, since libpng takes as long as drawing.
 class FrameWriter {
@@ -47,4 +47,4 @@ class FrameWriter {
   std::thread thread_;  ///< from the first image on
 };
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -16,11 +16,11 @@ extern "C" const char* __lsan_default_options() { return "print_suppressions=0";
 extern "C" const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 #endif
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 [[noreturn]] void fail(const std::string& cause) {
-  throw Error(ExitCode::kOutput, "renderer: " + cause);
+  throw Error(ErrorCode::kOutput, "renderer: " + cause);
 }
 
 const char* kInstall = "; install libosmesa6 and link neither libGL nor libGLU beside it";
@@ -65,7 +65,7 @@ void check_room(std::size_t bytes) {
   void* room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED) {
-    throw Error(ExitCode::kRetry,
+    throw Error(ErrorCode::kRetry,
                 "renderer: drawing takes " + std::to_string(bytes >> 20) +
                     " MiB of memory, which the system does not give; free some, "
                     "raise the limit (ulimit -v) or choose a smaller render.size, "
@@ -159,4 +159,4 @@ GLuint GlContext::build_program(const char* vertex_source, const char* fragment_
   fail("a shader does not link (" + driver_ + "): " + log + "; report it as a bug");
 }
 
-}  // namespace thew
+}  // namespace thew::tools

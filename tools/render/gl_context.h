@@ -10,7 +10,7 @@
 
 struct osmesa_context;  // OSMesaContext points to it
 
-namespace thew {
+namespace thew::tools {
 
 // Every GL function that the renderer calls, by its name without "gl". None is linked: libGL beside
 // OSMesa would turn each call into a no-op.
@@ -116,4 +116,4 @@ class GlContext {
   std::string driver_;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -16,7 +16,7 @@
 #include "rig/types.h"
 #include "sim/cache/durable_file.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr png_uint_32 kLargestSide = 16384;
@@ -107,8 +107,8 @@ std::string png_bytes(const Image& image, int level) {
   const std::unique_ptr<char, decltype(&std::free)> owner(bytes, std::free);
   if (!closed) throw std::bad_alloc();
   if (!encoded) {
-    throw Error(ExitCode::kOutput, std::string("cannot encode a picture: ") + why +
-                                       "; choose a smaller size, or free some memory");
+    throw Error(ErrorCode::kOutput, std::string("cannot encode a picture: ") + why +
+                                        "; choose a smaller size, or free some memory");
   }
   return {bytes, size};
 }
@@ -130,8 +130,8 @@ std::string encode_png(const Image& image) {
     if (to) bytes.resize(size);
     if (!png_image_write_to_memory(&png, to ? bytes.data() : nullptr, &size, 0, image.rgb.data(), 0,
                                    nullptr)) {
-      throw Error(ExitCode::kOutput, std::string("cannot encode a picture: ") + png.message +
-                                         "; choose a smaller size");
+      throw Error(ErrorCode::kOutput, std::string("cannot encode a picture: ") + png.message +
+                                          "; choose a smaller size");
     }
   }
   return bytes;
@@ -142,7 +142,7 @@ Image read_png(const std::filesystem::path& file) {
   png.version = PNG_IMAGE_VERSION;
   const auto fail = [&](const std::string& cause) {
     png_image_free(&png);
-    throw Error(ExitCode::kInput,
+    throw Error(ErrorCode::kInput,
                 file.string() + ": cannot read the image: " + cause + "; give a PNG file");
   };
   std::error_code error;  // a folder or a pipe would block or confuse libpng
@@ -156,4 +156,4 @@ Image read_png(const std::filesystem::path& file) {
   return image;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

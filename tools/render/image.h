@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// 8-bit RGB, rows from the top.
 struct Image {
@@ -25,4 +25,4 @@ std::string encode_png(const Image& image);
 /// Any PNG up to 16384 x 16384, alpha over black; Error(kInput) on failure.
 Image read_png(const std::filesystem::path& file);
 
-}  // namespace thew
+}  // namespace thew::tools

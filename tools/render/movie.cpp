@@ -7,7 +7,7 @@
 #include "tools/base/program.h"
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr std::size_t kLongestMovie = std::size_t{1} << 34;  // bytes
@@ -69,4 +69,4 @@ std::string write_movie(const std::filesystem::path& file,
          " and made no movie; the pictures are there, try it by hand";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

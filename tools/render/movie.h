@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// A picture and how many frames it stands for.
 struct MoviePicture {
@@ -19,4 +19,4 @@ std::string write_movie(const std::filesystem::path& file,
                         const std::vector<MoviePicture>& pictures, double fps,
                         const std::string& of = {});
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -15,7 +15,7 @@
 #include "tools/render/draw_geometry.h"
 #include "tools/render/movie.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // How a view is drawn, whatever is seen.
@@ -159,7 +159,7 @@ void Pictures::claim(const std::vector<int>& frames, bool overwrite) const {
     files.push_back(movie_file(view));
     for (const int frame : frames) files.push_back(file_of(view, frame));
   }
-  thew::claim(files, overwrite);
+  sim::claim(files, overwrite);
 }
 
 std::filesystem::path Pictures::file_of(const SceneView& view, int frame) const {
@@ -267,4 +267,4 @@ Image Pictures::sheet(const std::vector<int>& frames) const {
   return images.empty() ? Image{} : contact_sheet(images, kColumns, kThumbnail, numbers);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -13,7 +13,7 @@
 #include "tools/render/frame_writer.h"
 #include "tools/render/renderer.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Views for a bake whose scene is not at hand: skin, muscles and weights, from the front and the
 /// side, so far away that all meshes of all frames are seen.
@@ -74,4 +74,4 @@ class Pictures {
   double seconds_ = 0.0;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -12,7 +12,7 @@
 #include "tools/render/gl_context.h"
 #include "tools/render/shaders.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kGroundGap = 0.04;  // m below the lowest vertex at rest
@@ -24,9 +24,9 @@ enum Look { kMuscle, kBone, kSkin, kFlat, kWeight, kCut = 6, kLooks };
 
 void check_size(int width, int height) {
   if (std::min(width, height) >= 16 && std::max(width, height) <= 8192) return;
-  throw Error(ExitCode::kUsage, "render size " + std::to_string(width) + " x " +
-                                    std::to_string(height) +
-                                    ": outside 16..8192 pixels; change render.width or height");
+  throw Error(ErrorCode::kUsage, "render size " + std::to_string(width) + " x " +
+                                     std::to_string(height) +
+                                     ": outside 16..8192 pixels; change render.width or height");
 }
 
 }  // namespace
@@ -163,9 +163,9 @@ GLuint Renderer::Data::make_target(std::initializer_list<GLuint> colours, GLuint
   gl.DrawBuffers(drawn.size(), drawn.data());
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
   if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-    throw Error(ExitCode::kOutput, "renderer: " + context.driver() + " cannot draw an image of " +
-                                       std::to_string(width) + " x " + std::to_string(height) +
-                                       "; choose a smaller size");
+    throw Error(ErrorCode::kOutput, "renderer: " + context.driver() + " cannot draw an image of " +
+                                        std::to_string(width) + " x " + std::to_string(height) +
+                                        "; choose a smaller size");
   }
   return target;
 }
@@ -446,4 +446,4 @@ Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>
   return data.read_image();
 }
 
-}  // namespace thew
+}  // namespace thew::tools

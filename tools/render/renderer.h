@@ -9,7 +9,7 @@
 #include "sim/scene/scene.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Draws meshes of a bake off-screen through OSMesa (GL 3.3). It knows caches, never the solver.
 /// One thread at a time; the same input gives the same bytes on one machine and driver.
@@ -36,4 +36,4 @@ class Renderer {
   std::unique_ptr<Data> data_;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "tools/render/movie.h"
 #include "tools/render/renderer.h"
 
-namespace thew {
+namespace thew::tools {
 
 std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender& render, int count,
                            const std::filesystem::path& folder, bool overwrite, ProgressStyle style,
@@ -56,4 +56,4 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
   return wrong;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

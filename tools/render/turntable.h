@@ -9,7 +9,7 @@
 #include "sim/scene/scene.h"
 #include "tools/base/progress.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// One frame from all sides: FOLDER/VIEW_turn.0001.png and so on, each view's eye turned about its
 /// target and up in `count` even steps, listed in `files`, and VIEW_turn.mp4 where ffmpeg is
@@ -18,4 +18,4 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
                            const std::filesystem::path& folder, bool overwrite, ProgressStyle style,
                            std::vector<std::filesystem::path>& files);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 #include "rig/types.h"
 #include "sim/cache/durable_file.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using nlohmann::ordered_json;
@@ -72,9 +72,9 @@ ordered_json seconds_as_json(const Report::Seconds& s) {
 // JSON has no word for what is not a number; the library would write null in silence.
 void check_finite(const ordered_json& value, const std::string& place) {
   if (value.is_number_float() && !std::isfinite(value.get<double>())) {
-    throw Error(ExitCode::kOutput, "report.json: " + place +
-                                       " is not finite; see the frame in which it ceased to be, "
-                                       "with thew inspect on the bake");
+    throw Error(ErrorCode::kOutput, "report.json: " + place +
+                                        " is not finite; see the frame in which it ceased to be, "
+                                        "with thew inspect on the bake");
   }
   if (!value.is_structured()) return;
   for (const auto& [key, child] : value.items()) check_finite(child, place + "/" + key);
@@ -147,4 +147,4 @@ void write_report(const std::filesystem::path& folder, const Report& report,
   write_durably(folder / "report.html", report_as_html(report, contact_sheet, viewer));
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 #include "sim/cache/version.h"
 #include "sim/fidelity/planner.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// What is said of a bake: report.json holds it for programs, report.html for people.
 struct Report {
@@ -100,4 +100,4 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
 void write_report(const std::filesystem::path& folder, const Report& report,
                   const std::filesystem::path& contact_sheet, const std::string& viewer = "");
 
-}  // namespace thew
+}  // namespace thew::tools

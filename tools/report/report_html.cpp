@@ -9,7 +9,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/report/report.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr std::size_t kLargestPicture = std::size_t{1} << 26;  // bytes
@@ -371,4 +371,4 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
          "</main></body></html>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -13,7 +13,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/report/viewer_page.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // of positions, before they are packed
@@ -78,7 +78,7 @@ std::string packed(const std::string& bytes) {
   std::string result(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(result.data()), &size,
                 reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 6) != Z_OK) {
-    throw Error(ExitCode::kOutput, "the report's viewer does not fit into memory");
+    throw Error(ErrorCode::kOutput, "the report's viewer does not fit into memory");
   }
   result.resize(size);
   return result;
@@ -161,4 +161,4 @@ std::string report_viewer(const BakeReader& bake) {
          "</script>\n<script>" + kViewerScript + "</script>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

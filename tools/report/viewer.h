@@ -5,11 +5,11 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A bake as a piece of a page: WebGL 2, no network. To orbit and play, with layers that are
 /// switched on and off, coloured by muscle, weight or volume error. Positions are rounded to 16
 /// bits of the bake's extent and long bakes are thinned out; the page states both.
 std::string report_viewer(const BakeReader& bake);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,7 +3,7 @@
 
 // The viewer of report.html: its markup, and its script, WebGL 2 and nothing else. Data come from
 // report_viewer.cpp, which says how they are packed.
-namespace thew {
+namespace thew::tools {
 
 inline constexpr char kViewerMarkup[] = R"html(<h2>Viewer</h2>
 <style>
@@ -307,4 +307,4 @@ draw();
 })();
 )js";
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,9 @@
 
 #include <cmath>
 
-namespace thew {
+#include "rig/types.h"
+
+namespace thew::tests {
 namespace {
 
 TEST(Activation, LandmarksOfTheCurves) {
@@ -49,4 +51,4 @@ TEST(Activation, TensionAddsUp) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include "muscles/weights.h"
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 Pose two_bodies(double x, double angle) {
@@ -38,12 +38,14 @@ CarriedShape make_shape(const TriMesh& mesh, const WeightProfile& profile,
       profile_weights(profile, belly_coordinates(mesh, straight_path(), rest, belly)), twist_from);
 }
 
-double volume_of(const Rows& x, const TriMesh& mesh) { return enclosed_volume(x, mesh.triangles); }
+double volume_of(const Points& x, const TriMesh& mesh) {
+  return enclosed_volume(x, mesh.triangles);
+}
 
 TEST(CarriedShape, AtRestIsTheRestShape) {
   const TriMesh mesh = spindle();
   const CarriedShape shape = make_shape(mesh, preset_profile("left"));
-  Rows x;
+  Points x;
   carried_positions(shape, carry_pose(shape, two_bodies(0, 0)), true, x);
   for (size_t i = 0; i < x.size(); ++i) {
     EXPECT_LT((to_vec(x[i]) - mesh.vertices[i]).norm(), 1e-12);
@@ -56,7 +58,7 @@ TEST(CarriedShape, ShortenedAndLengthenedItKeepsItsVolume) {
     const CarriedShape shape = make_shape(mesh, preset_profile(profile));
     const double rest = enclosed_volume(mesh);
     for (double change : {-0.06, -0.02, 0.03, 0.08}) {
-      Rows x;
+      Points x;
       carried_positions(shape, carry_pose(shape, two_bodies(change, 0)), true, x);
       EXPECT_NEAR(volume_of(x, mesh) / rest, 1.0, 0.02) << profile << " " << change;
     }
@@ -83,7 +85,7 @@ TEST(CarriedShape, MovesRigidlyWithItsBodies) {
   move.rotate(rotation_about(Vec3(1, 2, 3).normalized(), 0.8));
   Pose still = two_bodies(-0.03, 0.2), moved = still;
   for (Transform& body : moved) body = move * body;
-  Rows a, b, unscaled;
+  Points a, b, unscaled;
   carried_positions(shape, carry_pose(shape, still), true, unscaled, 0.96, &a);
   carried_positions(shape, carry_pose(shape, moved), true, unscaled, 0.96, &b);
   for (size_t i = 0; i < a.size(); ++i) {
@@ -123,7 +125,7 @@ TEST(CarriedShape, TwistBeginsWhereItIsTold) {
 // whole turn in steps of an eighth; and how far the belly's middle is from where it began when the
 // turn is whole. At 180 degrees it leapt from one side to the other, by the belly's width.
 double largest_step(const CarriedShape& shape, const Vec3& axis, double& from_start) {
-  Rows x, before, start;
+  Points x, before, start;
   double most = 0.0;
   for (int k = 0; k <= 8 * 360; ++k) {
     Pose pose = two_bodies(0, 0);
@@ -158,4 +160,4 @@ TEST(CarriedShape, ABodyThatTurnsRightRoundDoesNotMakeItLeap) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kRadius = 0.02;
@@ -348,4 +348,4 @@ TEST(Arm26, BrachialisLengths) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,14 +8,14 @@
 #include "muscles/volume.h"
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Bodies {
   TriMesh mesh;
   Springs springs;
   RingSprings rings;
-  Rows x, v;
+  Points x, v;
 };
 
 std::vector<char> every_third(size_t nodes) {
@@ -33,8 +33,8 @@ Bodies moved(const TriMesh& mesh) {
       make_ring_springs(mesh.triangles, std::vector<char>(mesh.vertices.size(), 0), out.springs);
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Vec3 d(0.01 * (i % 3), 0.02 * (i % 5), -0.015 * (i % 4));
-    out.x.push_back(to_row(mesh.vertices[i] + d));
-    out.v.push_back(to_row(Vec3(0.3 * (i % 7), -0.2 * (i % 2), 0.1 * (i % 5))));
+    out.x.push_back(to_point(mesh.vertices[i] + d));
+    out.v.push_back(to_point(Vec3(0.3 * (i % 7), -0.2 * (i % 2), 0.1 * (i % 5))));
   }
   return out;
 }
@@ -57,7 +57,7 @@ TriMesh tetrahedron() {
 TEST(RingSprings, HaveTheForcesOfThePairs) {
   for (const TriMesh& mesh : {octahedron(), tetrahedron(), spindle(), subdivided(unit_cube())}) {
     const Bodies body = moved(mesh);
-    Rows pairs(body.x.size(), Row{}), rings(body.x.size()), gradient(body.x.size()), expected;
+    Points pairs(body.x.size(), Point{}), rings(body.x.size()), gradient(body.x.size()), expected;
     add_spring_forces(body.springs, body.springs.rest_length, body.x, pairs);
     const size_t middle = body.rings.slices.size() / 2, end = body.rings.slices.size();
     ring_forces(body.rings, body.rings.rest_length, {middle, end}, body.x, body.v, 0.0, rings,
@@ -83,14 +83,14 @@ TEST(RingSprings, HaveThePairsProjectionsAndEdges) {
     RingSprings::BySlot by_slot;
     for (const double length : body.springs.rest_length) rest.push_back(0.9 * length);
     lengths_by_slot(rings, rest, by_slot);
-    Rows projected(body.x.size(), Row{1, 2, 3, 0}), edges = projected, expected = projected,
-                                                    all = projected;
+    Points projected(body.x.size(), Point{1, 2, 3, 0}), edges = projected, expected = projected,
+                                                        all = projected;
     add_ring_projections(rings, by_slot, body.x, projected);
     add_ring_edges(rings, 2.5, body.x, edges);
     for (size_t k = 0; k < body.springs.nodes.size(); ++k) {
       const auto& [a, b] = body.springs.nodes[k];
-      const Row pull = body.springs.stiffness[k] * (body.x[a] - body.x[b]);
-      const Row unit = rest[k] / norm(body.x[a] - body.x[b]) * pull;
+      const Point pull = body.springs.stiffness[k] * (body.x[a] - body.x[b]);
+      const Point unit = rest[k] / norm(body.x[a] - body.x[b]) * pull;
       expected[a] += unit;
       expected[b] -= unit;
       all[a] += 2.5 * pull;
@@ -106,7 +106,7 @@ TEST(RingSprings, HaveThePairsProjectionsAndEdges) {
 
 TEST(RingSprings, DashpotsGiveNoMomentum) {
   const Bodies body = moved(octahedron());
-  Rows still(body.x.size()), damped(body.x.size());
+  Points still(body.x.size()), damped(body.x.size());
   ring_forces(body.rings, body.rings.rest_length, body.rings.all(), body.x, body.v, 0.0, still,
               nullptr);
   ring_forces(body.rings, body.rings.rest_length, body.rings.all(), body.x, body.v, 1e-2, damped,
@@ -127,4 +127,4 @@ TEST(RingSprings, DashpotsGiveNoMomentum) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

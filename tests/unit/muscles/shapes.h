@@ -9,9 +9,10 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tests {
 
-inline double dot(const Rows& a, const Rows& b) {
+using rig::dot;
+inline double dot(const Points& a, const Points& b) {
   double sum = 0.0;
   for (size_t i = 0; i < a.size(); ++i) sum += to_vec(a[i]).dot(to_vec(b[i]));
   return sum;
@@ -89,22 +90,22 @@ inline TriMesh sheet(int n, int m, double h) {
   return mesh;
 }
 
-/// Rows of numbers in -size..size.
-inline Rows noise(size_t count, double size, unsigned seed) {
+/// Points of numbers in -size..size.
+inline Points noise(size_t count, double size, unsigned seed) {
   std::mt19937 engine(seed);
   const auto next = [&] { return size * (engine() / 2147483647.5 - 1.0); };
-  Rows rows;
+  Points rows;
   for (size_t i = 0; i < count; ++i) {
     const double x = next(), y = next(), z = next();
-    rows.push_back(Row{x, y, z, 0.0});
+    rows.push_back(Point{x, y, z, 0.0});
   }
   return rows;
 }
 
-inline Rows moved(const Rows& x, double s, const Rows& d) {
-  Rows out(x);
+inline Points moved(const Points& x, double s, const Points& d) {
+  Points out(x);
   for (size_t i = 0; i < x.size(); ++i) out[i] += s * d[i];
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Springs of a ring of rings with every seventh node driven, and the same matrix by Eigen, dense.
@@ -55,7 +55,7 @@ TEST(Skyline, SolvesAsEigenDoes) {
   for (int i = 0; i < matrix.size(); ++i) extra[i] = 0.5 + 0.01 * i;
   Eigen::MatrixXd free(matrix.size(), matrix.size());
   Eigen::MatrixXd rhs(matrix.size(), 8);
-  RowPairs b(matrix.size());
+  PointPairs b(matrix.size());
   for (int i = 0; i < matrix.size(); ++i) {
     for (int j = 0; j < matrix.size(); ++j) free(i, j) = c.dense(matrix.order[i], matrix.order[j]);
     free(i, i) += extra[i];
@@ -114,4 +114,4 @@ TEST(Skyline, RefusesAnIndefiniteMatrix) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

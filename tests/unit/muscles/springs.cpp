@@ -8,7 +8,7 @@
 
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST(Springs, CubeHasEighteenEdgesAndAsManyOppositePairs) {
@@ -51,12 +51,12 @@ TEST(Springs, OneSpringPullsByHookeAlongItself) {
   springs.nodes = {{0, 1}};
   springs.stiffness = {10.0};
   springs.rest_length = {1.0};
-  Rows f(2, Row{});
-  add_spring_forces(springs, springs.rest_length, {Row{0, 0, 0, 0}, Row{0, 3, 0, 0}}, f);
+  Points f(2, Point{});
+  add_spring_forces(springs, springs.rest_length, {Point{0, 0, 0, 0}, Point{0, 3, 0, 0}}, f);
   EXPECT_EQ(to_vec(f[0]), Vec3(0, 20, 0));
   EXPECT_EQ(to_vec(f[1]), Vec3(0, -20, 0));
-  EXPECT_DOUBLE_EQ(spring_energy(springs, {1.0}, {Row{0, 0, 0, 0}, Row{0, 3, 0, 0}}), 20.0);
-  add_spring_forces(springs, springs.rest_length, {Row{}, Row{}},
+  EXPECT_DOUBLE_EQ(spring_energy(springs, {1.0}, {Point{0, 0, 0, 0}, Point{0, 3, 0, 0}}), 20.0);
+  add_spring_forces(springs, springs.rest_length, {Point{}, Point{}},
                     f);  // no length: no force, no NaN
   EXPECT_EQ(to_vec(f[0]), Vec3(0, 20, 0));
 }
@@ -65,10 +65,10 @@ TEST(Springs, ForceIsMinusTheGradientOfTheEnergyAndSumsToNothing) {
   const TriMesh mesh = spindle(8, 5);
   const Springs springs =
       make_springs(mesh, std::vector<Vec3>(mesh.vertices.size(), Vec3::UnitY()), {});
-  const Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.004, 4));
+  const Points x = moved(to_points(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.004, 4));
   std::vector<double> rest = springs.rest_length;
   for (double& l : rest) l *= 0.95;
-  Rows f(x.size(), Row{});
+  Points f(x.size(), Point{});
   add_spring_forces(springs, rest, x, f);
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
   const double h = 1e-6;
@@ -76,7 +76,7 @@ TEST(Springs, ForceIsMinusTheGradientOfTheEnergyAndSumsToNothing) {
     force += to_vec(f[i]);
     torque += to_vec(x[i]).cross(to_vec(f[i]));
     for (int k = 0; k < 3; ++k) {
-      Rows plus(x), minus(x);
+      Points plus(x), minus(x);
       plus[i][k] += h;
       minus[i][k] -= h;
       const double slope =
@@ -91,18 +91,18 @@ TEST(Springs, ForceIsMinusTheGradientOfTheEnergyAndSumsToNothing) {
 TEST(Springs, RestShapeIsCalm) {
   const TriMesh mesh = spindle();
   const Springs springs = make_springs(mesh, {}, {});
-  Rows f(mesh.vertices.size(), Row{});
-  add_spring_forces(springs, springs.rest_length, to_rows(mesh.vertices), f);
-  for (const Row& row : f) EXPECT_LT(to_vec(row).norm(), 1e-13);
-  EXPECT_LT(spring_energy(springs, springs.rest_length, to_rows(mesh.vertices)), 1e-25);
+  Points f(mesh.vertices.size(), Point{});
+  add_spring_forces(springs, springs.rest_length, to_points(mesh.vertices), f);
+  for (const Point& row : f) EXPECT_LT(to_vec(row).norm(), 1e-13);
+  EXPECT_LT(spring_energy(springs, springs.rest_length, to_points(mesh.vertices)), 1e-25);
 }
 
 // What the health of a step is judged by, against the edges one by one.
 TEST(Springs, StrainOfTheEdges) {
   const TriMesh mesh = spindle(8, 5);
-  const Rows target = to_rows(mesh.vertices);
+  const Points target = to_points(mesh.vertices);
   const Springs springs = make_springs(mesh, {}, {});
-  const Rows x = moved(target, 1.0, noise(target.size(), 2e-3, 5));
+  const Points x = moved(target, 1.0, noise(target.size(), 2e-3, 5));
   std::vector<double> rest, length;
   for (const double at_rest : springs.rest_length) rest.push_back(0.98 * at_rest);
   spring_lengths(springs, x, length);
@@ -122,7 +122,7 @@ TEST(Springs, StrainOfTheEdges) {
   EXPECT_EQ(strain.reversed, reversed);
   EXPECT_TRUE(strain.within);
   EXPECT_FALSE(strain_of_edges(springs, rest, x, target, 0.999 * longest).within);
-  Rows broken = x;
+  Points broken = x;
   broken[x.size() / 2][1] = std::nan("");
   EXPECT_FALSE(strain_of_edges(springs, rest, broken, target, 1.001 * longest).within);
 }
@@ -142,9 +142,10 @@ TEST(Springs, FrequencyBoundTellsTheStableStep) {
   std::vector<char> driven(mass.size(), 0);
   const double omega2 = highest_frequency_squared(springs, mass, driven);
   const auto energy_after = [&](double h) {
-    Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mass.size(), 1e-7, 5)), v(x.size(), Row{});
+    Points x = moved(to_points(mesh.vertices), 1.0, noise(mass.size(), 1e-7, 5)),
+           v(x.size(), Point{});
     for (int step = 0; step < 400; ++step) {
-      Rows f(x.size(), Row{});
+      Points f(x.size(), Point{});
       add_spring_forces(springs, springs.rest_length, x, f);
       for (size_t i = 0; i < x.size(); ++i) {
         v[i] += h / mass[i] * f[i];
@@ -161,4 +162,4 @@ TEST(Springs, FrequencyBoundTellsTheStableStep) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,37 +8,37 @@
 
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
-Rows gradient_of(const Rows& x, const std::vector<Triangle>& triangles) {
-  Rows gradient;
+Points gradient_of(const Points& x, const std::vector<Triangle>& triangles) {
+  Points gradient;
   volume_gradient(x, triangles, gradient);
   return gradient;
 }
 
 TEST(Volume, UnitCubeIsOneAndInsideOutMinusOne) {
   TriMesh cube = unit_cube();
-  EXPECT_DOUBLE_EQ(enclosed_volume(to_rows(cube.vertices), cube.triangles), 1.0);
+  EXPECT_DOUBLE_EQ(enclosed_volume(to_points(cube.vertices), cube.triangles), 1.0);
   for (Triangle& t : cube.triangles) std::swap(t[0], t[1]);
-  EXPECT_DOUBLE_EQ(enclosed_volume(to_rows(cube.vertices), cube.triangles), -1.0);
-  EXPECT_EQ(enclosed_volume(Rows{}, {}), 0.0);
+  EXPECT_DOUBLE_EQ(enclosed_volume(to_points(cube.vertices), cube.triangles), -1.0);
+  EXPECT_EQ(enclosed_volume(Points{}, {}), 0.0);
 }
 
 TEST(Volume, OriginDoesNotMatterEvenFarAway) {
   const TriMesh mesh = spindle();
-  const Rows x = to_rows(mesh.vertices);
+  const Points x = to_points(mesh.vertices);
   const double volume = enclosed_volume(x, mesh.triangles);
   EXPECT_NEAR(volume, enclosed_volume(mesh), 1e-14 * volume);  // rig's, written apart
-  Rows far(x);
-  for (Row& row : far) row += Row{10.0, -10.0, 10.0, 0.0};
+  Points far(x);
+  for (Point& row : far) row += Point{10.0, -10.0, 10.0, 0.0};
   EXPECT_NEAR(enclosed_volume(far, mesh.triangles), volume, 1e-12 * volume);
 }
 
 TEST(Volume, GradientIdentities) {
   const TriMesh mesh = spindle();
-  const Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.002, 1));
-  const Rows g = gradient_of(x, mesh.triangles);
+  const Points x = moved(to_points(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.002, 1));
+  const Points g = gradient_of(x, mesh.triangles);
   const double volume = enclosed_volume(x, mesh.triangles);
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
   for (size_t i = 0; i < x.size(); ++i) {
@@ -53,12 +53,12 @@ TEST(Volume, GradientIdentities) {
 
 TEST(Volume, GradientIsTheFiniteDifference) {
   const TriMesh mesh = spindle(7, 4);
-  const Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 2));
-  const Rows g = gradient_of(x, mesh.triangles);
+  const Points x = moved(to_points(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 2));
+  const Points g = gradient_of(x, mesh.triangles);
   const double h = 1e-3;  // along one coordinate the volume is linear: no error of truncation
   for (size_t i = 0; i < x.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      Rows plus(x), minus(x);
+      Points plus(x), minus(x);
       plus[i][k] += h;
       minus[i][k] -= h;
       const double slope =
@@ -71,7 +71,7 @@ TEST(Volume, GradientIsTheFiniteDifference) {
 
 TEST(Volume, CubicIsTheVolumeAtAnyStep) {
   const TriMesh mesh = spindle();
-  const Rows x = to_rows(mesh.vertices), d = noise(x.size(), 0.01, 3);
+  const Points x = to_points(mesh.vertices), d = noise(x.size(), 0.01, 3);
   const VolumeCubic c = volume_along(x, d, mesh.triangles);
   EXPECT_EQ(c.c0, enclosed_volume(x, mesh.triangles));  // the same sum, so the same bytes
   EXPECT_NEAR(c.c1, dot(gradient_of(x, mesh.triangles), d), 1e-13 * c.c0);
@@ -84,7 +84,7 @@ TEST(Volume, CubicIsTheVolumeAtAnyStep) {
 
 TEST(Volume, CubeGrowsAsTheCubeOfItsSide) {
   const TriMesh cube = unit_cube();
-  const Rows x = to_rows(cube.vertices);
+  const Points x = to_points(cube.vertices);
   const VolumeCubic c = volume_along(x, x, cube.triangles);  // (1 + s)^3
   EXPECT_DOUBLE_EQ(c.c0, 1.0);
   EXPECT_DOUBLE_EQ(c.c1, 3.0);
@@ -163,4 +163,4 @@ TEST(VolumeRoot, ToRoundingErrorForAnySizeOfTheNumbers) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

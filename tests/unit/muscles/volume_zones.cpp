@@ -10,7 +10,7 @@
 #include "rig/math.h"
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kLength = 0.15;  // m, of the spindle along y
@@ -24,15 +24,15 @@ VolumeZones zones_of(const TriMesh& mesh, int count) {
   return make_volume_zones(mesh, along_y(mesh), count);
 }
 
-std::vector<double> before_of(const VolumeZones& zones, const Rows& x, const TriMesh& mesh) {
+std::vector<double> before_of(const VolumeZones& zones, const Points& x, const TriMesh& mesh) {
   std::vector<double> before;
   volumes_before(zones, x, mesh.triangles, before);
   return before;
 }
 
-Rows mapped(const Rows& x, const std::function<Vec3(const Vec3&)>& map) {
-  Rows out;
-  for (const Row& row : x) out.push_back(to_row(map(to_vec(row))));
+Points mapped(const Points& x, const std::function<Vec3(const Vec3&)>& map) {
+  Points out;
+  for (const Point& row : x) out.push_back(to_point(map(to_vec(row))));
   return out;
 }
 
@@ -61,7 +61,7 @@ TEST(VolumeZones, EvenPrismIsCutIntoEvenParts) {
 TEST(VolumeZones, SumToTheWholeHoweverBent) {
   const TriMesh mesh = spindle(24, 31);
   const VolumeZones zones = zones_of(mesh, 4);
-  const Rows rest = to_rows(mesh.vertices), bent = mapped(rest, bend);
+  const Points rest = to_points(mesh.vertices), bent = mapped(rest, bend);
   EXPECT_EQ(before_of(zones, rest, mesh), zones.rest_before);
   EXPECT_EQ(zones.rest_before.back(), enclosed_volume(rest, mesh.triangles));
   const std::vector<double> before = before_of(zones, bent, mesh);
@@ -74,16 +74,16 @@ TEST(VolumeZones, SumToTheWholeHoweverBent) {
 TEST(VolumeZones, RigidMotionLeavesThemAsTheyAre) {
   const TriMesh mesh = spindle();
   const VolumeZones zones = zones_of(mesh, 5);
-  const Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 11));
+  const Points x = moved(to_points(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 11));
   const Mat3 turn = rotation_about(Vec3(0.3, -0.4, 0.5).normalized(), 2.1);
-  const Rows there =
+  const Points there =
       mapped(x, [&](const Vec3& p) -> Vec3 { return turn * p + Vec3(0.4, -0.2, 0.7); });
   const std::vector<double> a = before_of(zones, x, mesh), b = before_of(zones, there, mesh);
   for (size_t j = 0; j < a.size(); ++j) EXPECT_NEAR(a[j], b[j], 1e-13 * a.back());
   // So no zone's gradient has a net force or torque.
-  std::vector<Rows> gradients;
+  std::vector<Points> gradients;
   gradients_before(zones, x, mesh.triangles, gradients);
-  for (const Rows& gradient : gradients) {
+  for (const Points& gradient : gradients) {
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     for (size_t i = 0; i < x.size(); ++i) {
       force += to_vec(gradient[i]);
@@ -97,14 +97,14 @@ TEST(VolumeZones, RigidMotionLeavesThemAsTheyAre) {
 TEST(VolumeZones, GradientsAreTheFiniteDifferences) {
   const TriMesh mesh = spindle(8, 9);
   const VolumeZones zones = zones_of(mesh, 4);
-  const Rows x = moved(to_rows(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 12));
-  std::vector<Rows> gradients;
+  const Points x = moved(to_points(mesh.vertices), 1.0, noise(mesh.vertices.size(), 0.003, 12));
+  std::vector<Points> gradients;
   gradients_before(zones, x, mesh.triangles, gradients);
   ASSERT_EQ(gradients.size(), 4u);
   const double h = 1e-6;  // a cubic along a node of the section
   for (size_t i = 0; i < x.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      Rows plus(x), minus(x);
+      Points plus(x), minus(x);
       plus[i][k] += h;
       minus[i][k] -= h;
       const std::vector<double> high = before_of(zones, plus, mesh);
@@ -118,15 +118,15 @@ TEST(VolumeZones, GradientsAreTheFiniteDifferences) {
 
 struct Restored {
   bool reached;
-  Rows x;
+  Points x;
   double error;  // of a zone
 };
 // From a shape `squeezed` out of the rest shape, along the gradients there; `free` nodes move.
-Restored restore(const TriMesh& mesh, const VolumeZones& zones, const Rows& squeezed,
+Restored restore(const TriMesh& mesh, const VolumeZones& zones, const Points& squeezed,
                  const std::function<double(size_t)>& freedom) {
-  std::vector<Rows> directions;
+  std::vector<Points> directions;
   gradients_before(zones, squeezed, mesh.triangles, directions);
-  for (Rows& direction : directions) {
+  for (Points& direction : directions) {
     for (size_t i = 0; i < direction.size(); ++i) direction[i] *= freedom(i);
   }
   ZoneScratch scratch;
@@ -137,8 +137,8 @@ Restored restore(const TriMesh& mesh, const VolumeZones& zones, const Rows& sque
 }
 
 // Half of its length flattened to 60 %: volume would run to the other half.
-Rows flattened(const TriMesh& mesh) {
-  return mapped(to_rows(mesh.vertices), [](const Vec3& p) {
+Points flattened(const TriMesh& mesh) {
+  return mapped(to_points(mesh.vertices), [](const Vec3& p) {
     return p.y() < 0.5 * kLength ? Vec3(0.6 * p.x(), p.y(), p.z()) : p;
   });
 }
@@ -147,7 +147,7 @@ TEST(VolumeZones, NewtonHoldsEachZoneToRounding) {
   const TriMesh mesh = spindle(16, 33);
   for (int count : {2, 3, 4, 8, 16}) {
     const VolumeZones zones = zones_of(mesh, count);
-    const Rows squeezed = flattened(mesh);
+    const Points squeezed = flattened(mesh);
     EXPECT_GT(zone_error(zones, before_of(zones, squeezed, mesh), zones.rest_before), 0.2);
     const Restored all = restore(mesh, zones, squeezed, [](size_t) { return 1.0; });
     EXPECT_TRUE(all.reached) << count;
@@ -156,15 +156,15 @@ TEST(VolumeZones, NewtonHoldsEachZoneToRounding) {
   }
   // One multiplier restores the whole, and no zone.
   const VolumeZones zones = zones_of(mesh, 4);
-  Rows x = flattened(mesh), gradient;
+  Points x = flattened(mesh), gradient;
   volume_gradient(x, mesh.triangles, gradient);
   const VolumeRoot root =
       nearest_root(volume_along(x, gradient, mesh.triangles), zones.rest_before.back());
-  const Rows one = moved(x, root.s, gradient);
+  const Points one = moved(x, root.s, gradient);
   EXPECT_GT(zone_error(zones, before_of(zones, one, mesh), zones.rest_before), 0.1);
 }
 
-void expect_left_alone(const Restored& found, const Rows& before) {
+void expect_left_alone(const Restored& found, const Points& before) {
   EXPECT_FALSE(found.reached);
   for (size_t i = 0; i < before.size(); ++i) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(found.x[i][k], before[i][k]);
@@ -174,7 +174,7 @@ void expect_left_alone(const Restored& found, const Rows& before) {
 TEST(VolumeZones, WhatCannotBeReachedIsLeftAlone) {
   const TriMesh mesh = spindle(16, 33);
   const VolumeZones zones = zones_of(mesh, 4);
-  const Rows squeezed = flattened(mesh);
+  const Points squeezed = flattened(mesh);
   // Weights of zero in a zone, and in all of them.
   const auto second_half = [&](size_t i) {
     return mesh.vertices[i].y() > 0.76 * kLength ? 1.0 : 0.0;
@@ -189,14 +189,14 @@ TEST(VolumeZones, WhatCannotBeReachedIsLeftAlone) {
   // All nodes of a zone in one point, of all zones, and one that is nowhere.
   const Vec3 point(0, 0.1 * kLength, 0);
   const auto collapsed = [&](double until) {
-    return mapped(to_rows(mesh.vertices),
+    return mapped(to_points(mesh.vertices),
                   [&](const Vec3& p) { return p.y() < until * kLength ? point : p; });
   };
   for (double until : {0.4, 1.1}) {
-    const Rows x = collapsed(until);
+    const Points x = collapsed(until);
     expect_left_alone(restore(mesh, zones, x, [](size_t) { return 1.0; }), x);
   }
-  Rows nowhere = squeezed;
+  Points nowhere = squeezed;
   nowhere[40][1] = std::numeric_limits<double>::quiet_NaN();
   const Restored lost = restore(mesh, zones, nowhere, [](size_t) { return 1.0; });
   EXPECT_FALSE(lost.reached);
@@ -231,4 +231,4 @@ TEST(VolumeZones, TheLongestAxisIsFoundHoweverItLies) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

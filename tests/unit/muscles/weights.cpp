@@ -9,7 +9,7 @@
 
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST(Weights, ProfilesAreLinearBetweenKeysAndConstantBeyond) {
@@ -61,7 +61,7 @@ TEST(Weights, FiveHeavyNodesAreTamedByTheSmallestFloorThatDoes) {
   const std::vector<char> driven(n, 0);
   const std::vector<double> raw = w;
   EXPECT_GT(concentration(w, g), 80.0);
-  const double floor = tame_weights(w, g, driven);
+  const double floor = limit_concentration(w, g, driven);
   EXPECT_GT(floor, 0.0);
   EXPECT_NEAR(concentration(w, g), 1.5, 1e-12);
   EXPECT_NEAR(std::accumulate(w.begin(), w.end(), 0.0), n, 1e-10);
@@ -74,21 +74,21 @@ TEST(Weights, FiveHeavyNodesAreTamedByTheSmallestFloorThatDoes) {
 TEST(Weights, TameOnesStayAsTheyAre) {
   std::vector<double> w{0.8, 1.0, 1.2, 1.0};
   const std::vector<double> before = w;
-  EXPECT_EQ(tame_weights(w, {1, 1, 1, 1}, {0, 0, 0, 0}), 0.0);
+  EXPECT_EQ(limit_concentration(w, {1, 1, 1, 1}, {0, 0, 0, 0}), 0.0);
   EXPECT_EQ(w, before);
-  EXPECT_THROW(tame_weights(w, {1, 1, 1, 1}, {0, 0, 0, 0}, 1.0), std::invalid_argument);
+  EXPECT_THROW(limit_concentration(w, {1, 1, 1, 1}, {0, 0, 0, 0}, 1.0), std::invalid_argument);
   // A driven node, or one that the volume does not pull on, sets no limit.
   w = {100.0, 100.0, 1.0, 1.0};
-  EXPECT_EQ(tame_weights(w, {1, 0, 1, 1}, {1, 0, 0, 0}), 0.0);
+  EXPECT_EQ(limit_concentration(w, {1, 0, 1, 1}, {1, 0, 0, 0}), 0.0);
 }
 
 TEST(Weights, NetMotionIsTakenOut) {
-  const Rows x = to_rows(spindle().vertices);
+  const Points x = to_points(spindle().vertices);
   const size_t n = x.size();
   std::vector<double> mass(n);
   for (size_t i = 0; i < n; ++i) mass[i] = 1.0 + 0.1 * (i % 5);
-  Rows d = noise(n, 1.0, 6);
-  for (Row& row : d) row += Row{0.5, -0.2, 0.9, 0.0};
+  Points d = noise(n, 1.0, 6);
+  for (Point& row : d) row += Point{0.5, -0.2, 0.9, 0.0};
   const auto net = [&](Vec3& force, Vec3& torque) {
     force = torque = Vec3::Zero();
     for (size_t i = 0; i < n; ++i) {
@@ -104,22 +104,23 @@ TEST(Weights, NetMotionIsTakenOut) {
   EXPECT_LT(force.norm(), 1e-15 * force_before);
   EXPECT_LT(torque.norm(), 1e-14 * torque_before);
   // A rigid motion goes altogether, and what has no net motion stays.
-  const Rows still(d);
+  const Points still(d);
   remove_net_motion(x, mass, d);
   for (size_t i = 0; i < n; ++i) EXPECT_LT(to_vec(d[i] - still[i]).norm(), 1e-14);
-  for (size_t i = 0; i < n; ++i) d[i] = to_row(Vec3(1, 2, 3) + Vec3(4, 5, -6).cross(to_vec(x[i])));
+  for (size_t i = 0; i < n; ++i)
+    d[i] = to_point(Vec3(1, 2, 3) + Vec3(4, 5, -6).cross(to_vec(x[i])));
   remove_net_motion(x, mass, d);
-  for (const Row& row : d) EXPECT_LT(to_vec(row).norm(), 1e-14);
+  for (const Point& row : d) EXPECT_LT(to_vec(row).norm(), 1e-14);
 }
 
 TEST(Weights, NetMotionOfALineAndAPointIsFinite) {
-  Rows x{Row{0, 0, 0, 0}, Row{1, 0, 0, 0}, Row{2, 0, 0, 0}}, d = noise(3, 1.0, 7);
+  Points x{Point{0, 0, 0, 0}, Point{1, 0, 0, 0}, Point{2, 0, 0, 0}}, d = noise(3, 1.0, 7);
   remove_net_motion(x, {1, 1, 1}, d);
-  for (const Row& row : d) EXPECT_TRUE(to_vec(row).allFinite());
-  x.assign(3, Row{});
+  for (const Point& row : d) EXPECT_TRUE(to_vec(row).allFinite());
+  x.assign(3, Point{});
   remove_net_motion(x, {1, 1, 1}, d);
-  for (const Row& row : d) EXPECT_TRUE(to_vec(row).allFinite());
+  for (const Point& row : d) EXPECT_TRUE(to_vec(row).allFinite());
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 
 #include "tests/unit/muscles/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 std::vector<double> distances(const TriMesh& mesh, const std::vector<int>& sources) {
@@ -102,4 +102,4 @@ TEST(Zone, RadiusGrowsWithAmountAndDurationUpToTheThreshold) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -181,7 +181,7 @@ double worst_against(const fs::path& file, const std::vector<double>& times) {
   for (double time : times) {
     std::vector<Affine> world;
     animated_bodies(character, character.animations[0], time, world);
-    Rows x;
+    Points x;
     skin_vertices(character.skin, character.mesh, world, x);
     const std::vector<Vec3> expected = gltf.skinned(time);
     EXPECT_EQ(x.size(), expected.size());  // and in the file's order
@@ -280,7 +280,7 @@ TEST(Character, BindPoseLeavesTheMeshAsItIs) {
     const fs::path file = shared(name);
     if (!fs::exists(file)) GTEST_SKIP() << file << " is not there";
     const Character character = import_character(file);
-    Rows x;
+    Points x;
     skin_vertices(character.skin, character.mesh, character.bind, x);
     for (size_t i = 0; i < x.size(); ++i) {
       ASSERT_LT((to_vec(x[i]) - character.mesh.vertices[i]).norm(), 2e-6) << name << " " << i;
@@ -301,7 +301,7 @@ TEST(Character, ScaleScalesAllOfIt) {
   std::vector<Affine> a, b;
   animated_bodies(one, one.animations[3], 0.4, a);
   animated_bodies(half, half.animations[3], 0.4, b);
-  Rows x, y;
+  Points x, y;
   skin_vertices(one.skin, one.mesh, a, x);
   skin_vertices(half.skin, half.mesh, b, y);
   for (size_t i = 0; i < x.size(); ++i) {
@@ -419,4 +419,4 @@ TEST_F(SkinnedNode, ItMayHangAnywhere) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

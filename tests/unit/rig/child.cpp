@@ -25,7 +25,7 @@
 #include "rig/import/urdf_import.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class ChildTest : public TempFolder {
@@ -62,13 +62,13 @@ TEST_F(ChildTest, AnswersOneRequestAfterAnother) {
 TEST_F(ChildTest, AnErrorArrivesAsItIs) {
   Child child(file_, "", [](std::string_view request) -> std::string {
     if (request == "again") return "fine";
-    throw Error(ExitCode::kSolver, "of this kind");
+    throw Error(ErrorCode::kSolver, "of this kind");
   });
   try {
     child.ask();
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kSolver);
+    EXPECT_EQ(error.code(), ErrorCode::kSolver);
     EXPECT_STREQ(error.what(), "of this kind");
   }
   EXPECT_EQ(child.ask("again"), "fine");
@@ -303,4 +303,4 @@ TEST(Packed, ComesBackAndRefusesEveryCut) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -4,7 +4,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 Skeleton arm() {
@@ -236,4 +236,4 @@ TEST(RealClip, RecordedElbowFlexion) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

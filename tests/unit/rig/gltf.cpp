@@ -10,7 +10,7 @@
 #include "rig/import/character_import.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,7 +100,7 @@ class GltfFigure : public TempFolder {
       if (same < 0) return 1e3;
       worst = std::max(worst, (plain.bind[b].matrix() - other.bind[same].matrix()).norm());
     }
-    Rows x, y;
+    Points x, y;
     for (const double time : {-1.0, 0.7, 1.6}) {
       pose(plain, time, x);
       pose(other, time, y);
@@ -111,7 +111,7 @@ class GltfFigure : public TempFolder {
     }
     return worst;
   }
-  static void pose(const Character& character, double time, Rows& x) {
+  static void pose(const Character& character, double time, Points& x) {
     std::vector<Affine> world = character.bind;
     if (time >= 0.0) animated_bodies(character, character.animations[0], time, world);
     skin_vertices(character.skin, character.mesh, world, x);
@@ -426,4 +426,4 @@ TEST_F(GltfFigure, WhatDoesNotHoldIsRefused) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

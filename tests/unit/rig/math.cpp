@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST(SinCos, FactsAChildCanCheck) {
@@ -111,4 +111,4 @@ TEST(Smoothstep, EndsMiddleAndSlope) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

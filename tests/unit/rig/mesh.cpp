@@ -6,7 +6,7 @@
 #include "tests/unit/rig/shapes.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const Defect* find(const std::vector<Defect>& defects, Defect::Kind kind) {
@@ -191,4 +191,4 @@ TEST(FindDefects, WrongScaleGuessesTheUnit) {
 TEST(FindDefects, EmptyMeshIsNotSound) { only({}, Defect::kWrongScale); }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -12,7 +12,7 @@
 #include "tests/unit/rig/shapes.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -387,4 +387,4 @@ TEST(RealMesh, BicepsIsClosedButInMillimetres) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

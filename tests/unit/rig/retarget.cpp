@@ -9,7 +9,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Words {
@@ -237,4 +237,4 @@ TEST_F(MotionFiles, NeedNoMesh) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

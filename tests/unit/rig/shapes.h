@@ -5,7 +5,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// The unit cube at the origin, outward: vertex i has the bits of i as (x, y, z).
 inline TriMesh unit_cube() {
@@ -38,4 +38,4 @@ inline TriMesh split_cylinder(int sides) {
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -5,7 +5,7 @@
 
 #include "rig/math.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // A planar arm: shoulder at the origin, elbow 0.3 m below it, a slide 0.25 m further on.
@@ -83,4 +83,4 @@ TEST(Names, FindAndNearest) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

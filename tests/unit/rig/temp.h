@@ -38,7 +38,7 @@ std::string input_error(Call call) {
   try {
     call();
   } catch (const thew::Error& error) {
-    EXPECT_EQ(error.code(), thew::ExitCode::kInput);
+    EXPECT_EQ(error.code(), thew::ErrorCode::kInput);
     return error.what();
   }
   return "";

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST(Text, WhatAForeignFileNamesStaysOnOneLine) {
@@ -30,4 +30,4 @@ TEST(Text, NumbersThatAreNoneAreSaidInWords) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

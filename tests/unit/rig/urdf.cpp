@@ -3,7 +3,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 const char kArm[] = R"(<?xml version="1.0"?>
@@ -187,4 +187,4 @@ TEST_F(Urdf, RefusesWhatIsNoUrdf) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

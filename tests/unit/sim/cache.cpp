@@ -21,7 +21,7 @@
 // HDF5 itself never gives back what it could not flush to a full disk.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,7 +59,7 @@ TEST_F(CacheTest, DoubleComesBackToTheBit) {
       EXPECT_EQ(read.metrics[m], written.metrics[metric_from[m]]);
     }
   }
-  expect_error(ExitCode::kInput, "no frame", [&] { reader.read(4); });
+  expect_error(ErrorCode::kInput, "no frame", [&] { reader.read(4); });
   EXPECT_FALSE(fs::exists(folder_ / "bake.parts"));
   EXPECT_FALSE(fs::exists(folder_ / "bake.h5.tmp"));
 }
@@ -202,7 +202,7 @@ TEST_F(CacheTest, RefusesWhatCannotBeABake) {
   const auto expect = [&](const char* word, auto change) {
     BakeInfo info = small_info(true);
     change(info);
-    expect_error(ExitCode::kUsage, word, [&] { BakeWriter(folder_, info, false); });
+    expect_error(ErrorCode::kUsage, word, [&] { BakeWriter(folder_, info, false); });
   };
   expect("no frame", [](BakeInfo& info) { info.frames.clear(); });
   expect("ascending", [](BakeInfo& info) { info.frames = {1, 1}; });
@@ -218,18 +218,18 @@ TEST_F(CacheTest, NeverWritesWhatIsNotANumber) {
   writer.write(small_frame(info, -2));
   BakeFrame frame = small_frame(info, 0);
   frame.positions[1][2].y() = std::numeric_limits<double>::quiet_NaN();
-  expect_error(ExitCode::kSolver, "\"biceps\", node 2", [&] { writer.write(frame); });
+  expect_error(ErrorCode::kSolver, "\"biceps\", node 2", [&] { writer.write(frame); });
   frame = small_frame(info, 0);
   frame.metrics[1] = std::numeric_limits<double>::infinity();
-  expect_error(ExitCode::kSolver, "length/biceps", [&] { writer.write(frame); });
-  expect_error(ExitCode::kUsage, "next", [&] { writer.write(small_frame(info, 2)); });
+  expect_error(ErrorCode::kSolver, "length/biceps", [&] { writer.write(frame); });
+  expect_error(ErrorCode::kUsage, "next", [&] { writer.write(small_frame(info, 2)); });
   writer.write(small_frame(info, 0));
 }
 
 TEST_F(CacheTest, SaysWhatCannotBeWritten) {
   put_bytes(folder_ / "file", "in the way");
-  expect_error(ExitCode::kOutput, "file", [&] { bake_small(folder_ / "file", small_info(true)); });
-  expect_error(ExitCode::kOutput, "file",
+  expect_error(ErrorCode::kOutput, "file", [&] { bake_small(folder_ / "file", small_info(true)); });
+  expect_error(ErrorCode::kOutput, "file",
                [&] { bake_small(folder_ / "file/sub", small_info(true)); });
 }
 
@@ -255,14 +255,14 @@ TEST_F(CacheTest, AFullDiskIsToldAndCostsNothingThatWasDone) {
   bake_small(folder_ / "full", info, false, 3);
   for (rlim_t bytes = 0; bytes < 600; bytes += 97) {
     const FullDisk full(bytes);
-    expect_error(ExitCode::kOutput, "free some space", [&] { bake_small(folder_ / "new", info); });
+    expect_error(ErrorCode::kOutput, "free some space", [&] { bake_small(folder_ / "new", info); });
   }
   BakeWriter writer(folder_ / "full", info, true);
   ASSERT_EQ(writer.completed().size(), 3u);
   writer.write(small_frame(info, 4));
   for (rlim_t bytes = 0; bytes < whole.size(); bytes += 512) {
     const FullDisk full(bytes);
-    expect_error(ExitCode::kOutput, "free some space", [&] { writer.pack(); });
+    expect_error(ErrorCode::kOutput, "free some space", [&] { writer.pack(); });
     EXPECT_FALSE(fs::exists(folder_ / "full/bake.h5"));
   }
   writer.pack();
@@ -270,4 +270,4 @@ TEST_F(CacheTest, AFullDiskIsToldAndCostsNothingThatWasDone) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -11,7 +11,7 @@
 
 #include "sim/cache/cache.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// An empty folder with the test's name, gone at the end of the test.
 class CacheTest : public testing::Test {
@@ -39,7 +39,7 @@ inline void put_bytes(const std::filesystem::path& file, const std::string& byte
 }
 
 template <typename Work>
-void expect_error(ExitCode code, const std::string& word, Work work) {
+void expect_error(ErrorCode code, const std::string& word, Work work) {
   try {
     work();
     FAIL() << "nothing was thrown, expected: " << word;
@@ -98,4 +98,4 @@ inline std::string bake_small(const std::filesystem::path& folder, const BakeInf
   return most >= info.frames.size() ? writer.pack() : "";
 }
 
-}  // namespace thew
+}  // namespace thew::tests

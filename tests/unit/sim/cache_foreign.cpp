@@ -15,7 +15,7 @@
 // HDF5 itself never gives back what it read of a damaged file.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,7 +43,7 @@ class ForeignTest : public CacheTest {
     ASSERT_GE(file, 0);
     change(file);
     H5Fclose(file);
-    expect_error(ExitCode::kInput, word, [&] { read_all(file_); });
+    expect_error(ErrorCode::kInput, word, [&] { read_all(file_); });
   }
 
   /// Another dataset in the place of `name`.
@@ -72,22 +72,22 @@ class ForeignTest : public CacheTest {
 };
 
 TEST_F(ForeignTest, NoFileJunkAndOtherFormats) {
-  expect_error(ExitCode::kInput, "there", [&] { BakeReader(folder_ / "none.h5"); });
-  expect_error(ExitCode::kInput, "there", [&] { BakeReader reader(folder_); });
+  expect_error(ErrorCode::kInput, "there", [&] { BakeReader(folder_ / "none.h5"); });
+  expect_error(ErrorCode::kInput, "there", [&] { BakeReader reader(folder_); });
   for (const std::string& junk :
        {std::string(), std::string("junk"), std::string(100000, '\0'), good_.substr(1)}) {
     put_bytes(file_, junk);
-    expect_error(ExitCode::kInput, "bake.h5", [&] { BakeReader reader(file_); });
+    expect_error(ErrorCode::kInput, "bake.h5", [&] { BakeReader reader(file_); });
   }
   const hid_t file = H5Fcreate(file_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   H5Fclose(file);
-  expect_error(ExitCode::kInput, "not a bake", [&] { BakeReader reader(file_); });
+  expect_error(ErrorCode::kInput, "not a bake", [&] { BakeReader reader(file_); });
 }
 
 TEST_F(ForeignTest, EveryTruncation) {
   for (std::size_t length = 0; length < good_.size(); length += 61) {
     put_bytes(file_, good_.substr(0, length));
-    expect_error(ExitCode::kInput, "bake.h5", [&] { read_all(file_); });
+    expect_error(ErrorCode::kInput, "bake.h5", [&] { read_all(file_); });
   }
 }
 
@@ -106,7 +106,7 @@ TEST_F(ForeignTest, AFlippedBitIsFoundOrChangesNothing) {
         EXPECT_EQ(frames[f].metrics, expected[f].metrics) << byte;
       }
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kInput) << error.what();
+      EXPECT_EQ(error.code(), ErrorCode::kInput) << error.what();
       ++found;
     }
   }
@@ -244,4 +244,4 @@ TEST_F(ForeignTest, ClaimsOfMoreThanItHolds) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -6,7 +6,7 @@
 
 #include "tests/unit/sim/cache_bake.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -41,7 +41,7 @@ TEST_F(ResumeTest, GivesBackEachFrameWithItsState) {
     EXPECT_EQ(read.metrics, written.metrics);
     EXPECT_EQ(read.state, written.state);
   }
-  expect_error(ExitCode::kUsage, "frame 4", [&] { writer.read_completed(4); });
+  expect_error(ErrorCode::kUsage, "frame 4", [&] { writer.read_completed(4); });
 }
 
 TEST_F(ResumeTest, EndsInTheSameBytes) {
@@ -129,21 +129,22 @@ TEST_F(ResumeTest, RefusesAManifestWhoseNumbersAreNone) {
 TEST_F(ResumeTest, SaysInWhatTheSceneDiffers) {
   BakeInfo other = info_;
   other.fps = 30.0;
-  expect_error(ExitCode::kUsage, "fps was 24.0 and is 30.0", [&] { completed(folder_, other); });
+  expect_error(ErrorCode::kUsage, "fps was 24.0 and is 30.0", [&] { completed(folder_, other); });
   other = info_;
   other.scene_hash = "fedcba";
-  expect_error(ExitCode::kUsage, "scene_hash was \"0123", [&] { completed(folder_, other); });
+  expect_error(ErrorCode::kUsage, "scene_hash was \"0123", [&] { completed(folder_, other); });
   other = info_;
   other.meshes[1].name = "triceps";
-  expect_error(ExitCode::kUsage, "mesh \"triceps\" is new, mesh \"biceps\" is gone",
+  expect_error(ErrorCode::kUsage, "mesh \"triceps\" is new, mesh \"biceps\" is gone",
                [&] { completed(folder_, other); });
   other = info_;
   other.meshes[1].weights[1] += 1e-15;
-  expect_error(ExitCode::kUsage, "mesh \"biceps\" has changed", [&] { completed(folder_, other); });
+  expect_error(ErrorCode::kUsage, "mesh \"biceps\" has changed",
+               [&] { completed(folder_, other); });
   other = info_;
   other.scene_hash = "fedcba";
   other.scene_text = "[solver]\niterations = 4\n";
-  expect_error(ExitCode::kUsage,
+  expect_error(ErrorCode::kUsage,
                "line 2 of the scene was \"iterations = 3\" and is \"iterations = 4\"",
                [&] { completed(folder_, other); });
   other.scene_hash = info_.scene_hash;  // the text alone, of a camera for instance, is no matter
@@ -164,13 +165,13 @@ TEST_F(ResumeTest, APartThatChangesLaterIsNotPacked) {
   BakeWriter writer(folder_, info_, true);
   const fs::path part = parts_ / "frame.0000.part";
   put_bytes(part, bytes_of(part).replace(100, 1, "x"));
-  expect_error(ExitCode::kOutput, "frame.0000.part", [&] { writer.pack(); });
+  expect_error(ErrorCode::kOutput, "frame.0000.part", [&] { writer.pack(); });
   EXPECT_FALSE(fs::exists(folder_ / "bake.h5"));
 }
 
 TEST_F(ResumeTest, ASecondBakeIsSentAway) {
   const BakeWriter first(folder_, info_, true);
-  expect_error(ExitCode::kRetry, "another bake", [&] { BakeWriter(folder_, info_, false); });
+  expect_error(ErrorCode::kRetry, "another bake", [&] { BakeWriter(folder_, info_, false); });
   EXPECT_EQ(first.read_completed(2).positions, small_frame(info_, 2).positions);
 }
 
@@ -202,4 +203,4 @@ TEST_F(ResumeTest, CompletedFramesSurviveAKill) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -12,7 +12,7 @@
 #include "sim/step.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -54,7 +54,7 @@ TEST_F(CharacterScene, AnimationMovesBodiesAndSkin) {
     EXPECT_LT((state.pose[b].translation() - world[b].translation()).norm(), 1e-12);
   }
   // Away from the muscle the skin is the user's own, in the user's order.
-  Rows x;
+  Points x;
   skin_vertices(robot.skin, robot.mesh, world, x);
   ASSERT_EQ(x.size(), state.skin.x.size());
   int same = 0, moved = 0;
@@ -204,4 +204,4 @@ TEST_F(CharacterScene, SaysWhatItHasWhereANameIsWrong) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -12,7 +12,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Two bodies in line along x, a hinge between them, and one muscle from the one to the other.
@@ -47,13 +47,13 @@ ModelDef upper_and_lower() {
   return def;
 }
 
-std::vector<Rows> run(const ModelDef& def) {
+std::vector<Points> run(const ModelDef& def) {
   const Model model = build_model(def);
   State state = initial_state(model);
   Parallel one(1);
   StageSeconds seconds;
   settle(model, one, state);
-  std::vector<Rows> frames = {state.muscles[0].x};
+  std::vector<Points> frames = {state.muscles[0].x};
   for (int frame = def.first_frame + 1; frame <= def.last_frame; ++frame) {
     step_frame(model, (frame - def.first_frame) / def.fps, one, state, seconds);
     frames.push_back(state.muscles[0].x);
@@ -63,10 +63,10 @@ std::vector<Rows> run(const ModelDef& def) {
 
 TEST(Definition, AMuscleBetweenTwoBodiesMovesAtItsVolume) {
   const ModelDef def = upper_and_lower();
-  const std::vector<Rows> frames = run(def);
+  const std::vector<Points> frames = run(def);
   const std::vector<Triangle>& triangles = def.muscles[0].mesh.triangles;
   const double rest = enclosed_volume(def.muscles[0].mesh);
-  for (const Rows& x : frames) {
+  for (const Points& x : frames) {
     EXPECT_NEAR(enclosed_volume(x, triangles) / rest, 1.0, 1e-12);
   }
   // The pole at the insertion goes with the lower body: a turn of 1 rad about the hinge.
@@ -74,7 +74,7 @@ TEST(Definition, AMuscleBetweenTwoBodiesMovesAtItsVolume) {
   const Vec3 there = hinge + rotation_about(Vec3::UnitZ(), 1.0) * arm;
   EXPECT_LT((to_vec(frames.back().back()) - there).norm(), 1e-9);
   // Shorter, it bulges: its middle is thicker than at rest.
-  const auto thickness = [&](const Rows& x) {
+  const auto thickness = [&](const Points& x) {
     double most = 0.0;
     const size_t ring = 1 + 4 * 12;  // the middle one, after a pole
     for (size_t k = 0; k < 6; ++k) most = std::max(most, norm(x[ring + k] - x[ring + k + 6]));
@@ -85,7 +85,7 @@ TEST(Definition, AMuscleBetweenTwoBodiesMovesAtItsVolume) {
 
 TEST(Definition, WeightsByNodeMoveTheBulge) {
   ModelDef def = upper_and_lower();
-  const std::vector<Rows> even = run(def);
+  const std::vector<Points> even = run(def);
   for (const Vec3& p : def.muscles[0].mesh.vertices) {
     def.muscles[0].weights.push_back(p.x() < 0.18 ? 1.8 : 0.2);
   }
@@ -121,4 +121,4 @@ TEST(Definition, ArraysThatDoNotFitAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

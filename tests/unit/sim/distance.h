@@ -3,7 +3,7 @@
 
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// m, the largest of all nodes of all muscles.
 inline double worst_distance(const State& a, const State& b) {
@@ -14,4 +14,4 @@ inline double worst_distance(const State& a, const State& b) {
   return worst;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

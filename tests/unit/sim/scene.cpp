@@ -3,7 +3,7 @@
 #include "sim/scene/reader.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,8 +25,8 @@ TEST(Scene, GeneralKeysAreRead) {
   EXPECT_EQ(scene.skin.settings.bridging, 1.25 * SkinSettings{}.bridging);  // is not given
   EXPECT_EQ(scene.gravity, Vec3(0.5, -3.7, 0));
   EXPECT_EQ(scene.rig, fs::canonical(folder / "rig.urdf"));
-  EXPECT_EQ(scene.rig_place, (folder / "scene.toml").string() + ":10");
-  EXPECT_EQ(scene.clip_place, (folder / "scene.toml").string() + ":11");
+  EXPECT_EQ(scene.rig_location, (folder / "scene.toml").string() + ":10");
+  EXPECT_EQ(scene.clip_location, (folder / "scene.toml").string() + ":11");
   EXPECT_EQ(scene.clip.interpolation, Clip::Interpolation::kLinear);
   EXPECT_TRUE(scene.clip.angles_only);
   EXPECT_EQ(scene.clip.joints, (std::vector<std::string>{"elbow", "wrist"}));
@@ -42,7 +42,7 @@ TEST(Scene, MuscleKeysAreRead) {
   ASSERT_EQ(scene.muscles.size(), 4u);
   const SceneMuscle& tube = scene.muscles[0];
   EXPECT_EQ(tube.name, "tube");
-  EXPECT_EQ(tube.place, file.string() + ":16");
+  EXPECT_EQ(tube.location, file.string() + ":16");
   EXPECT_TRUE(tube.mesh.empty());
   EXPECT_EQ(tube.profile.around, 12);
   EXPECT_EQ(tube.profile.rings, 11);
@@ -50,7 +50,7 @@ TEST(Scene, MuscleKeysAreRead) {
   ASSERT_EQ(tube.path.size(), 3u);
   EXPECT_EQ(tube.path[1].body, "ulna");
   EXPECT_EQ(tube.path[1].position, Vec3(0.03, -0.05, 0.01));
-  EXPECT_EQ(tube.path[1].place, file.string() + ":20");
+  EXPECT_EQ(tube.path[1].location, file.string() + ":20");
   EXPECT_EQ(tube.path[1].with, "humerus");
   EXPECT_EQ(tube.path[1].share, 0.6);
   EXPECT_EQ(tube.path[2].with, "");
@@ -61,7 +61,7 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.wraps[0].axis, Vec3(0, 0, 2));
   EXPECT_EQ(tube.wraps[0].radius, 0.016);
   EXPECT_EQ(tube.wraps[0].turn, -1.0);
-  EXPECT_EQ(tube.wraps[0].place, file.string() + ":23");
+  EXPECT_EQ(tube.wraps[0].location, file.string() + ":23");
   EXPECT_EQ(tube.belly, (std::array<double, 2>{0.06, 0.24}));
   EXPECT_EQ(tube.twist_from, 0.2);
   EXPECT_EQ(tube.weights.keys, (Pairs{{0, 2}, {0.5, 1}, {1, 0}}));
@@ -105,7 +105,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const fs::path file = kScenes / "every_key/scene.toml";
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.skin.mesh, fs::canonical(file.parent_path() / "skin.obj"));
-  EXPECT_EQ(scene.skin.place, file.string() + ":50");
+  EXPECT_EQ(scene.skin.location, file.string() + ":50");
   EXPECT_EQ(scene.skin.settings.thickness, 0.003);
   EXPECT_EQ(scene.skin.settings.smoothing, 0.25);
   EXPECT_EQ(scene.skin.settings.iterations, 7);
@@ -115,7 +115,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
-  EXPECT_EQ(scene.solver.place, file.string() + ":58");
+  EXPECT_EQ(scene.solver.location, file.string() + ":58");
   EXPECT_FALSE(scene.contact.enabled);
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
@@ -128,7 +128,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
   EXPECT_EQ(scene.contact.self, std::vector<std::string>{"tube"});
-  EXPECT_EQ(scene.contact.place, file.string() + ":71");
+  EXPECT_EQ(scene.contact.location, file.string() + ":71");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -153,7 +153,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].place, file.string() + ":96");
+  EXPECT_EQ(scene.bounds[0].location, file.string() + ":96");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }
@@ -228,4 +228,4 @@ TEST_F(SceneFile, ClipFiles) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

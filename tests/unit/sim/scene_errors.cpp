@@ -4,7 +4,7 @@
 #include "sim/scene/toml.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,7 +185,7 @@ TEST_F(SceneFile, Overrides) {
   EXPECT_EQ(scene.clip.joints, (std::vector<std::string>{"elbow"}));
   ASSERT_EQ(scene.bounds.size(), 2u);
   EXPECT_EQ(scene.bounds[0].limit, 1e-6);
-  EXPECT_EQ(scene.bounds[0].place, "--set bound.volume_error");
+  EXPECT_EQ(scene.bounds[0].location, "--set bound.volume_error");
   EXPECT_EQ(scene.bounds[1].limit, 0.1);
 }
 
@@ -253,4 +253,4 @@ TEST_F(SceneFile, WeightFiles) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include "sim/scene/scene.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 
 using Settings = std::vector<std::string>;
 
@@ -18,7 +18,7 @@ inline std::string usage_error(const std::filesystem::path& file, const Settings
   try {
     read_scene(file, overrides);
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage) << error.what();
+    EXPECT_EQ(error.code(), ErrorCode::kUsage) << error.what();
     const std::string message = error.what();
     return message.starts_with("--set") ? message : message.substr(file.string().size());
   }
@@ -52,4 +52,4 @@ class SceneFile : public TempFolder {
   }
 };
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -4,7 +4,7 @@
 #include "sim/scene/reader.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST_F(SceneFile, ToleranceInAnyUnit) {
@@ -20,7 +20,7 @@ TEST_F(SceneFile, ToleranceInAnyUnit) {
   const Scene both = read_scene(
       scene("[solver]\nvolume = \"exact\"\ntolerance = { position = 1, volume = 1e-12 }\n"));
   EXPECT_EQ(both.solver.tolerance->volume, 1e-12);
-  EXPECT_TRUE(both.solver.tolerance->place.ends_with("arm.toml:15"));
+  EXPECT_TRUE(both.solver.tolerance->location.ends_with("arm.toml:15"));
   EXPECT_FALSE(read_scene(scene()).solver.tolerance);
 }
 
@@ -74,4 +74,4 @@ TEST(Tolerance, IsPartOfTheHash) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

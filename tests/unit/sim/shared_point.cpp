@@ -9,7 +9,7 @@
 #include "sim/scene/reader.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // The point between origin and insertion, on line 8.
@@ -84,4 +84,4 @@ TEST_F(SharedPoint, OfAModelTurnsByItsShareAndIsInItsHash) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

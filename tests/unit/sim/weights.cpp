@@ -14,7 +14,7 @@
 #include "tests/unit/sim/distance.h"
 #include "tests/unit/sim/scene_file.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -199,4 +199,4 @@ TEST_F(OneVector, WhatIsLimitedAlreadyIsLeftAlone) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

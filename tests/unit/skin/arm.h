@@ -9,7 +9,7 @@
 #include "skin/skin_layer.h"
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 
 struct TestArm {
   struct Belly {
@@ -98,7 +98,7 @@ struct TestArm {
       const bool soft = bodies[j] < 0;
       const TriMesh mesh = soft ? belly(static_cast<int>(j), degrees) : shape.mesh;
       const Transform& frame = soft ? placed : now[bodies[j]];
-      for (size_t i = 0; i < shape.x.size(); ++i) shape.x[i] = to_row(frame * mesh.vertices[i]);
+      for (size_t i = 0; i < shape.x.size(); ++i) shape.x[i] = to_point(frame * mesh.vertices[i]);
       refit_bvh(shape.surface, shape.x, shape.bvh);
     }
   }
@@ -159,4 +159,4 @@ struct TestArm {
   }
 };
 
-}  // namespace thew
+}  // namespace thew::tests

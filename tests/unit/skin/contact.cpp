@@ -7,7 +7,7 @@
 #include "skin/contact/face_contact.h"
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 struct Pair {
@@ -32,10 +32,10 @@ struct Pair {
 
 // As all pairs one by one tell.
 TEST(Contact, SweepFindsThePairsWhoseBoxesAreNear) {
-  std::vector<Rows> points;
+  std::vector<Points> points;
   for (int c = 0; c < 60; ++c) {  // boxes of 0.1 to 0.4 m, scattered
     const Vec3 at(std::fmod(0.37 * c, 1.0), std::fmod(0.61 * c, 1.0), std::fmod(1.3 * c, 7.0));
-    points.push_back({to_row(at), to_row(at + (0.1 + 0.005 * c) * Vec3(1, 1, 1))});
+    points.push_back({to_point(at), to_point(at + (0.1 + 0.005 * c) * Vec3(1, 1, 1))});
   }
   std::vector<Collider> colliders(points.size());
   for (size_t c = 0; c < points.size(); ++c) colliders[c].box = box_of(points[c]);
@@ -178,11 +178,11 @@ struct BetweenNodes {
 
   explicit BetweenNodes(double depth, double spacing = 0.05) {
     const Triangle& t = wide.surface.triangles[wide.surface.triangles.size() / 2];
-    const Row middle = (wide.x[t[0]] + wide.x[t[1]] + wide.x[t[2]]) / 3.0;
+    const Point middle = (wide.x[t[0]] + wide.x[t[1]] + wide.x[t[2]]) / 3.0;
     const Vec3 out =
         face_normal(wide.surface, wide.x, static_cast<int>(wide.surface.triangles.size() / 2));
     thin = make_shape(ball(0.1, to_vec(middle) + (0.1 - depth) * out, 16, 9));
-    points = held_points(thin.surface, thin.x, nullptr, spacing);
+    points = rigid_points(thin.surface, thin.x, nullptr, spacing);
     std::vector<Collider> colliders{
         {&wide.surface, &wide.bvh, &wide.x, &all_free, nullptr, box_of(wide.x), &none},
         {&thin.surface, &thin.bvh, &thin.x, nullptr, nullptr, box_of(thin.x), &points}};
@@ -203,11 +203,11 @@ TEST(FaceContact, WhatSlipsInBetweenNodesIsMet) {
   ASSERT_FALSE(in.faces.empty());
   for (const Contact& c : in.faces) {
     EXPECT_TRUE(c.of_face);
-    if (BetweenNodes::way(c) > 0.0) in.wide.x[c.node] += BetweenNodes::way(c) * to_row(c.normal);
+    if (BetweenNodes::way(c) > 0.0) in.wide.x[c.node] += BetweenNodes::way(c) * to_point(c.normal);
   }
   refit_bvh(in.wide.surface, in.wide.x, in.wide.bvh);
   double nearest = 1.0;
-  for (const Row& x : in.thin.x) {
+  for (const Point& x : in.thin.x) {
     nearest = std::min(
         nearest, closest_point(in.wide.surface, in.wide.bvh, in.wide.x, to_vec(x), 1).distance);
   }
@@ -229,4 +229,4 @@ TEST(FaceContact, OnlyWhatIsSharpAndShallow) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -5,7 +5,7 @@
 
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 bool inside(const Shape& shape, const Vec3& p) {
@@ -13,7 +13,7 @@ bool inside(const Shape& shape, const Vec3& p) {
 }
 
 double depth(const Shape& shape, const Vec3& p) {
-  return deepest_inside(shape.surface, shape.bvh, shape.x, {to_row(p)});
+  return deepest_inside(shape.surface, shape.bvh, shape.x, {to_point(p)});
 }
 
 Vec3 anywhere(std::mt19937& random, double reach) {
@@ -81,7 +81,7 @@ TEST(Depth, IsTheTrueOneHoweverDeep) {
   EXPECT_NEAR(depth(box, Vec3(0.1, 0, 0)), 0.6, 1e-15);
   EXPECT_EQ(depth(box, Vec3(0.71, 0, 0)), 0.0);
   const auto outside = [&](const Vec3& p) {
-    return farthest_outside(box.surface, box.bvh, box.x, {to_row(p)});
+    return farthest_outside(box.surface, box.bvh, box.x, {to_point(p)});
   };
   EXPECT_NEAR(outside(Vec3(0, 1.9, 0)), 1.2, 1e-15);
   EXPECT_EQ(outside(Vec3(0, 0.6, 0)), 0.0);
@@ -105,4 +105,4 @@ TEST(Depth, NoNormalIsAsked) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 
 #include "tests/unit/skin/arm.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr int kFrames = 40, kRest = 24;
@@ -92,4 +92,4 @@ TEST(SkinNormals, AreThoseOfTheSkinItself) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

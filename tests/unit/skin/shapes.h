@@ -8,20 +8,20 @@
 #include "rig/mesh.h"
 #include "skin/surface/surface.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// A mesh with what searches need.
 struct Shape {
   TriMesh mesh;
   Surface surface;
-  Rows x;
+  Points x;
   Bvh bvh;
 };
 
 inline Shape make_shape(const TriMesh& mesh) {
   Shape shape{mesh,
               make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size())),
-              to_rows(mesh.vertices),
+              to_points(mesh.vertices),
               {}};
   shape.bvh = build_bvh(shape.surface, shape.x);
   return shape;
@@ -91,4 +91,4 @@ inline TriMesh ball(double radius, const Vec3& centre, int around, int rings) {
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

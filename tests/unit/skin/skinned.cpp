@@ -7,7 +7,7 @@
 #include "skin/skinned_skin.h"
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr int kSide = 13;
@@ -23,8 +23,8 @@ struct Sheet {
 
   template <typename Act>
   auto with_muscle(const Vec3& by, Act act) const {
-    Rows x;
-    for (const Vec3& p : muscle.vertices) x.push_back(to_row(p + by));
+    Points x;
+    for (const Vec3& p : muscle.vertices) x.push_back(to_point(p + by));
     const Bvh bvh = build_bvh(surface, x);
     return act(std::vector<Collider>{{&surface, &bvh, &x, nullptr}});
   }
@@ -55,7 +55,7 @@ struct Sheet {
   }
 
   // The sheet, with the body and then the muscle moved.
-  Rows moved(const Vec3& body, const Vec3& by) const {
+  Points moved(const Vec3& body, const Vec3& by) const {
     SkinState state = initial_skinned(skin);
     Affine place = Affine::Identity();
     place.translation() = body;
@@ -98,7 +98,7 @@ TEST(SkinnedSkin, CoversAMuscleBetweenItsVertices) {
   const int a = (kSide + 1) * (kSide / 2);  // the muscle's top is under this cell's diagonal
   for (const double way : {0.0, 0.004, 0.012, 0.02}) {
     const Vec3 to(0.025, way, 0.02);
-    const Rows x = sheet.moved(Vec3::Zero(), to);
+    const Points x = sheet.moved(Vec3::Zero(), to);
     const double u = to.x() / 0.06, v = to.z() / 0.06;  // u > v: the triangle a, b + 1, a + 1
     const double y = (1.0 - u) * x[a][1] + v * x[a + kSide + 1][1] + (u - v) * x[a + 1][1];
     EXPECT_GT(y, 0.01 + way - 1e-3) << way;
@@ -118,7 +118,7 @@ TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
   for (Vec3& p : mesh.vertices) p.z() *= p.y() > 0.093 ? -1.0 : 1.0;
   const Shape muscle = make_shape(mesh);
   const std::vector<Collider> below = {{&muscle.surface, &muscle.bvh, &muscle.x, nullptr}};
-  const auto depth = [&](const Vec3& p) { return deepest_inside(below, {to_row(p)}); };
+  const auto depth = [&](const Vec3& p) { return deepest_inside(below, {to_point(p)}); };
   EXPECT_NEAR(depth(Vec3(0.007, 0.05, 0.0)), 0.003, 2e-4);
   EXPECT_EQ(depth(Vec3(0.011, 0.05, 0.0)), 0.0);
   EXPECT_EQ(depth(Vec3(0.004, 0.098, 0.008)), 0.0);
@@ -126,4 +126,4 @@ TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Nearest over all triangles, one at a time, by its own one-triangle tree.
@@ -127,7 +127,7 @@ TEST(ClosestPoint, AConvexSurfaceIsDoneWithItsHintAlone) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
   EXPECT_FALSE(is_convex(make_shape(torus(1.0, 0.4, 40, 24)).surface,
-                         to_rows(torus(1.0, 0.4, 40, 24).vertices)));
+                         to_points(torus(1.0, 0.4, 40, 24).vertices)));
   for (const TriMesh& mesh : {cube(1.0), ball(1.0, {0, 0, 0}, 16, 7)}) {
     const Shape plain = make_shape(mesh);
     Shape known = plain;
@@ -149,7 +149,7 @@ TEST(ClosestPoint, AConvexSurfaceIsDoneWithItsHintAlone) {
 
 TEST(Bvh, RefitHoldsAllAndEqualsARebuild) {
   Shape ring = make_shape(torus(1.0, 0.4, 40, 24));
-  for (Row& p : ring.x) p = Row{p[0] + 10.0, 2.0 * p[1] - p[2], p[2] * p[0], 0.0};
+  for (Point& p : ring.x) p = Point{p[0] + 10.0, 2.0 * p[1] - p[2], p[2] * p[0], 0.0};
   refit_bvh(ring.surface, ring.x, ring.bvh);
   const Bvh rebuilt = build_bvh(ring.surface, ring.x);
   for (const Bvh::Node& node : ring.bvh.nodes) {
@@ -208,9 +208,9 @@ TEST(Crossing, OfASurfaceWithItself) {
   };
   EXPECT_EQ(count(), 0u);
   // One node drawn through the tube and out of its far side crosses something.
-  ring.x[12] = Row{2.0, 0.05, 0.03, 0.0};
+  ring.x[12] = Point{2.0, 0.05, 0.03, 0.0};
   EXPECT_GT(count(), 0u);
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

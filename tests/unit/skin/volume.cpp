@@ -9,7 +9,7 @@
 #include "skin/skin_layer.h"
 #include "tests/unit/skin/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr double kSkin = 0.05, kFlesh = 0.045;  // m, radii at rest
@@ -34,7 +34,7 @@ struct Growing {
     for (int frame = 1; frame <= 2 * kFrames; ++frame) {  // the second half at rest
       const double share = std::min(frame, kFrames) / double(kFrames);
       const TriMesh grown = ball(kFlesh + share * (radius - kFlesh), share * shift, 32, 31);
-      for (size_t i = 0; i < flesh.x.size(); ++i) flesh.x[i] = to_row(grown.vertices[i]);
+      for (size_t i = 0; i < flesh.x.size(); ++i) flesh.x[i] = to_point(grown.vertices[i]);
       refit_bvh(flesh.surface, flesh.x, flesh.bvh);
       step_skin(model, {Transform::Identity()}, below, state);
     }
@@ -42,12 +42,12 @@ struct Growing {
 
   double least_radius() const {
     double least = 1.0;
-    for (const Row& x : state.x) least = std::min(least, norm(x));
+    for (const Point& x : state.x) least = std::min(least, norm(x));
     return least;
   }
   double largest_radius() const {
     double most = 0.0;
-    for (const Row& x : state.x) most = std::max(most, norm(x));
+    for (const Point& x : state.x) most = std::max(most, norm(x));
     return most;
   }
   double volume() const { return enclosed_volume(state.x, model.surface.triangles); }
@@ -91,4 +91,4 @@ TEST(SkinVolume, NoRoomIsStatedAndTheFleshStaysCovered) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

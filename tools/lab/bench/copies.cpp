@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 void add_skeleton(const Skeleton& one, const Vec3& shift, const std::string& mark, Skeleton& all) {
@@ -65,4 +65,4 @@ ModelDef copies_of(const ModelDef& one, int count, double apart) {
   return all;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -3,9 +3,9 @@
 
 #include "sim/scene/model_def.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The definition `count` times in a row, `apart` (m) along z, in one scene; without its skin.
 ModelDef copies_of(const ModelDef& one, int count, double apart);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "tools/base/svg_chart.h"
 
-namespace thew {
+namespace thew::tools {
 
 std::string draw_scale(const std::string& title, const std::vector<ScalePoint>& points) {
   constexpr double kLeft = 70, kRight = 560, kTop = 44, kBottom = 320;
@@ -49,4 +49,4 @@ std::string draw_scale(const std::string& title, const std::vector<ScalePoint>& 
   return svg + "</svg>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 struct ScalePoint {
   int copies = 1;
@@ -13,4 +13,4 @@ struct ScalePoint {
 /// Both logarithmic; carries its own style.
 std::string draw_scale(const std::string& title, const std::vector<ScalePoint>& points);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -24,10 +24,11 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
+#include "tools/base/exit_code.h"
 #include "tools/lab/bench/copies.h"
 #include "tools/lab/bench/scale_plot.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -123,7 +124,7 @@ double sag(const std::string& scene) {
 
 // Positions by frame, and CPU ms a frame. Every run settles by itself.
 struct Motion {
-  std::vector<std::vector<Rows>> x;
+  std::vector<std::vector<Points>> x;
   double milliseconds = 0.0, volume_error = 0.0;
 };
 Motion record(const Model& model) {
@@ -137,7 +138,7 @@ Motion record(const Model& model) {
     const double begin = cpu_seconds();
     if (f > first) step_frame(model, (f - first) / model.fps, one, state, unused);
     motion.milliseconds += 1e3 * (cpu_seconds() - begin) / std::max(last - first, 1);
-    std::vector<Rows>& rows = motion.x.emplace_back();
+    std::vector<Points>& rows = motion.x.emplace_back();
     for (const MuscleState& muscle : state.muscles) {
       rows.push_back(muscle.x);
       motion.volume_error = std::max(motion.volume_error, muscle.volume_error);
@@ -232,7 +233,7 @@ int compare(const std::string& file, double millimetres, std::vector<std::string
   Scene with = scene;
   with.solver.tolerance.emplace();
   with.solver.tolerance->position = 1e-3 * millimetres;
-  with.solver.tolerance->place = "--tolerance";
+  with.solver.tolerance->location = "--tolerance";
   Model model = build_model(with);
   const double begin = cpu_seconds();
   const FidelityPlan plan = plan_fidelity(model, 1);
@@ -316,12 +317,12 @@ int run(const std::string& scene) {
 double price_of_query(const Model& model, const State& state) {
   const Surface& bone = model.surfaces[model.muscles.size()].surface;
   const BoneState& now = state.bones.front();
-  const Rows& from = now.x;
+  const Points& from = now.x;
   constexpr int kRounds = 20;
   double sum = 0.0;
   const double begin = cpu_seconds();
   for (int r = 0; r < kRounds; ++r) {
-    for (const Row& p : from) {
+    for (const Point& p : from) {
       const Vec3 near = to_vec(p) + 2e-3 * Vec3(1.0, 0.1 * r, -0.5);
       sum += closest_point(bone, now.bvh, now.x, near, 0.01).distance;
     }
@@ -345,7 +346,7 @@ int scale(const std::string& scene, const std::string& picture) {
       searches += muscle.memory.searches + muscle.face_memory.searches;
     }
     const int last = static_cast<int>(model.muscles.size() - one.muscles.size());
-    const Row apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
+    const Point apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
     const double milliseconds = 1e3 * run.seconds.contact / frames, nodes = count * nodes_of_one;
     const double price = price_of_query(model, run.state);
     if (count == 1) first = milliseconds;
@@ -373,7 +374,7 @@ int skin(const std::string& scene) {
     return std::pair(run.milliseconds, run.state.skin.x);
   };
   const Model model = build_model(read_scene(scene, {}));
-  if (!model.has_skin) throw Error(ExitCode::kInput, scene + ": has no skin layer");
+  if (!model.has_skin) throw Error(ErrorCode::kInput, scene + ": has no skin layer");
   std::vector<double> none, free, kept;
   double error = 0.0;
   for (int i = 0; i < kRuns; ++i) {
@@ -418,16 +419,16 @@ int run_command(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tools
 
 int main(int argc, char** argv) {
   try {
-    return thew::run_command(argc, argv);
+    return thew::tools::run_command(argc, argv);
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_bench: %s\n", error.what());
-    return static_cast<int>(error.code());
+    return static_cast<int>(thew::tools::exit_code_of(error.code()));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "thew_bench: %s\n", error.what());
-    return static_cast<int>(thew::ExitCode::kSolver);
+    return static_cast<int>(thew::tools::ExitCode::kSolver);
   }
 }

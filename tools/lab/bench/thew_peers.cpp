@@ -12,6 +12,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "tools/base/exit_code.h"
 #include "tools/base/options.h"
 #include "tools/base/temporary_folder.h"
 #include "tools/lab/paper/run.h"
@@ -20,7 +21,7 @@
 #include "tools/lab/peers/bar_chart.h"
 #include "tools/lab/peers/peer_runs.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,7 +30,7 @@ using Json = nlohmann::ordered_json;
 constexpr int kRuns = 3;
 
 // Targets of the held nodes by frame and muscle, from our own run.
-using Targets = std::vector<std::vector<Rows>>;
+using Targets = std::vector<std::vector<Points>>;
 
 Outcome run_bullet_arm(const Model& model, const Targets& targets, const BulletSetting& setting) {
   Outcome out;
@@ -46,7 +47,7 @@ Outcome run_bullet_arm(const Model& model, const Targets& targets, const BulletS
         const double t = 1.0 * s / setting.steps;
         for (size_t i = 0; i < model.muscles[m].driven.size(); ++i) {
           if (!model.muscles[m].driven[i]) continue;
-          const Row before = targets[f - 1][m][i];
+          const Point before = targets[f - 1][m][i];
           bodies[m]->hold(static_cast<int>(i), before + t * (targets[f][m][i] - before));
         }
         bodies[m]->step(1.0 / (model.fps * setting.steps));
@@ -141,12 +142,12 @@ Json compare_arm(const std::string& scene) {
       build_model(read_scene(scene, {"skin.enabled=false", "contact.enabled=false"}));
   Targets targets;
   const auto keep = [&](int, const State& state) {
-    std::vector<Rows>& rows = targets.emplace_back();
+    std::vector<Points>& rows = targets.emplace_back();
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.target);
   };
   targets.emplace_back();
   for (const Muscle& muscle : model.muscles) {
-    targets.back().push_back(to_rows(muscle.rest.vertices));
+    targets.back().push_back(to_points(muscle.rest.vertices));
   }
   run_ours(model, keep);
   const auto peer = [&](const BulletSetting& setting) {
@@ -176,7 +177,7 @@ int run(const std::string& arm, const std::string& chart) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tools
 
 int main(int argc, char** argv) {
   const bool charts = argc == 3 && std::string_view(argv[1]) == "--chart";
@@ -187,15 +188,15 @@ int main(int argc, char** argv) {
   }
   try {
     if (bar) {
-      thew::draw_bar_chart(argv[2]);
+      thew::tools::draw_bar_chart(argv[2]);
       return 0;
     }
-    return charts ? thew::run("", argv[2]) : thew::run(argv[1], "");
+    return charts ? thew::tools::run("", argv[2]) : thew::tools::run(argv[1], "");
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "thew_peers: %s\n", error.what());
-    return static_cast<int>(error.code());
+    return static_cast<int>(thew::tools::exit_code_of(error.code()));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "thew_peers: %s\n", error.what());
-    return static_cast<int>(thew::ExitCode::kSolver);
+    return static_cast<int>(thew::tools::ExitCode::kSolver);
   }
 }

@@ -14,7 +14,7 @@
 #include "tools/lab/chart/maps.h"
 #include "tools/lab/chart/plot.h"
 
-namespace thew {
+namespace thew::tools {
 
 namespace fs = std::filesystem;
 
@@ -68,13 +68,13 @@ ExitCode chart_command(const CommandOptions& options, bool stability) {
   write_durably(options.out / "chart.json", chart_json(chart));
   write_durably(options.out / "chart.svg",
                 draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
-  const std::string trouble = write_picture(options.out / "chart.png", options.out / "chart.svg");
-  if (!trouble.empty()) std::fprintf(stderr, "thew: %s\n", trouble.c_str());
+  const std::string diagnosis = write_picture(options.out / "chart.png", options.out / "chart.svg");
+  if (!diagnosis.empty()) std::fprintf(stderr, "thew: %s\n", diagnosis.c_str());
   write_durably(options.out / "chart.html", chart_html(chart));
   std::vector<std::string> files = {"chart.html", "chart.csv", "chart.json", "chart.svg"};
-  if (trouble.empty()) files.push_back("chart.png");
+  if (diagnosis.empty()) files.push_back("chart.png");
   tell(options, files);
   return ExitCode::kDone;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

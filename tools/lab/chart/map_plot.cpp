@@ -6,7 +6,7 @@
 #include "tools/base/svg_chart.h"
 #include "tools/lab/chart/maps.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kCell = 62, kRow = 26, kLeft = 78, kTop = 40, kBottom = 40;  // px
@@ -159,4 +159,4 @@ std::string maps_html(const std::string& scene, const std::vector<StabilityMap>&
   return html + "</div>\n</main></body></html>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

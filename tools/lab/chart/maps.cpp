@@ -15,7 +15,7 @@
 #include "tools/base/signals.h"
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,14 +52,15 @@ struct Body {
 
 Body body_of(const fs::path& file) {
   const ModelDef def = define_model(read_scene(file));
-  if (def.muscles.empty()) throw Error(ExitCode::kUsage, file.string() + ": has no muscle to map");
+  if (def.muscles.empty()) throw Error(ErrorCode::kUsage, file.string() + ": has no muscle to map");
   const MuscleDef& first = def.muscles[0];
   Body body{first.mesh, {}, first.material};
   if (body.mesh.vertices.size() > kMostNodes) {
-    throw Error(ExitCode::kUsage, file.string() + ": muscle \"" + first.name + "\" has " +
-                                      std::to_string(body.mesh.vertices.size()) +
-                                      " nodes; the maps take hundreds of runs of the first muscle, "
-                                      "give a scene whose first has 2,000 at most");
+    throw Error(ErrorCode::kUsage,
+                file.string() + ": muscle \"" + first.name + "\" has " +
+                    std::to_string(body.mesh.vertices.size()) +
+                    " nodes; the maps take hundreds of runs of the first muscle, "
+                    "give a scene whose first has 2,000 at most");
   }
   Vec3 low = body.mesh.vertices.front(), high = low;
   for (const Vec3& p : body.mesh.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
@@ -188,7 +189,7 @@ Model model_of(const Body& body, const std::string& quantity, double value) {
   return build_model(def);
 }
 
-int inverted_triangles(const Surface& surface, const Rows& x) {
+int inverted_triangles(const Surface& surface, const Points& x) {
   const std::vector<Triangle>& triangles = surface.triangles;
   std::vector<Vec3> normals, sums(x.size(), Vec3::Zero());
   for (const Triangle& t : triangles) {
@@ -214,7 +215,7 @@ double energy_of(const Muscle& muscle, const MuscleState& now) {
 }
 
 // Runs all phases; `last`: positions at the end.
-MapCell run_cell(Model model, const Method& method, double h, double size, Rows& last) {
+MapCell run_cell(Model model, const Method& method, double h, double size, Points& last) {
   MapCell cell;
   model.fps = 1.0 / h;
   model.solver.rungs = false;
@@ -236,7 +237,7 @@ MapCell run_cell(Model model, const Method& method, double h, double size, Rows&
   double at_rest = 0.0, floor = 0.0;  // energy when the rig came to rest; what does not count
   try {
     for (int frame = 1; frame <= 4 * phase; ++frame) {
-      if (interrupted()) throw Error(ExitCode::kRetry, "interrupted; run the command again");
+      if (interrupted()) throw Error(ErrorCode::kRetry, "interrupted; run the command again");
       step_frame(model, frame * h, one, state, stages);
       const double energy = energy_of(muscle, now);
       const bool rests = (frame - 1) / phase % 2 == 1;
@@ -250,17 +251,17 @@ MapCell run_cell(Model model, const Method& method, double h, double size, Rows&
       cell.inverted = std::max(cell.inverted, cell.last_inverted);
     }
   } catch (const Error& error) {
-    if (error.code() != ExitCode::kSolver) throw;
+    if (error.code() != ErrorCode::kSolver) throw;
     cell.failure = error.what();
     cell.verdict = Verdict::kDiverged;
     return cell;
   }
-  for (const Row& v : now.v) cell.speed = std::max(cell.speed, to_vec(v).norm() / size);
+  for (const Point& v : now.v) cell.speed = std::max(cell.speed, to_vec(v).norm() / size);
   last = now.x;
   return cell;
 }
 
-void judge(const Rows& finest, const Rows& last, double size, MapCell& cell) {
+void judge(const Points& finest, const Points& last, double size, MapCell& cell) {
   if (cell.verdict == Verdict::kDiverged || last.empty()) return;
   if (!finest.empty()) {
     double sum = 0.0;
@@ -317,9 +318,9 @@ std::vector<StabilityMap> run_maps(const MapAsk& ask) {
       const Model model = model_of(body, asked[q].name, asked[q].columns[column]);
       parallel.each(static_cast<int>(methods.size()), [&](int k) {
         StabilityMap& map = maps[k * quantities + q];
-        Rows finest;
+        Points finest;
         for (size_t s = 0; s < map.steps.size(); ++s) {
-          Rows last;
+          Points last;
           MapCell& cell = map.cells[s][column];
           cell = run_cell(model, methods[k], map.steps[s], size, last);
           judge(finest, last, size, cell);
@@ -333,4 +334,4 @@ std::vector<StabilityMap> run_maps(const MapAsk& ask) {
   return maps;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace thew {
+namespace thew::tools {
 
 /// What became of a run. Each frame's volume error is at most kMapVolume, no triangle is inverted
 /// (its normal against the mean of its neighbours') and the energy does not grow while the rig
@@ -54,4 +54,4 @@ std::string maps_json(const std::vector<StabilityMap>& maps);
 std::string draw_map(const StabilityMap& map);
 std::string maps_html(const std::string& scene, const std::vector<StabilityMap>& maps);
 
-}  // namespace thew
+}  // namespace thew::tools

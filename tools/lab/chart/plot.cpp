@@ -11,7 +11,7 @@
 #include "tools/base/program.h"
 #include "tools/base/svg_chart.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kWidth = 860, kHeight = 560;  // px
@@ -407,4 +407,4 @@ std::string chart_html(const Chart& chart) {
   return html + "</main></body></html>\n";
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "tools/lab/chart/run.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// CPU ms a frame against one of a point's errors, both logarithmic; carries its own style.
 std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::string& what);
@@ -21,4 +21,4 @@ std::string chart_json(const Chart& chart);
 /// One file, no network.
 std::string chart_html(const Chart& chart);
 
-}  // namespace thew
+}  // namespace thew::tools

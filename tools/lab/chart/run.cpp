@@ -18,11 +18,11 @@
 #include "tools/base/signals.h"
 #include "tools/lab/paper/run.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
 constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
-using Frames = std::vector<std::vector<Rows>>;  // [frame][muscle]
+using Frames = std::vector<std::vector<Points>>;  // [frame][muscle]
 
 Scene muscles_of_scene(const ChartAsk& ask) {
   Scene scene = read_scene(ask.scene);
@@ -31,7 +31,7 @@ Scene muscles_of_scene(const ChartAsk& ask) {
   scene.solver.tolerance.reset();  // every setting is charted by itself
   if (ask.last > 0) scene.last_frame = ask.last;
   if (scene.last_frame <= scene.first_frame) {
-    throw Error(ExitCode::kUsage,
+    throw Error(ErrorCode::kUsage,
                 scene.file.string() + ": a chart needs two frames or more; give scene.frames");
   }
   return scene;
@@ -71,7 +71,7 @@ void simulate(const Scene& scene, ChartPoint& point, int last,
       if (on_frame) on_frame(model, state);
     }
   } catch (const Error& error) {
-    if (error.code() != ExitCode::kSolver) throw;
+    if (error.code() != ErrorCode::kSolver) throw;
     point.failure = error.what();
   }
 }
@@ -93,7 +93,7 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   try {
     step_frame(model, state.time + share / scene.fps, one, state, stages);
   } catch (const Error& error) {
-    if (error.code() != ExitCode::kSolver) throw;
+    if (error.code() != ErrorCode::kSolver) throw;
     return 0.0;
   }
   return (cpu_seconds() - begin) / share;
@@ -126,7 +126,7 @@ Frames run_frames(const Scene& scene, ChartPoint& point) {
   double unused = 0.0;
   std::optional<State> settled;
   const auto keep = [&](const Model&, State& state) {
-    std::vector<Rows>& rows = frames.emplace_back();
+    std::vector<Points>& rows = frames.emplace_back();
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.x);
   };
   simulate(scene, point, scene.last_frame, keep, settled, unused);
@@ -142,7 +142,7 @@ struct Distance {
 };
 
 // Of the nodes of a muscle; the largest of these alone.
-double add_distance(const Rows& here, const Rows& there, Distance& out) {
+double add_distance(const Points& here, const Points& there, Distance& out) {
   double largest = 0.0;
   for (std::size_t i = 0; i < there.size(); ++i, ++out.count) {
     const double mm = 1e3 * (to_vec(here[i]) - to_vec(there[i])).norm();
@@ -382,9 +382,9 @@ Finest refine_all(const Scene& scene, Parallel& parallel, const std::function<vo
     if (!refinement.failure.empty()) continue;
     Frames& frames = finest[refinement.integrator] = refine(scene, parallel, on_run, refinement);
     if (&refinement == &chart.refinements.front() && frames.empty()) {
-      throw Error(ExitCode::kSolver, scene.file.string() + ": the reference failed, " +
-                                         refinement.failure +
-                                         "; make the scene bake with it first");
+      throw Error(ErrorCode::kSolver, scene.file.string() + ": the reference failed, " +
+                                          refinement.failure +
+                                          "; make the scene bake with it first");
     }
     if (!frames.empty()) {
       refinement.apart_mm = distance_of(frames, finest[chart.reference.integrator]).largest;
@@ -447,4 +447,4 @@ Chart run_chart(const ChartAsk& ask) {
   return chart;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

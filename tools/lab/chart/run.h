@@ -8,7 +8,7 @@
 
 #include "sim/scene/scene.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// How a scene's muscles are solved: the keys of [solver].
 struct ChartSetting {
@@ -79,4 +79,4 @@ Chart run_chart(const ChartAsk& ask);
 std::vector<std::size_t> pareto_front(const std::vector<ChartPoint>& points,
                                       double ChartPoint::*error);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -5,7 +5,7 @@
 #include <map>
 #include <stdexcept>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using Wide = Eigen::Matrix<long double, 3, 1>;
@@ -163,4 +163,4 @@ double signed_volume(const TetMesh& mesh, const Tetrahedron& t) {
          6.0;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

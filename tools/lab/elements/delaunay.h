@@ -6,7 +6,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 using Tetrahedron = std::array<int, 4>;
 
@@ -24,4 +24,4 @@ std::vector<Triangle> boundary(const TetMesh& mesh);
 
 double signed_volume(const TetMesh& mesh, const Tetrahedron& t);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, 10, 3>;
@@ -62,7 +62,7 @@ const std::vector<Gradients>& all_gradients(int order) {
   return order == 1 ? kFirst : kSecond;
 }
 
-// Row i: derivative of x_i by the reference coordinates.
+// Point i: derivative of x_i by the reference coordinates.
 Mat3 jacobian(const FemBody& body, int element, const std::vector<Vec3>& x, const Gradients& g) {
   const int n = body.nodes_per_element();
   Mat3 a = Mat3::Zero();
@@ -412,4 +412,4 @@ FemResult solve_step(FemBody& body, const FemStep& step) {
   return result;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

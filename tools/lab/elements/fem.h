@@ -7,7 +7,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The yardstick: displacement finite elements on tetrahedra of 4 nodes (linear) or 10 (quadratic).
 /// Energy of an element: 1/2 z K z + V0 (penalty/2 (J - 1)^2 - pull (J - 1)), J = V / V0 its mean
@@ -70,4 +70,4 @@ FemResult solve_step(FemBody& body, const FemStep& step);
 /// m^3 of all elements.
 double fem_volume(const FemBody& body);
 
-}  // namespace thew
+}  // namespace thew::tools

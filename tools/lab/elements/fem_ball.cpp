@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // A lattice in general position: moved a little, always the same way.
@@ -85,7 +85,7 @@ TetMesh fill_ball(const TriMesh& surface, int tetrahedra) {
                       : 1.0 + 0.008 * i * (i % 2 ? 1 : -1);
   }
   if (face_set(boundary(best)) != face_set(surface.triangles)) {
-    throw Error(ExitCode::kInput, "the ball's surface is not the hull of its vertices");
+    throw Error(ErrorCode::kInput, "the ball's surface is not the hull of its vertices");
   }
   return best;
 }
@@ -198,4 +198,4 @@ TriMesh octant_surface(const FemBody& body) {
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

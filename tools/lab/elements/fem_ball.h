@@ -6,7 +6,7 @@
 #include "tools/lab/elements/delaunay.h"
 #include "tools/lab/elements/fem.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Tetrahedra between a ball's surface (its centre at the origin) and points of a body-centred
 /// cubic lattice inside, as near to `tetrahedra` as a lattice comes. The first vertices are the
@@ -35,4 +35,4 @@ FemResult squeeze_octant(FemBody& body, double radius, double height, int steps)
 /// Triangles of the curved faces of the octant, each of a quadratic face split in four.
 TriMesh octant_surface(const FemBody& body);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "tools/lab/elements/fem_ball.h"
 
-namespace thew {
+namespace thew::tools {
 
 double bar_thinning(double neck, double u) {
   const double near = 1.0 / (1.0 + 16.0 * u * u);
@@ -68,4 +68,4 @@ FemResult squeeze_bar(const BarShape& shape, int steps, FemBody& body) {
   return result;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

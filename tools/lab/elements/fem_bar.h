@@ -4,7 +4,7 @@
 #include "rig/mesh.h"
 #include "tools/lab/elements/fem.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The spindle of `assets/paper/bar.toml`: an ellipsoid along x that is held beyond |x| = `held`,
 /// and whose half x < 0 two plates squeeze.
@@ -27,4 +27,4 @@ FemBody quarter_bar(const BarShape& shape, int n, int m, const FemMaterial& mate
 /// Brings the plates together quasi-statically in `steps`. The result of the last that converged.
 FemResult squeeze_bar(const BarShape& shape, int steps, FemBody& body);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -2,10 +2,11 @@
 // author_paper FOLDER: makes the meshes of the paper's scenes, for assets/paper.
 #include <cstdio>
 
+#include "tools/base/exit_code.h"
 #include "tools/lab/elements/fem_bar.h"
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 TriMesh scaled(TriMesh mesh, const Vec3& factor) {
@@ -46,17 +47,17 @@ void write_all(const std::filesystem::path& folder) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tools
 
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: author_paper FOLDER\n");
-    return static_cast<int>(thew::ExitCode::kUsage);
+    return static_cast<int>(thew::tools::ExitCode::kUsage);
   }
   try {
-    thew::write_all(argv[1]);
+    thew::tools::write_all(argv[1]);
   } catch (const thew::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
-    return static_cast<int>(error.code());
+    return static_cast<int>(thew::tools::exit_code_of(error.code()));
   }
 }

@@ -9,7 +9,7 @@
 #include "sim/solver/muscle_step.h"
 #include "tools/lab/elements/fem_ball.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 PaperAsk ball(const PaperReport& report, int triangles, const std::string& volume,
@@ -331,4 +331,4 @@ void paper_ball(const PaperTimes& times, std::future<BallElements>& elements_to_
   add_raised(elements, report);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

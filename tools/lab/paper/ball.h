@@ -8,7 +8,7 @@
 #include "tools/lab/elements/fem.h"
 #include "tools/lab/paper/report.h"
 
-namespace thew {
+namespace thew::tools {
 
 constexpr double kBallRadius = 0.1;              // m, of the scene
 constexpr int kHalfHeight = 46, kReleased = 76;  // its frames
@@ -71,4 +71,4 @@ BallElements run_elements(const PaperTimes& times, PaperReport& report);
 /// Table 1, figures 7 and 8.
 void paper_ball(const PaperTimes& times, std::future<BallElements>& elements, PaperReport& report);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -16,7 +16,7 @@
 #include "tools/lab/paper/run.h"
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 struct Table2 {
@@ -387,4 +387,4 @@ int paper_steps(bool quick) {
   return truth + balls + 1 + penalties + 3 + 2 + 2 + 3 + 3 + 1;  // cubes, cow, holes, finger, arm
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "tools/base/printing.h"
 #include "tools/lab/paper/ball.h"
 
-namespace thew {
+namespace thew::tools {
 
 ExitCode paper_command(const CommandOptions& options, bool quick,
                        const std::filesystem::path& cow) {
@@ -43,4 +43,4 @@ ExitCode paper_command(const CommandOptions& options, bool quick,
   return ExitCode::kDone;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

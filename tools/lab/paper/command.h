@@ -3,12 +3,11 @@
 
 #include <filesystem>
 
-#include "rig/types.h"
 #include "tools/base/command_options.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// The paper's tables and figures, ours beside the printed ones; `cow`: a mesh to press instead.
 ExitCode paper_command(const CommandOptions& options, bool quick, const std::filesystem::path& cow);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -8,7 +8,7 @@
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/ball.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr double kShear = 1000.0, kPenalty = 1e5;    // Pa
@@ -42,7 +42,7 @@ FemResult squeeze_true_ball(int n, FemBody& rest, FemBody& squeezed) {
 Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant) {
   const TriMesh truth = octant_surface(octant);
   const Surface surface = make_surface(truth.triangles, static_cast<int>(truth.vertices.size()));
-  const Rows x = to_rows(truth.vertices);
+  const Points x = to_points(truth.vertices);
   const Bvh bvh = build_bvh(surface, x);
   Distance out;
   for (const Vec3& point : points) {
@@ -120,4 +120,4 @@ BallElements run_elements(const PaperTimes& times, PaperReport& report) {
   return out;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

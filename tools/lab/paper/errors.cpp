@@ -11,10 +11,10 @@
 #include "tools/lab/paper/report.h"
 #include "tools/lab/paper/run.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
-double dot(const Rows& a, const Rows& b) {
+double dot(const Points& a, const Points& b) {
   double sum = 0.0;
   for (size_t i = 0; i < a.size(); ++i) sum += to_vec(a[i]).dot(to_vec(b[i]));
   return sum;
@@ -24,17 +24,17 @@ double dot(const Rows& a, const Rows& b) {
 // over G G; the gradient times `factor`.
 std::vector<double> errors_by_step(const TriMesh& mesh, const std::vector<double>& weights,
                                    bool printed, double factor, int steps) {
-  Rows x = to_rows(mesh.vertices), g;
+  Points x = to_points(mesh.vertices), g;
   const double wanted = enclosed_volume(x, mesh.triangles);
   const Vec3 centre = to_vec(x[0]);
-  for (Row& p : x) p = to_row(centre) + 0.983 * (p - to_row(centre));  // 5 % too small
+  for (Point& p : x) p = to_point(centre) + 0.983 * (p - to_point(centre));  // 5 % too small
   std::vector<double> errors;
   for (int step = 0; step <= steps; ++step) {
     const double error = enclosed_volume(x, mesh.triangles) / wanted - 1.0;
     errors.push_back(error);
     if (std::abs(error) > 10.0) break;
     volume_gradient(x, mesh.triangles, g);
-    Rows d = g;
+    Points d = g;
     for (size_t i = 0; i < d.size(); ++i) {
       g[i] *= factor;
       d[i] = weights[i] * g[i];
@@ -70,7 +70,7 @@ std::vector<double> belly_weights(const TriMesh& mesh) {
 
 void add_sidebar(const TriMesh& cow, PaperTable& table) {
   const std::vector<double> even(cow.vertices.size(), 1.0);
-  Rows x = to_rows(cow.vertices), g;
+  Points x = to_points(cow.vertices), g;
   const double volume = enclosed_volume(x, cow.triangles);
   volume_gradient(x, cow.triangles, g);
   table.rows.push_back({"sidebar A: x . dV/dx over V (3 by Euler's identity)",
@@ -82,8 +82,8 @@ void add_sidebar(const TriMesh& cow, PaperTable& table) {
 
 void add_weights(const std::string& name, const TriMesh& mesh, PaperTable& table) {
   const std::vector<double> weights = belly_weights(mesh);
-  Rows g, d;
-  volume_gradient(to_rows(mesh.vertices), mesh.triangles, g);
+  Points g, d;
+  volume_gradient(to_points(mesh.vertices), mesh.triangles, g);
   d = g;
   for (size_t i = 0; i < d.size(); ++i) d[i] *= weights[i];
   table.rows.push_back(
@@ -102,7 +102,7 @@ void add_zone(PaperTable& table) {
 
 // Weights about the first vertex, which leave a net force.
 void add_ghost_force(const TriMesh& cow, PaperTable& table) {
-  Rows x = to_rows(cow.vertices), g;
+  Points x = to_points(cow.vertices), g;
   volume_gradient(x, cow.triangles, g);
   std::vector<double> mass(x.size(), 1.0), near_head;
   for (const Vec3& p : cow.vertices) {
@@ -110,8 +110,8 @@ void add_ghost_force(const TriMesh& cow, PaperTable& table) {
   }
   const std::vector<double> head =
       normalised_weights(near_head, std::vector<char>(near_head.size(), 0));
-  Rows d = g;
-  Row net = {};
+  Points d = g;
+  Point net = {};
   double size = 0.0;
   for (size_t i = 0; i < d.size(); ++i) {
     d[i] *= head[i];
@@ -119,8 +119,8 @@ void add_ghost_force(const TriMesh& cow, PaperTable& table) {
     size += to_vec(d[i]).norm();
   }
   remove_net_motion(x, mass, d);
-  Row left = {};
-  for (const Row& row : d) left += row;
+  Point left = {};
+  for (const Point& row : d) left += row;
   table.rows.push_back({"ghost force of local weights on a free body, share of all forces",
                         number(to_vec(net).norm() / size), number(to_vec(left).norm() / size, 2)});
 }
@@ -150,4 +150,4 @@ void paper_errors(PaperReport& report) {
   report.done();
 }
 
-}  // namespace thew
+}  // namespace thew::tools

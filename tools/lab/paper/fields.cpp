@@ -6,7 +6,7 @@
 
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 using Field = std::function<double(const Vec3&)>;
@@ -110,4 +110,4 @@ TriMesh paper_finger(int triangles) {
   return from_field(field, {-0.046, -0.011, -0.011}, {0.046, 0.011, 0.011}, 0.00113, triangles);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -9,7 +9,7 @@
 
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 struct Remesher {
@@ -168,9 +168,9 @@ TriMesh with_count(const TriMesh& mesh, int triangles) {
   EdgeQueue shortest(work, -1.0);
   while (work.count > triangles) {
     if (!shortest.pop(edge)) {
-      throw Error(ExitCode::kInput, "the mesh cannot be brought down to " +
-                                        std::to_string(triangles) + " triangles; " +
-                                        std::to_string(work.count) + " are left");
+      throw Error(ErrorCode::kInput, "the mesh cannot be brought down to " +
+                                         std::to_string(triangles) + " triangles; " +
+                                         std::to_string(work.count) + " are left");
     }
     if (work.collapse(edge.a, edge.b)) shortest.push_around(edge.a);
   }
@@ -180,8 +180,8 @@ TriMesh with_count(const TriMesh& mesh, int triangles) {
     longest.push_around(middle);
   }
   if (work.count != triangles) {
-    throw Error(ExitCode::kInput, "a closed surface has an even number of triangles; " +
-                                      std::to_string(triangles) + " cannot be reached");
+    throw Error(ErrorCode::kInput, "a closed surface has an even number of triangles; " +
+                                       std::to_string(triangles) + " cannot be reached");
   }
   return work.result();
 }
@@ -248,4 +248,4 @@ TriMesh polygonise(const std::function<double(const Vec3&)>& field, const Vec3& 
   return mesh;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

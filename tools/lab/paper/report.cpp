@@ -5,7 +5,7 @@
 #include "tools/base/options.h"
 #include "tools/render/contact_sheet.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 constexpr const char* kStyle = R"css(
@@ -165,4 +165,4 @@ void PaperReport::write(double seconds) {
           "</main></body></html>\n");
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -13,7 +13,7 @@
 #include "tools/lab/paper/run.h"
 #include "tools/render/renderer.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A table as it is read: CSV beside the report and in it.
 struct PaperTable {
@@ -77,4 +77,4 @@ int paper_steps(bool quick);
 
 std::string number(double value, int digits = 3);
 
-}  // namespace thew
+}  // namespace thew::tools

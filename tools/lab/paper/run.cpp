@@ -15,7 +15,7 @@
 #include "sim/step.h"
 #include "tools/base/signals.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 double deepest_in_bones(const Model& model, const State& state) {
@@ -57,9 +57,9 @@ void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
 
 }  // namespace
 
-std::vector<Vec3> points_of(const Rows& rows) {
+std::vector<Vec3> points_of(const Points& rows) {
   std::vector<Vec3> points;
-  for (const Row& row : rows) points.push_back(to_vec(row));
+  for (const Point& row : rows) points.push_back(to_vec(row));
   return points;
 }
 
@@ -153,7 +153,7 @@ SceneView view_of(const Scene& scene, const std::string& name) {
   for (const SceneView& view : scene.render.views) {
     if (name.empty() || view.name == name) return view;
   }
-  throw Error(ExitCode::kUsage, scene.file.string() + ": has no view \"" + name + "\"");
+  throw Error(ErrorCode::kUsage, scene.file.string() + ": has no view \"" + name + "\"");
 }
 
 }  // namespace
@@ -189,4 +189,4 @@ PaperPicture picture_of(const Scene& scene, const TriMesh& mesh) {
           {mesh.vertices}};
 }
 
-}  // namespace thew
+}  // namespace thew::tools

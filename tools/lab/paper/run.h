@@ -12,7 +12,7 @@
 #include "sim/scene/define_model.h"
 #include "sim/solver/state.h"
 
-namespace thew {
+namespace thew::tools {
 
 double cpu_seconds();  ///< of the calling thread
 double median(std::vector<double> values);
@@ -55,7 +55,7 @@ PaperRun run_scene(const PaperAsk& ask);
 std::vector<double> time_scenes(const std::vector<PaperScene>& scenes, int repetitions,
                                 const std::function<void()>& on_run);
 
-std::vector<Vec3> points_of(const Rows& rows);
+std::vector<Vec3> points_of(const Points& rows);
 
 /// What of a state is drawn.
 struct PaperView {
@@ -76,4 +76,4 @@ PaperPicture picture_of(const PaperRun& run, const State& state, const PaperView
 /// The same view, another surface.
 PaperPicture picture_of(const Scene& scene, const TriMesh& mesh);
 
-}  // namespace thew
+}  // namespace thew::tools

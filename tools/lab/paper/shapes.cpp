@@ -11,7 +11,7 @@
 #include "tools/base/obj_text.h"
 #include "tools/lab/elements/delaunay.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 // A vertex per lattice point, so that faces of a cube share their edges.
@@ -191,4 +191,4 @@ void write_obj(const std::filesystem::path& file, const std::string& what, const
   replace_durably(file, shape_text(what, shape));
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -6,7 +6,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 // The paper's bodies as closed surfaces, about 1 m in size or as given; always the same bytes.
 
@@ -38,4 +38,4 @@ TriMesh with_count(const TriMesh& mesh, int triangles);
 std::string shape_text(const std::string& what, const TriMesh& shape);
 void write_obj(const std::filesystem::path& file, const std::string& what, const TriMesh& shape);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -11,7 +11,7 @@
 #include "tools/lab/paper/ball.h"
 #include "tools/lab/peers/peer_runs.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,7 +82,7 @@ Run fem_run(const Model& model) {
     out.volume_error = fem.volume_error;
     out.stable = !fem.failed;
     for (size_t i = 0; out.stable && i < nodes; ++i) {
-      out.held.push_back(to_row(fem.kept.at(kHalfHeight)[i]));
+      out.held.push_back(to_point(fem.kept.at(kHalfHeight)[i]));
     }
     return out;
   };
@@ -92,7 +92,7 @@ Run fem_run(const Model& model) {
 void measure(std::vector<Run>& runs) {
   FemBody rest, truth;
   if (!squeeze_true_ball(kFinestTruth, rest, truth).converged) {
-    throw Error(ExitCode::kSolver, "the neo-Hookean ball did not converge");
+    throw Error(ErrorCode::kSolver, "the neo-Hookean ball did not converge");
   }
   std::vector<std::vector<double>> times(runs.size());
   for (int r = 0; r < kRepetitions; ++r) {
@@ -154,4 +154,4 @@ void draw_ball_chart(const fs::path& scenes, const fs::path& out) {
   replace_durably(out / "ball.csv", csv_of(chart));
 }
 
-}  // namespace thew
+}  // namespace thew::tools

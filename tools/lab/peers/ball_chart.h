@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace thew {
+namespace thew::tools {
 
 /// The ball of `assets/paper/ball.toml` (885 nodes) squeezed to half its height and held: ours by
 /// every method, Bullet's soft body and linear finite elements in one run. Writes ball.svg (cost
@@ -12,4 +12,4 @@ namespace thew {
 /// `scenes`: where the ball's scene lies. Errors as those of a bake.
 void draw_ball_chart(const std::filesystem::path& scenes, const std::filesystem::path& out);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -12,7 +12,7 @@
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/run.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,12 +23,12 @@ constexpr int kFinest = 3;  // from there on two_bellies moves by 0.2 mm
 struct TrueSurface {
   TriMesh mesh;
   Surface surface;
-  Rows x;
+  Points x;
   Bvh bvh;
 
   explicit TrueSurface(const FemBody& body) : mesh(octant_surface(body)) {
     surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-    x = to_rows(mesh.vertices);
+    x = to_points(mesh.vertices);
     bvh = build_bvh(surface, x);
   }
   double distance(const Vec3& point) const {
@@ -196,7 +196,7 @@ void draw_bar_chart(const fs::path& out) {
        {Bar{"two_bellies", "two_bellies.obj", {.neck = kNeck}}, Bar{"spindle", "bar.obj", {}}}) {
     const TrueBar truth = squeeze_true_bar(bar.shape, kFinest);
     if (!truth.result.converged) {
-      throw Error(ExitCode::kSolver, "the neo-Hookean bar did not converge");
+      throw Error(ErrorCode::kSolver, "the neo-Hookean bar did not converge");
     }
     csv += true_row(bar.name, truth);
     for (bool hollow : {false, true}) csv += draw_bar(bar, hollow, truth, out);
@@ -204,4 +204,4 @@ void draw_bar_chart(const fs::path& out) {
   replace_durably(out / "bar.csv", csv);
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -7,7 +7,7 @@
 
 #include "tools/lab/elements/fem_bar.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// A quarter of the bar, neo-Hookean, nearly incompressible: at rest, and squeezed.
 struct TrueBar {
@@ -40,4 +40,4 @@ double free_half(const TriMesh& rest, const std::vector<Vec3>& x);
 /// pictures where rsvg-convert is installed.
 void draw_bar_chart(const std::filesystem::path& out);
 
-}  // namespace thew
+}  // namespace thew::tools

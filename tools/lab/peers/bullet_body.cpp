@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace thew {
+namespace thew::tools {
 
 struct BulletBody::Data {
   btSoftBodyWorldInfo world;
@@ -40,7 +40,7 @@ BulletBody::BulletBody(const TriMesh& mesh, const std::vector<double>& mass,
 
 BulletBody::~BulletBody() = default;
 
-void BulletBody::hold(int node, const Row& x) {
+void BulletBody::hold(int node, const Point& x) {
   btSoftBody::Node& n = data_->body->m_nodes[node];
   n.m_x = n.m_q = btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
                             static_cast<btScalar>(x[2]));
@@ -65,13 +65,13 @@ void BulletBody::step(double h, double height) {
   body.integrateMotion();
 }
 
-Rows BulletBody::positions() const {
-  Rows x;
+Points BulletBody::positions() const {
+  Points x;
   for (int i = 0; i < data_->body->m_nodes.size(); ++i) {
     const btVector3& p = data_->body->m_nodes[i].m_x;
-    x.push_back(Row{p.x(), p.y(), p.z(), 0.0});
+    x.push_back(Point{p.x(), p.y(), p.z(), 0.0});
   }
   return x;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

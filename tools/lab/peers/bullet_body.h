@@ -5,7 +5,7 @@
 
 #include "rig/mesh.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// How Bullet's soft body is stepped.
 struct BulletSetting {
@@ -27,14 +27,14 @@ class BulletBody {
   BulletBody& operator=(const BulletBody&) = delete;
 
   /// Moves a held node, m.
-  void hold(int node, const Row& x);
+  void hold(int node, const Point& x);
   /// One step of h seconds; free nodes stay within |y| <= height (m) where it is positive.
   void step(double h, double height = 0.0);
-  Rows positions() const;
+  Points positions() const;
 
  private:
   struct Data;
   std::unique_ptr<Data> data_;
 };
 
-}  // namespace thew
+}  // namespace thew::tools

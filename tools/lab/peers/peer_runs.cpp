@@ -11,12 +11,12 @@
 #include "sim/step.h"
 #include "tools/lab/paper/ball.h"
 
-namespace thew {
+namespace thew::tools {
 namespace {
 
-double equator_of(const Rows& x) {
+double equator_of(const Points& x) {
   double most = 0.0;
-  for (const Row& p : x) most = std::max(most, std::hypot(p[0], p[2]));
+  for (const Point& p : x) most = std::max(most, std::hypot(p[0], p[2]));
   return most;
 }
 
@@ -28,7 +28,7 @@ double half_height(const Model& model, double time) {
 
 }  // namespace
 
-void note_volume(const Rows& x, const Muscle& muscle, Outcome& out) {
+void note_volume(const Points& x, const Muscle& muscle, Outcome& out) {
   const double error =
       std::abs(enclosed_volume(x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
   out.stable = out.stable && error < 0.5;  // also where it is not a number
@@ -87,7 +87,7 @@ Outcome run_ours(const Model& model, const OnFrame& on_frame) {
 }
 
 Outcome run_our_ball(const Model& model) {
-  Rows held;
+  Points held;
   Outcome out = run_ours(model, [&](int frame, const State& state) {
     if (frame == kHalfHeight) held = state.muscles[0].x;
   });
@@ -141,4 +141,4 @@ BestPeer most_accurate(int steps, const std::function<Outcome(const BulletSettin
   return best;
 }
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -10,7 +10,7 @@
 #include "sim/solver/state.h"
 #include "tools/lab/peers/bullet_body.h"
 
-namespace thew {
+namespace thew::tools {
 
 /// Of one run of all frames.
 struct Outcome {
@@ -18,9 +18,9 @@ struct Outcome {
   double equator = 0.0;                           ///< of the ball held at half its height, m
   double contact = 0.0;                           ///< share of the time that finding contacts took
   bool stable = true;
-  Rows held;  ///< nodes of the ball held at half its height
+  Points held;  ///< nodes of the ball held at half its height
 };
-void note_volume(const Rows& x, const Muscle& muscle, Outcome& out);
+void note_volume(const Points& x, const Muscle& muscle, Outcome& out);
 
 /// Icosahedron, each edge in n parts, on the sphere of the ball's radius: 10 n^2 + 2 nodes.
 TriMesh geodesic_ball(int n);
@@ -40,4 +40,4 @@ struct BestPeer {
 };
 BestPeer most_accurate(int steps, const std::function<Outcome(const BulletSetting&)>& run);
 
-}  // namespace thew
+}  // namespace thew::tools

@@ -21,7 +21,7 @@
 #include "tools/author/files.h"
 #include "tools/author/table.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,7 +32,7 @@ struct Part {
   std::string name;
   TriMesh mesh;  // at rest, in the root's frame
   Surface surface;
-  Rows x;
+  Points x;
   Bvh bvh;
 };
 
@@ -40,7 +40,7 @@ Part make_part(const std::string& name, const fs::path& file, const Vec3& shift)
   Part part{name, import_closed_mesh(file), {}, {}, {}};
   for (Vec3& p : part.mesh.vertices) p += shift;
   part.surface = make_surface(part.mesh.triangles, static_cast<int>(part.mesh.vertices.size()));
-  part.x = to_rows(part.mesh.vertices);
+  part.x = to_points(part.mesh.vertices);
   part.bvh = build_bvh(part.surface, part.x);
   return part;
 }
@@ -261,7 +261,7 @@ TEST(ArmAssets, PathsChangeContinuouslyWithTheAngle) {
 TEST(ArmAssets, SkinEnclosesAllWithTwoMillimetres) {
   const Part& skin = arm().skin;
   const auto check = [&](const Part& part) {
-    for (const Row& x : part.x) {
+    for (const Point& x : part.x) {
       const ClosestPoint near = closest_point(skin.surface, skin.bvh, skin.x, to_vec(x), 0.2);
       ASSERT_LT(near.distance, -0.002) << part.name;
     }
@@ -339,4 +339,4 @@ TEST(ArmAssets, AuthorWritesTheCommittedBytesAgain) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 #include "rig/types.h"
 #include "tools/base/progress.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Frames = std::vector<int>;
@@ -36,7 +36,7 @@ void expect_refused(const std::string& text, const std::string& word) {
     parse_frames(text, -10, 120);
     ADD_FAILURE() << text << " was taken";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
     EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
   }
@@ -65,7 +65,7 @@ TEST(ProgressWords, AutoFollowsTheTerminal) {
     parse_progress("jsn", true);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
     EXPECT_NE(std::string(error.what()).find("did you mean json?"), std::string::npos);
   }
 }
@@ -127,4 +127,4 @@ TEST(CommandText, IsWhatAShellReadsAsTheSameWords) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

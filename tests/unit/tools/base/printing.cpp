@@ -8,7 +8,7 @@
 
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -83,13 +83,13 @@ TEST_F(SplitErrorOnDisk, AFileThatIsThere) {
 }
 
 TEST(ErrorAsJson, NullWhereThereIsNone) {
-  EXPECT_EQ(error_as_json(ExitCode::kUsage, {"a.toml", 12, "bad", "mend it"}).dump(),
+  EXPECT_EQ(error_as_json(ErrorCode::kUsage, {"a.toml", 12, "bad", "mend it"}).dump(),
             "{\"error\":{\"code\":2,\"file\":\"a.toml\",\"line\":12,\"message\":\"bad\","
             "\"next\":\"mend it\"}}");
-  EXPECT_EQ(error_as_json(ExitCode::kRetry, {"", 0, "interrupted", ""}).dump(),
+  EXPECT_EQ(error_as_json(ErrorCode::kRetry, {"", 0, "interrupted", ""}).dump(),
             "{\"error\":{\"code\":75,\"file\":null,\"line\":null,\"message\":\"interrupted\","
             "\"next\":null}}");
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -17,7 +17,7 @@
 #include "tools/cli/inspect_command.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -45,7 +45,7 @@ class Command : public TempFolder {
     ASSERT_NE(at, std::string::npos) << from;
     options.input = write("scene/scene.toml", text.replace(at, from.size(), to));
   }
-  void expect_error(ExitCode code, const std::string& words) {
+  void expect_error(ErrorCode code, const std::string& words) {
     try {
       bake_command(options);
       ADD_FAILURE() << "baked in spite of: " << words;
@@ -69,9 +69,9 @@ TEST_F(Command, ABakeLeavesCacheAndReport) {
   // The volume again, from the file.
   const BakeReader reader(options.out / "bake.h5");
   const BakeMesh& mesh = reader.info().meshes.at(0);
-  const double volume = enclosed_volume(to_rows(mesh.rest.vertices), mesh.rest.triangles);
+  const double volume = enclosed_volume(to_points(mesh.rest.vertices), mesh.rest.triangles);
   for (int i = 0; i < 24; ++i) {
-    const Rows x = to_rows(reader.read(i).positions.at(0));
+    const Points x = to_points(reader.read(i).positions.at(0));
     EXPECT_NEAR(enclosed_volume(x, mesh.rest.triangles) / volume, 1.0, 1e-12);
   }
 }
@@ -149,7 +149,7 @@ TEST_F(Command, ATurntableGoesRoundOneFrame) {
     render_command(turn, views, 4);
     ADD_FAILURE() << "turned about two frames";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_EQ(error.code(), ErrorCode::kUsage);
   }
 }
 
@@ -213,7 +213,7 @@ TEST_F(Command, ABakeOfAnotherVersionIsRefusedByName) {
     unflatten(model, names, numbers);
     ADD_FAILURE() << "read as 0";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kInput);
+    EXPECT_EQ(error.code(), ErrorCode::kInput);
     EXPECT_NE(std::string(error.what()).find("volume_error_written/flexor"), std::string::npos);
   }
 }
@@ -292,32 +292,32 @@ TEST_F(Command, BothIntegratorsHoldTheVolume) {
 
 TEST_F(Command, AJointThatTheRigLacks) {
   edit("elbow = [", "elbw = [");
-  expect_error(ExitCode::kInput, "elbow");
+  expect_error(ErrorCode::kInput, "elbow");
 }
 
 TEST_F(Command, AClipBeyondTheJointsRange) {
   edit("[24, 60]", "[24, 600]");
-  expect_error(ExitCode::kInput, "elbow");
+  expect_error(ErrorCode::kInput, "elbow");
 }
 
 TEST_F(Command, ABodyThatTheRigLacks) {
   edit("[\"ulna\", 0.03", "[\"ulma\", 0.03");
-  expect_error(ExitCode::kUsage, "did you mean \"ulna\"");
+  expect_error(ErrorCode::kUsage, "did you mean \"ulna\"");
 }
 
 TEST_F(Command, AllWeightsZero) {
   edit("weights = \"left\"", "weights = { profile = [[0, 0], [1, 0]] }");
-  expect_error(ExitCode::kUsage, "weights");
+  expect_error(ErrorCode::kUsage, "weights");
 }
 
 TEST_F(Command, AnUnknownKey) {
   edit("belly =", "bely =");
-  expect_error(ExitCode::kUsage, "did you mean \"belly\"");
+  expect_error(ErrorCode::kUsage, "did you mean \"belly\"");
 }
 
 TEST_F(Command, ATwistBeyondThePath) {
   edit("weights = \"left\"", "weights = \"left\"\ntwist_from = 9");
-  expect_error(ExitCode::kUsage, "twist_from lies beyond the path");
+  expect_error(ErrorCode::kUsage, "twist_from lies beyond the path");
 }
 
 TEST_F(Command, AMeshWithOneTriangleMissing) {
@@ -327,14 +327,14 @@ TEST_F(Command, AMeshWithOneTriangleMissing) {
       "[0.8, 0.006], [1, 0.004]]",
       "mesh = \"open.obj\"");
   write("scene/open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
-  expect_error(ExitCode::kInput, "open");
+  expect_error(ErrorCode::kInput, "open");
 }
 
 TEST_F(Command, AnOutputThatCannotBeWritten) {
   write("file", "");
   options.out = folder / "file" / "out";
-  expect_error(ExitCode::kOutput, "file");
+  expect_error(ErrorCode::kOutput, "file");
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 #include "tests/unit/tools/fit/new.h"
 #include "tools/cli/bake_warnings.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // The figure with a bone more between its right upper arm and forearm, where the upper arm is.
@@ -74,4 +74,4 @@ TEST_F(NewScene, AJointOutOfPlaceIsSaid) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

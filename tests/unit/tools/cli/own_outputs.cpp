@@ -13,7 +13,7 @@
 #include "tools/inspect/repair.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class OwnExport : public ExportTest {
@@ -43,7 +43,7 @@ TEST_F(OwnExport, ReplacesItsOwnAndNobodyElses) {
     const fs::path mine = folder_ / "e" / writes;
     put_bytes(mine, "mine");
     options_.out = folder_ / file;
-    expect_error(ExitCode::kOutput, "not of Thew's making",
+    expect_error(ErrorCode::kOutput, "not of Thew's making",
                  [&] { export_command(options_, mesh_, 0); });
     EXPECT_EQ(names(), std::vector<std::string>{writes});  // it ended before it wrote anything
     EXPECT_EQ(bytes_of(mine), "mine");
@@ -58,7 +58,8 @@ TEST_F(OwnExport, ReplacesItsOwnAndNobodyElses) {
     fs::create_symlink("/dev/null", mine);
     for (const bool overwrite : {false, true}) {
       options_.overwrite = overwrite;
-      expect_error(ExitCode::kOutput, "symbolic link", [&] { export_command(options_, mesh_, 0); });
+      expect_error(ErrorCode::kOutput, "symbolic link",
+                   [&] { export_command(options_, mesh_, 0); });
     }
     options_.overwrite = false;
   }
@@ -79,7 +80,7 @@ TEST_F(OwnExport, ASequenceThatFailsLeavesNothing) {
     const auto list = fs::file_size(folder_ / "e/.thew.jsonl");
     const rlimit limit{static_cast<rlim_t>(list) + 250, before.rlim_max};  // of the list: 2 lines
     setrlimit(RLIMIT_FSIZE, &limit);
-    expect_error(ExitCode::kOutput, "cannot write", [&] { export_command(options_, mesh_, 0); });
+    expect_error(ErrorCode::kOutput, "cannot write", [&] { export_command(options_, mesh_, 0); });
     setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_EQ(names(), std::vector<std::string>{"a.9999.obj"}) << file;
   }
@@ -90,7 +91,7 @@ TEST_F(NewScene, OverwritesNoMeshButItsOwnUntouchedOnes) {
   options.force = false;
   const fs::path mesh = folder / "muscles/brachialis_left.obj";
   const auto expect_refused = [&](const char* word, const std::string& bytes) {
-    expect_error(ExitCode::kOutput, word, [&] { new_command(options); });
+    expect_error(ErrorCode::kOutput, word, [&] { new_command(options); });
     EXPECT_EQ(bytes_of(mesh), bytes);
     EXPECT_FALSE(fs::exists(options.out));
   };
@@ -118,7 +119,7 @@ TEST_F(NewScene, WritesThroughNoLink) {
   NewOptions options = asked(kFigure, "left");
   fs::create_directories(folder / "elsewhere");
   fs::create_directory_symlink(folder / "elsewhere", folder / "muscles");
-  expect_error(ExitCode::kOutput, "symbolic link", [&] { new_command(options); });
+  expect_error(ErrorCode::kOutput, "symbolic link", [&] { new_command(options); });
   EXPECT_TRUE(fs::is_empty(folder / "elsewhere"));
 }
 
@@ -165,11 +166,11 @@ TEST_F(OwnGolden, EmptiesNoFolderAndReplacesNoBake) {
   // A picture of a user's in the place of a golden to come, and a bake where there are no goldens.
   write("golden/frames/muscles.0003.png", mine);
   options.frames = "3";
-  expect_error(ExitCode::kOutput, "not of Thew's making", [&] { update(); });
+  expect_error(ErrorCode::kOutput, "not of Thew's making", [&] { update(); });
   EXPECT_EQ(bytes_of(folder / "golden/frames/muscles.0003.png"), mine);
   EXPECT_TRUE(fs::exists(folder / "golden/frames/muscles.0002.png"));
   fs::remove(folder / "golden/golden.json");
-  expect_error(ExitCode::kOutput, "golden/bake.h5", [&] { update(); });
+  expect_error(ErrorCode::kOutput, "golden/bake.h5", [&] { update(); });
   options.overwrite = true;
   update();
   EXPECT_EQ(read_recipe(folder / "golden").frames, "3");
@@ -180,7 +181,7 @@ TEST_F(OwnGolden, WritesThroughNoLink) {
   for (const char* name : {"golden", "out"}) {
     fs::create_directories(folder / name);
     fs::create_directory_symlink(folder / "elsewhere", folder / name / "frames");
-    expect_error(ExitCode::kOutput, "symbolic link", [&] { update(); });
+    expect_error(ErrorCode::kOutput, "symbolic link", [&] { update(); });
     EXPECT_TRUE(fs::is_empty(folder / "elsewhere")) << name;
     fs::remove_all(folder / name);
   }
@@ -195,11 +196,11 @@ TEST_F(OwnRepair, NeverWritesOntoWhatItReads) {
   fs::create_hard_link(mesh, folder / "hard.obj");
   for (const fs::path& out :
        {mesh, folder / "./open.obj", folder / "link.obj", folder / "hard.obj"}) {
-    expect_error(ExitCode::kUsage, "itself", [&] { repair_file(mesh, out, true); });
+    expect_error(ErrorCode::kUsage, "itself", [&] { repair_file(mesh, out, true); });
     EXPECT_EQ(bytes_of(mesh), text);
   }
   const fs::path other = write("other.obj", "mine");
-  expect_error(ExitCode::kOutput, "not of Thew's making", [&] { repair_file(mesh, other); });
+  expect_error(ErrorCode::kOutput, "not of Thew's making", [&] { repair_file(mesh, other); });
   EXPECT_EQ(bytes_of(other), "mine");
   EXPECT_FALSE(repair_file(mesh, folder / "new.obj").empty());
   EXPECT_FALSE(repair_file(mesh, folder / "new.obj").empty());  // its own again
@@ -208,4 +209,4 @@ TEST_F(OwnRepair, NeverWritesOntoWhatItReads) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -56,7 +56,7 @@ class Resume : public TempFolder {
     try {
       bake_command(options);
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kUsage);
+      EXPECT_EQ(error.code(), ErrorCode::kUsage);
       return error.what();
     }
     return "not refused";
@@ -212,4 +212,4 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

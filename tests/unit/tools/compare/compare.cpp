@@ -10,7 +10,7 @@
 #include "tests/unit/sim/cache_bake.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,7 +100,7 @@ TEST_F(Compare, ALimitThatIsNoNumberIsRefused) {
         compare(a, a, options);
         ADD_FAILURE() << which << " took " << value;
       } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kUsage) << error.what();
+        EXPECT_EQ(error.code(), ErrorCode::kUsage) << error.what();
         EXPECT_HAS(std::string(error.what()), "; give a number from ");
       }
     }
@@ -233,7 +233,7 @@ TEST_F(Compare, PicturesOfOtherSizeDifferAndWhatIsNoneIsRefused) {
   fs::create_directories(folder / "empty");
   EXPECT_HAS(input_error([&] { told(folder / "a", folder / "empty"); }), "holds no bake.h5");
   EXPECT_HAS(input_error([&] { told(folder / "empty", folder / "empty"); }), "holds neither");
-  expect_error(ExitCode::kUsage, "not of one kind", [&] { told(bake_file, folder / "a.png"); });
+  expect_error(ErrorCode::kUsage, "not of one kind", [&] { told(bake_file, folder / "a.png"); });
 }
 
 TEST_F(Compare, CommandCodesJsonAndPage) {
@@ -276,4 +276,4 @@ TEST_F(Compare, CommandCodesJsonAndPage) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -9,7 +9,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,4 +59,4 @@ TEST_F(ComparedArm, SwappedMuscles) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

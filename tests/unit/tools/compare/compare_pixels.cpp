@@ -11,7 +11,7 @@
 #include "tools/compare/flip.h"
 #include "tools/compare/image_metrics.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr int kWidth = 48, kHeight = 32;
@@ -176,4 +176,4 @@ TEST(PixelLimits, EachIsNamed) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

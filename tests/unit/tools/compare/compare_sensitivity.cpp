@@ -13,7 +13,7 @@
 #include "tools/render/gl_context.h"
 #include "tools/render/pictures.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -137,7 +137,7 @@ TEST_F(Camera, TheDriverIsTheOneChosenOrNone) {
     draw(reader, 0.0);
     ADD_FAILURE() << "drawn by another driver";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kOutput);
+    EXPECT_EQ(error.code(), ErrorCode::kOutput);
     EXPECT_HAS(std::string(error.what()), "asked for llvmpipe, Mesa gives softpipe");
   }
 }
@@ -161,4 +161,4 @@ TEST_F(Camera, NoiseOfAnotherProcessorIsNoAlarm) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -6,7 +6,7 @@
 #include "tools/cli/commands.h"
 #include "tools/compare/golden_files.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ TEST_F(Golden, TheRendererIsKeptAndBrokenOnesAreMadeAnew) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

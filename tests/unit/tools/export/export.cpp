@@ -9,7 +9,7 @@
 
 #include "tools/export/sequence.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -53,7 +53,7 @@ TEST_F(ExportTest, MddHoldsSecondsAndFloatsHighestByteFirst) {
 TEST_F(ExportTest, Pc2RefusesFramesAtUnevenSteps) {
   bake(false);
   options_.frames = "-2,0,4";
-  expect_refused(ExitCode::kUsage, "frame 4 breaks the step of 2", "ulna.pc2", {"ulna"});
+  expect_refused(ErrorCode::kUsage, "frame 4 breaks the step of 2", "ulna.pc2", {"ulna"});
 }
 
 /// What an OBJ file says, all numbers as doubles.
@@ -166,15 +166,15 @@ TEST_F(ExportTest, PlyHoldsPositionsNormalsAndVelocities) {
 
 TEST_F(ExportTest, WhatItCannotWriteIsSaid) {
   bake(false);
-  expect_refused(ExitCode::kUsage, "--mesh: biceps, skin, ulna", "all.pc2", {});
-  expect_refused(ExitCode::kUsage, "did you mean \"biceps\"", "a.mdd", {"bicep"});
-  expect_refused(ExitCode::kUsage, "did you mean .usda", "a.usd", {});
-  expect_refused(ExitCode::kUsage, "--basis is for .glb", "a.usda", {}, 3);
+  expect_refused(ErrorCode::kUsage, "--mesh: biceps, skin, ulna", "all.pc2", {});
+  expect_refused(ErrorCode::kUsage, "did you mean \"biceps\"", "a.mdd", {"bicep"});
+  expect_refused(ErrorCode::kUsage, "did you mean .usda", "a.usd", {});
+  expect_refused(ErrorCode::kUsage, "--basis is for .glb", "a.usda", {}, 3);
   options_.frames = "0-2";
-  expect_refused(ExitCode::kUsage, "frame 1 is not in the bake", "a.glb", {});
+  expect_refused(ErrorCode::kUsage, "frame 1 is not in the bake", "a.glb", {});
   options_.frames = "";
   put_bytes(folder_ / "file", "");
-  expect_refused(ExitCode::kOutput, "file", "file/a.glb", {});
+  expect_refused(ErrorCode::kOutput, "file", "file/a.glb", {});
 }
 
 TEST_F(ExportTest, TheSameBytesAgain) {
@@ -267,8 +267,8 @@ TEST_F(ExportTest, XdmfRefusesAPathThatItCannotSay) {
   fs::create_directories(folder_ / "a|b");
   fs::rename(folder_ / "bake.h5", folder_ / "a|b/bake.h5");
   options_.input = folder_ / "a|b/bake.h5";
-  expect_refused(ExitCode::kUsage, "a|b/bake.h5", "all.xdmf", {"skin"});
+  expect_refused(ErrorCode::kUsage, "a|b/bake.h5", "all.xdmf", {"skin"});
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

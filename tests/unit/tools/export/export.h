@@ -8,7 +8,7 @@
 #include "tests/unit/sim/cache_bake.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// Numbers one after another, as independent of the writers as can be.
 struct ByteReader {
@@ -53,7 +53,7 @@ class ExportTest : public CacheTest {
     said_ = testing::internal::GetCapturedStdout();
     return options_.out;
   }
-  void expect_refused(ExitCode code, const std::string& word, const std::string& name,
+  void expect_refused(ErrorCode code, const std::string& word, const std::string& name,
                       const std::vector<std::string>& meshes, int basis = 0) {
     options_.out = folder_ / name;
     expect_error(code, word, [&] { export_command(options_, meshes, basis); });
@@ -88,4 +88,4 @@ inline std::vector<float> as_floats(const std::vector<Vec3>& values) {
   return floats;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

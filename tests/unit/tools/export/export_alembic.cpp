@@ -8,7 +8,7 @@
 
 #include "tests/unit/tools/export/export.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 constexpr std::uint64_t kLeaf = std::uint64_t{1} << 63;
@@ -211,4 +211,4 @@ TEST_F(ExportTest, AlembicOfOneFrameIsConstant) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

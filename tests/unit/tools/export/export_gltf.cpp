@@ -11,7 +11,7 @@
 #include "tests/unit/tools/export/export.h"
 #include "tools/export/basis.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using nlohmann::json;
@@ -253,4 +253,4 @@ TEST_F(ExportTest, AssimpReadsTheSequences) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

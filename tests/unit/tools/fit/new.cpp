@@ -14,7 +14,7 @@
 #include "tools/fit/arm.h"
 #include "tools/render/camera.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
@@ -166,9 +166,9 @@ TEST_F(NewScene, OverlapsAreToldOnlyWhereTheyAre) {
     for (size_t b = 0; b < model.bones.size(); ++b) {
       if (!is_told(model.muscles[m].name, model.bones[b].name)) continue;
       TriMesh bone{{}, model.bones[b].in_body.triangles};
-      for (const Row& x : state.bones[b].x) bone.vertices.push_back(to_vec(x));
+      for (const Point& x : state.bones[b].x) bone.vertices.push_back(to_vec(x));
       double deepest = 0.0;
-      for (const Row& x : state.muscles[m].x) {
+      for (const Point& x : state.muscles[m].x) {
         if (winding(bone, to_vec(x)) > 0.5) deepest = std::max(deepest, distance(bone, to_vec(x)));
       }
       EXPECT_GT(deepest, 0.9e-3) << model.muscles[m].name << ", " << model.bones[b].name;
@@ -249,7 +249,7 @@ double farthest_in_view(const NewOptions& options) {
     State state = initial_state(model);
     drive_bones(model, 0.0, state);
     const SkinWeights& skin = model.skinned->weights;
-    Rows x;
+    Points x;
     skin_vertices(skin, model.skinned->mesh, state.bodies, x);
     const int humerus =
         model.skeleton.parent[find_body(model.skeleton, scene.character.hinges[0].body)];
@@ -319,4 +319,4 @@ TEST_F(NewScene, DoubtIsToldWithItsCandidates) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

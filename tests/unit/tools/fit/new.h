@@ -14,7 +14,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/cli/commands.h"
 
-namespace thew {
+namespace thew::tests {
 
 namespace fs = std::filesystem;
 
@@ -112,4 +112,4 @@ inline std::string from_base64(const std::string& text) {
   return bytes;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 #include "sim/bake/measure.h"
 #include "tests/unit/tools/fit/new_figure.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // Each triangle in four, with the weights between those of its corners.
@@ -42,13 +42,13 @@ void refine(Figure::Mesh& mesh) {
   mesh.triangles.swap(finer);
 }
 
-double fold_of(const Surface& surface, const Rows& x, int a, int b) {
+double fold_of(const Surface& surface, const Points& x, int a, int b) {
   const Vec3 u = face_normal(surface, x, a), v = face_normal(surface, x, b);
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
 // Edges that are folded by more than 40 degrees beyond what the weights alone fold them.
-int sharp_edges(const SkinnedSkin& skin, const Rows& x, const Rows& carried) {
+int sharp_edges(const SkinnedSkin& skin, const Points& x, const Points& carried) {
   int count = 0;
   for (int t = 0; t < static_cast<int>(skin.surface.triangles.size()); ++t) {
     for (const int u : skin.surface.neighbours[t]) {
@@ -67,7 +67,7 @@ TEST_F(NewScene, DenseSkinHasFewFinsInTheFold) {
   MadeArm arm(asked(folder / "figure.gltf", "right"));
   const SkinnedSkin& skin = *arm.model.skinned;
   const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
-  Rows carried;
+  Points carried;
   int sharp = 0;
   double out = 0.0;
   for (int frame = 1; frame <= 36; ++frame) {
@@ -83,4 +83,4 @@ TEST_F(NewScene, DenseSkinHasFewFinsInTheFold) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

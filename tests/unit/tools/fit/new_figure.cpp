@@ -12,7 +12,7 @@
 #include "sim/scene/reader.h"
 #include "sim/solver/state_archive.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class NewFigure : public NewScene {
@@ -66,7 +66,7 @@ TriMesh shell_of(const Model& model, size_t mesh) {
                       ? character.parts[mesh + 1].first_vertex
                       : static_cast<int>(character.mesh.vertices.size());
   TriMesh shell;
-  for (const Row& x : model.skinned->rest) shell.vertices.push_back(to_vec(x));
+  for (const Point& x : model.skinned->rest) shell.vertices.push_back(to_vec(x));
   for (const Triangle& t : character.mesh.triangles) {
     if (t[0] >= first && t[0] < end) shell.triangles.push_back(t);
   }
@@ -262,7 +262,7 @@ TEST_F(NewFigure, FingersEndInsideTheHand) {
       if (!model.bones[b].name.starts_with("hand")) continue;
       ++hands;
       double most = 0.0;
-      for (const Row& x : state.bones[b].x) {
+      for (const Point& x : state.bones[b].x) {
         if (winding(shell, to_vec(x)) < 0.5) most = std::max(most, distance(shell, to_vec(x)));
       }
       std::printf("%s, hand of %.1f: %.1f mm outside\n", model.bones[b].name.c_str(), share,
@@ -274,4 +274,4 @@ TEST_F(NewFigure, FingersEndInsideTheHand) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

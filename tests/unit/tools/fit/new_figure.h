@@ -8,7 +8,7 @@
 #include "tests/unit/tools/fit/new.h"
 #include "tools/base/base64.h"
 
-namespace thew {
+namespace thew::tests {
 
 /// The project's own figure, to be dressed, cut and scaled, and written as glTF.
 struct Figure {
@@ -184,4 +184,4 @@ inline void Figure::write(const fs::path& file) const {
   std::ofstream(file) << json;
 }
 
-}  // namespace thew
+}  // namespace thew::tests

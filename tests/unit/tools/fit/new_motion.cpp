@@ -15,7 +15,7 @@
 #include "tests/unit/tools/fit/new.h"
 #include "tools/base/base64.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // The point of the figure's left arm's line, shoulder to wrist, that is nearest.
@@ -60,7 +60,7 @@ TEST_F(NewScene, TheSkinOfASlenderArmStaysNearItsWeights) {
   MadeArm arm(asked(file, "right"));
   const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
   double out = 0.0, off = 0.0;
-  Rows carried;
+  Points carried;
   for (int frame = 1; frame <= 35; ++frame) {
     arm.step(frame);
     out = std::max(out, measure(arm.model, areas, arm.parallel, arm.state).skin.max_poke_through);
@@ -131,12 +131,12 @@ double largest_change_of_step(const NewOptions& options) {
                             " = [[1, 90], [91, 120]] } }",
                         "skin.enabled=false"});
   const size_t count = arm.model.muscles.size();
-  std::vector<Rows> before(count), step(count);
+  std::vector<Points> before(count), step(count);
   double most = 0.0;
   for (int frame = 1; frame <= 90; ++frame) {
     arm.step(frame);
     for (size_t m = 0; m < count; ++m) {
-      Rows now = arm.state.muscles[m].x;
+      Points now = arm.state.muscles[m].x;
       for (size_t i = 0; frame > 1 && i < now.size(); ++i) now[i] -= before[m][i];
       if (frame > 2) most = std::max(most, largest_distance(now, step[m]));
       before[m] = arm.state.muscles[m].x;
@@ -271,7 +271,7 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
     for (size_t i = 0; i < skin.vertices.size(); ++i) skin.vertices[i] = to_vec(state.skin.x[i]);
     double most = 0.0;
     for (const MuscleState& muscle : state.muscles) {
-      for (const Row& x : muscle.x) {
+      for (const Point& x : muscle.x) {
         if (winding(skin, to_vec(x)) < 0.5) most = std::max(most, distance(skin, to_vec(x)));
       }
     }
@@ -299,7 +299,7 @@ TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
   auto& [model, parallel, state, seconds] = arm;
   for (int frame = 1; frame <= 26; ++frame) arm.step(frame);
   constexpr int kFine = 64;
-  Rows carried, before, before_fine;
+  Points carried, before, before_fine;
   double coarse = 0.0, fine = 0.0;  // m, most in 1/8 and in 1/64 of a frame
   for (int frame = 27; frame <= 35; ++frame) {
     State between = state;
@@ -309,14 +309,14 @@ TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
       const double share = 1.0 * k / kFine;
       drive_bones(model, (frame - 1 + share) / 24.0, between);
       for (size_t m = 0; m < from.size(); ++m) {
-        Rows& x = between.muscles[m].x;
+        Points& x = between.muscles[m].x;
         for (size_t i = 0; i < x.size(); ++i) {
           x[i] = (1.0 - share) * from[m].x[i] + share * state.muscles[m].x[i];
         }
       }
       step_skinned(*model.skinned, between.bodies, muscles_of(model, between), between.skin);
       skin_vertices(model.skinned->weights, model.skinned->mesh, between.bodies, carried);
-      Rows now = between.skin.x;
+      Points now = between.skin.x;
       for (size_t i = 0; i < now.size(); ++i) now[i] -= carried[i];
       if (!before_fine.empty()) fine = std::max(fine, largest_distance(now, before_fine));
       if (k % 8 == 0) {
@@ -332,4 +332,4 @@ TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -6,7 +6,7 @@
 #include "rig/skeleton.h"
 #include "tools/fit/arm.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // A trunk with one chain of these bodies, each 0.2 m below the one before.
@@ -147,4 +147,4 @@ TEST(NewNames, WhatTheShapeDecidesIsSaidInOneLine) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

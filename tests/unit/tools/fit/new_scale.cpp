@@ -7,7 +7,7 @@
 #include "rig/text.h"
 #include "tests/unit/tools/fit/new.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class NewScale : public NewScene {
@@ -64,4 +64,4 @@ TEST_F(NewScale, OneRefuses) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -8,7 +8,7 @@
 #include "tools/inspect/crossings.h"
 #include "tools/inspect/exact_predicates.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using nlohmann::json;
@@ -166,4 +166,4 @@ TEST_F(InspectTest, WhatIsNotThereIsAnError) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -7,7 +7,7 @@
 #include "tools/inspect/crossings.h"
 #include "tools/inspect/exact_predicates.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Kind = BakeMesh::Kind;
@@ -135,7 +135,7 @@ TEST(Crossings, AHeapIsNamedAndNotCounted) {
       crossings_of(cube(1.0), Kind::kMuscle, heap, Kind::kMuscle);
       ADD_FAILURE() << "all in " << at;
     } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::kInput);
+      EXPECT_EQ(error.code(), ErrorCode::kInput);
       EXPECT_EQ(std::string(error.what()).find("all nodes of b lie in one place"), 0u);
     }
   }
@@ -176,4 +176,4 @@ TEST(Crossings, AgreesWithAllAgainstAll) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

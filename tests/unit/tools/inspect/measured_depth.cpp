@@ -7,7 +7,7 @@
 #include "tests/unit/tools/fit/new.h"
 #include "tools/inspect/crossings.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using MeasuredDepth = NewScene;
@@ -67,4 +67,4 @@ TEST_F(MeasuredDepth, IsThatOfTheExactTests) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

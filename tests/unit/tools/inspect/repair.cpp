@@ -7,7 +7,7 @@
 #include "rig/math.h"
 #include "tests/unit/rig/temp.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TriMesh cube() {
@@ -87,4 +87,4 @@ TEST_F(RepairFile, WritesWhatItRead) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -9,7 +9,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/lab/chart/plot.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 ChartPoint point(double milliseconds, double largest, const std::string& failure = "") {
@@ -154,4 +154,4 @@ TEST_F(ChartPicture, IsDrawnWhereItCanBe) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

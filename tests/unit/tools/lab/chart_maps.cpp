@@ -5,9 +5,10 @@
 
 #include <algorithm>
 
+#include "rig/types.h"
 #include "tools/lab/chart/maps.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TEST(StabilityMaps, OfLocalGlobalUnderTenDecadesOfStiffness) {
@@ -49,4 +50,4 @@ TEST(StabilityMaps, ShowWhatFailedAndWhy) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

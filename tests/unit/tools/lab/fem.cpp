@@ -9,7 +9,7 @@
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 TriMesh ball_surface(int triangles) { return paper_ball(triangles); }
@@ -199,4 +199,4 @@ TEST(Fem, TheNeoHookeanBallConverges) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 #include "tools/lab/elements/delaunay.h"
 #include "tools/lab/paper/shapes.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 // V - E + F of a closed surface is 2 - 2 genus, and E = 3 F / 2.
@@ -85,4 +85,4 @@ TEST(Delaunay, FillsTheHullWithEmptySpheres) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -9,7 +9,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/lab/paper/command.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 class Paper : public TempFolder {};
@@ -42,4 +42,4 @@ TEST_F(Paper, TheQuickRunShowsWhatItMust) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

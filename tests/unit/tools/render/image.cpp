@@ -9,7 +9,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,14 +25,14 @@ class ImageFile : public ::testing::Test {
   }
   ~ImageFile() override { fs::remove_all(folder_); }
 
-  ExitCode code_of(auto&& action) {
+  std::optional<ErrorCode> code_of(auto&& action) {
     try {
       action();
     } catch (const Error& error) {
       message_ = error.what();
       return error.code();
     }
-    return ExitCode::kDone;
+    return std::nullopt;
   }
 
   fs::path folder_;
@@ -75,7 +75,7 @@ TEST_F(ImageFile, TheSameImageGivesTheSameFile) {
 
 TEST_F(ImageFile, WritingIntoAFolderThatIsNotThereIsAnOutputError) {
   const fs::path file = folder_ / "none" / "a.png";
-  EXPECT_EQ(code_of([&] { write_png(file, pattern(4, 4)); }), ExitCode::kOutput);
+  EXPECT_EQ(code_of([&] { write_png(file, pattern(4, 4)); }), ErrorCode::kOutput);
   EXPECT_NE(message_.find(file.string()), std::string::npos) << message_;
 }
 
@@ -84,20 +84,20 @@ TEST_F(ImageFile, AFailedWriteLeavesTheOldImage) {
   write_png(file, pattern(5, 5));
   fs::remove(folder_ / ".thew.jsonl");
   fs::create_directory(folder_ / ".thew.jsonl");  // nothing can be listed
-  EXPECT_EQ(code_of([&] { write_png(file, pattern(9, 9)); }), ExitCode::kOutput);
+  EXPECT_EQ(code_of([&] { write_png(file, pattern(9, 9)); }), ErrorCode::kOutput);
   EXPECT_EQ(read_png(file).width, 5);
 }
 
 TEST_F(ImageFile, WhatIsNoWholePngIsAnInputError) {
   const fs::path file = folder_ / "a.png";
-  EXPECT_EQ(code_of([&] { read_png(file); }), ExitCode::kInput) << "missing";
-  EXPECT_EQ(code_of([&] { read_png(folder_); }), ExitCode::kInput) << "a folder";
+  EXPECT_EQ(code_of([&] { read_png(file); }), ErrorCode::kInput) << "missing";
+  EXPECT_EQ(code_of([&] { read_png(folder_); }), ErrorCode::kInput) << "a folder";
   std::ofstream(file) << "not a picture at all";
-  EXPECT_EQ(code_of([&] { read_png(file); }), ExitCode::kInput) << "text";
+  EXPECT_EQ(code_of([&] { read_png(file); }), ErrorCode::kInput) << "text";
   fs::remove(file);
   write_png(file, pattern(64, 64));
   fs::resize_file(file, fs::file_size(file) / 2);
-  EXPECT_EQ(code_of([&] { read_png(file); }), ExitCode::kInput) << "half a file";
+  EXPECT_EQ(code_of([&] { read_png(file); }), ErrorCode::kInput) << "half a file";
 }
 
 TEST_F(ImageFile, AHeaderThatClaimsTooMuchIsRefusedBeforeItIsAllocated) {
@@ -118,9 +118,9 @@ TEST_F(ImageFile, AHeaderThatClaimsTooMuchIsRefusedBeforeItIsAllocated) {
   const unsigned char data[] = {0, 0, 0, 0, 'I', 'D', 'A', 'T', 0x35, 0xaf, 0x06, 0x1e};
   out.write(reinterpret_cast<const char*>(data), sizeof data);
   out.close();
-  EXPECT_EQ(code_of([&] { read_png(file); }), ExitCode::kInput);
+  EXPECT_EQ(code_of([&] { read_png(file); }), ErrorCode::kInput);
   EXPECT_NE(message_.find("16384"), std::string::npos) << message_;
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

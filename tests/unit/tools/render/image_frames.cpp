@@ -5,7 +5,7 @@
 #include "tools/render/contact_sheet.h"
 #include "tools/render/frame_writer.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,7 +43,7 @@ TEST(FrameWriter, FinishRethrowsTheFirstErrorAndAddingNeverHangs) {
     writer.finish();
     FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kOutput);
+    EXPECT_EQ(error.code(), ErrorCode::kOutput);
     EXPECT_NE(std::string(error.what()).find("none/1.png"), std::string::npos) << error.what();
   }
   EXPECT_TRUE(fs::exists(folder / "0.png"));
@@ -110,4 +110,4 @@ TEST(ContactSheet, FramesAreNumbered) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

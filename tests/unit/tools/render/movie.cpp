@@ -8,7 +8,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/render/image.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,4 +80,4 @@ TEST_F(Movie, TheRealOneMakesAMovieOfOddSize) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

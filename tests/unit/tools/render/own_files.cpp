@@ -20,7 +20,7 @@
 #include "tools/render/image.h"
 #include "tools/render/pictures.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -48,7 +48,8 @@ TEST(OwnFiles, AreThoseOfTheLastWholeLine) {
     EXPECT_FALSE(fs::exists(folder / "b"));
   }
   put_bytes(folder / "b", "mine");  // since it was removed, ours no more
-  expect_error(ExitCode::kOutput, "not of Thew's making", [&] { write_durably(folder / "b", ""); });
+  expect_error(ErrorCode::kOutput, "not of Thew's making",
+               [&] { write_durably(folder / "b", ""); });
   remove_own(folder / "b");
   EXPECT_EQ(bytes_of(folder / "b"), "mine");
   fs::remove_all(folder);
@@ -72,14 +73,14 @@ class Own : public TempFolder {
     } said_now{said};
     return bake_command(options);
   }
-  void expect_refused(const std::string& word, ExitCode code = ExitCode::kOutput) {
+  void expect_refused(const std::string& word, ErrorCode code = ErrorCode::kOutput) {
     expect_error(code, word, [&] { bake(); });
   }
   // A bake of frames 1 to 3 that was interrupted after so many.
   void interrupt_after(int frames) {
     const Model model = build_model(read_scene(options.input, options.overrides));
-    EXPECT_THROW(thew::bake(model, {options.out, {1, 2, 3}, 1, false},
-                            [&](const BakeFrame& frame) { return frame.frame < frames; }),
+    EXPECT_THROW(sim::bake(model, {options.out, {1, 2, 3}, 1, false},
+                           [&](const BakeFrame& frame) { return frame.frame < frames; }),
                  Error);
   }
   ino_t number_of(const fs::path& file) const {
@@ -166,7 +167,7 @@ TEST_F(Own, ASecondBakeThrowsNothingAway) {
   for (const bool resume : {false, true}) {
     options.resume = resume;
     options.frames = "2-3";
-    expect_refused("2 frames, 1 to 2, completed", resume ? ExitCode::kUsage : ExitCode::kOutput);
+    expect_refused("2 frames, 1 to 2, completed", resume ? ErrorCode::kUsage : ErrorCode::kOutput);
   }
   options.resume = false;
   EXPECT_EQ(number_of(options.out / "bake.parts/frame.0001.part"), part);
@@ -182,7 +183,7 @@ TEST_F(Own, ASecondBakeThrowsNothingAway) {
     options.overrides = {setting};
     for (const bool resume : {false, true}) {
       options.resume = resume;
-      expect_refused("bake anew with --overwrite", resume ? ExitCode::kUsage : ExitCode::kOutput);
+      expect_refused("bake anew with --overwrite", resume ? ErrorCode::kUsage : ErrorCode::kOutput);
     }
   }
   options.resume = false;
@@ -298,4 +299,4 @@ TEST_F(Own, AFailureEndsWithTheNextSuccess) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -10,7 +10,7 @@
 #include "rig/math.h"
 #include "tools/render/draw_geometry.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using Positions = std::vector<std::vector<Vec3>>;
@@ -87,13 +87,13 @@ int count(const Image& image, auto&& condition) {
   return number;
 }
 
-ExitCode code_of(auto&& action) {
+std::optional<ErrorCode> code_of(auto&& action) {
   try {
     action();
   } catch (const Error& error) {
     return error.code();
   }
-  return ExitCode::kDone;
+  return std::nullopt;
 }
 
 TEST(DrawGeometry, EdgePointsOfACoarseBallLieOnTheBall) {
@@ -351,7 +351,7 @@ TEST(Renderer, MusclesWithoutCoordinatesOrWeightsAreDrawn) {
 TEST(Renderer, RefusesSizesAndViewsThatCannotBe) {
   const std::vector<BakeMesh> none;
   for (const auto& size : {std::array{15, 100}, {100, 15}, {8193, 100}, {100, 8193}, {-1, 0}}) {
-    EXPECT_EQ(code_of([&] { Renderer renderer(size[0], size[1], none); }), ExitCode::kUsage)
+    EXPECT_EQ(code_of([&] { Renderer renderer(size[0], size[1], none); }), ErrorCode::kUsage)
         << size[0] << " " << size[1];
   }
   Renderer smallest(16, 16, none);
@@ -362,7 +362,7 @@ TEST(Renderer, RefusesSizesAndViewsThatCannotBe) {
   along_up.eye = along_up.target + Vec3(0, 1, 0);
   narrow.field_of_view = 0.0;
   for (const SceneView& view : {view_of("bones"), at_itself, along_up, narrow}) {
-    EXPECT_EQ(code_of([&] { smallest.draw(view, {}); }), ExitCode::kUsage) << view.name;
+    EXPECT_EQ(code_of([&] { smallest.draw(view, {}); }), ErrorCode::kUsage) << view.name;
   }
 }
 
@@ -370,9 +370,9 @@ TEST(Renderer, ADriverThatIsNotThereIsAnOutputError) {
   const char* before = std::getenv("GALLIUM_DRIVER");
   const std::string kept = before ? before : "";
   setenv("GALLIUM_DRIVER", "nonsense", 1);
-  EXPECT_EQ(code_of([] { Renderer renderer(16, 16, {}); }), ExitCode::kOutput);
+  EXPECT_EQ(code_of([] { Renderer renderer(16, 16, {}); }), ErrorCode::kOutput);
   before ? setenv("GALLIUM_DRIVER", kept.c_str(), 1) : unsetenv("GALLIUM_DRIVER");
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

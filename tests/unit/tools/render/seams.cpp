@@ -14,7 +14,7 @@
 #include "tools/cli/inspect_command.h"
 #include "tools/render/renderer.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -155,4 +155,4 @@ TEST_F(Seams, PicturesAndInspectionSeeTheWholeMuscle) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -14,7 +14,7 @@
 #include "rig/types.h"
 #include "tools/base/svg_chart.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -123,7 +123,7 @@ TEST(ReportJson, NeverHoldsWhatIsNotANumber) {
     report_as_json(report);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::kOutput);
+    EXPECT_EQ(error.code(), ErrorCode::kOutput);
     EXPECT_NE(std::string(error.what()).find("/muscles/2/length_m/7"), std::string::npos)
         << error.what();
   }
@@ -335,4 +335,4 @@ TEST(Chart, LabelsDoNotLieOnOneAnotherNorBesideThePaper) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

@@ -12,7 +12,7 @@
 #include "tools/base/base64.h"
 #include "tools/report/viewer.h"
 
-namespace thew {
+namespace thew::tests {
 namespace {
 
 using nlohmann::json;
@@ -104,4 +104,4 @@ TEST(Base64, AsInItsStandard) {
 }
 
 }  // namespace
-}  // namespace thew
+}  // namespace thew::tests

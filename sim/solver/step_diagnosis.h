@@ -5,7 +5,7 @@
 
 #include "rig/types.h"
 
-namespace thew {
+namespace thew::sim {
 
 /// What a step must not leave behind.
 enum class Cause {
@@ -27,7 +27,7 @@ struct CauseWords {
 const CauseWords& words_of(Cause cause);
 
 /// Which quantity of what is beyond which limit.
-struct Trouble {
+struct StepDiagnosis {
   std::string part;  ///< muscle "NAME", or skin; the whole message where there is no node
   int node = -1;
   Cause cause = Cause::kNoSolution;
@@ -43,8 +43,8 @@ struct Trouble {
 class NoSolution : public Error {
  public:
   NoSolution(int muscle, const std::string& message)
-      : Error(ExitCode::kSolver, message), muscle(muscle) {}
+      : Error(ErrorCode::kSolver, message), muscle(muscle) {}
   int muscle;
 };
 
-}  // namespace thew
+}  // namespace thew::sim

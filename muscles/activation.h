@@ -3,14 +3,16 @@
 
 namespace thew::muscles {
 
-/// Hill-type curves of a fibre, normalised (Thelen 2003, eqs 1-7): length in optimal fibre lengths,
-/// velocity in optimal fibre lengths per second (negative: shortening), force in maximal isometric
-/// force.
+/// Hill-type curves of a fibre, normalised (Thelen 2003, eqs 3, 4, 6 and 7). Lengths are in optimal
+/// fibre lengths, velocities in optimal fibre lengths per second (negative as the fibre shortens),
+/// results in maximal isometric forces. The default of `max_velocity` is that of young adults
+/// (table 1).
 double active_force_length(double length);
 double passive_force_length(double length);
 double force_velocity(double velocity, double max_velocity = 10.0);
 
-/// Tension (N) of a muscle: f_max * (activation * fl * fv + passive).
+/// Tension (N) of a muscle: f_max (activation fl(length) fv(velocity) + passive(length)); f_max in
+/// N, activation in 0..1.
 double muscle_tension(double f_max, double activation, double length, double velocity);
 
 }  // namespace thew::muscles

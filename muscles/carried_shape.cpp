@@ -13,11 +13,11 @@
 namespace thew::muscles {
 namespace {
 
-constexpr int kSamples = 129;
-constexpr double kTaper = 0.15;  // of the belly, at either end, where a scale sets in
+constexpr int kSamples = 129;    // of a curve; chosen by trial
+constexpr double kTaper = 0.15;  // share of the belly at either end, over which a scale fades out
 
-// Samples at points, with frames that are transported and then turned: from
-// sample `from` on the shared twist besides, evenly.
+// Sets the samples at `points`. Transported frames are turned by twist.at_origin, and from sample
+// `from` on by an evenly growing part of twist.shared.
 void set_samples(const std::vector<Vec3>& points, const CurveFrames& frames, const Twist& twist,
                  int from, CarryCurve& curve) {
   const int n = static_cast<int>(points.size());
@@ -35,7 +35,7 @@ void set_samples(const std::vector<Vec3>& points, const CurveFrames& frames, con
   }
 }
 
-// Sets points, of the traced path.
+// Sets work.points to the rounded samples of the traced path.
 void round_path(double corner, CarryWork& work) {
   const TracedPath& path = work.traced;
   resample(path.points, kSamples, work.scratch, work.even);
@@ -44,7 +44,8 @@ void round_path(double corner, CarryWork& work) {
   resample(work.even, kSamples, work.scratch, work.points);
 }
 
-// Interpolated, so only nearly orthonormal: the same at rest and later.
+// The curve at a share `part` of its length. Frames are interpolated linearly and so are only
+// nearly orthonormal, at rest as in any pose.
 [[gnu::always_inline]] inline CurveSample interpolate(const CarryCurve& curve, double part) {
   const double at = std::min(std::max(part, 0.0), 1.0) * (kSamples - 1);
   const int i = std::min(static_cast<int>(at), kSamples - 2);
@@ -60,12 +61,12 @@ Mat3 frame_of(const CurveSample& sample) {
   return frame;
 }
 
-// x in a sample's frame.
-Vec3 place_in(const CurveSample& sample, const Point& x) {
+// Coordinates of x in the frame of a sample.
+Vec3 coordinates_in(const CurveSample& sample, const Point& x) {
   return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
-// Part of the curve's length at which it is nearest to x.
+// Share of the length of the curve at which it is nearest to x.
 double nearest_part(const CarryCurve& curve, const Vec3& x) {
   double best = std::numeric_limits<double>::infinity(), part = 0.0;
   for (int i = 0; i + 1 < kSamples; ++i) {
@@ -80,14 +81,15 @@ double nearest_part(const CarryCurve& curve, const Vec3& x) {
   return part;
 }
 
-// Integral of smoothstep over t in 0..1, up to t.
+// Integral of smoothstep(0, 1, .) from 0 to t.
 double smoothstep_integral(double t) {
   t = std::clamp(t, 0.0, 1.0);
   return t * t * t * (1.0 - 0.5 * t);
 }
 
-// Stretch rate along the belly: 0 in the tendons, constant in the middle,
-// smoothsteps between.
+// Rate at which the change of length is taken up along the path (1/m): 0 in the tendons, constant
+// in the middle of the belly, with smoothsteps between. share() is its integral. s in m along the
+// rest path.
 struct StretchProfile {
   double from, to, ramp;
   double total() const { return to - from - ramp; }
@@ -102,7 +104,7 @@ struct StretchProfile {
   }
 };
 
-// The path at rest as a curve; its frames turn from any that fits the origin.
+// The path at rest as a curve. Its first frame has any normal that fits the tangent.
 CarryCurve rest_curve(const TracedPath& traced, double corner) {
   CarryWork work;
   work.traced = traced;
@@ -117,7 +119,7 @@ CarryCurve rest_curve(const TracedPath& traced, double corner) {
   return curve;
 }
 
-// Samples before the point k of the path, as the traced path has it.
+// The sample (fractional) at point k of the path, by its position on the traced path.
 double sample_of_point(const TracedPath& traced, int k) {
   double before = 0.0, all = 0.0;
   for (int i = 1; i < static_cast<int>(traced.points.size()); ++i) {
@@ -127,7 +129,7 @@ double sample_of_point(const TracedPath& traced, int k) {
   return all > 0.0 ? before / all * (kSamples - 1) : 0.0;
 }
 
-// The bodies that carry the path, and what lies between them at rest.
+// Groups successive points of the path that one body carries into runs.
 void set_runs(const TracedPath& traced, const Pose& rest_pose, CarriedShape& shape) {
   const std::vector<PathPoint>& points = shape.path.points;
   const auto same = [&](const PathPoint& a, const PathPoint& b) {
@@ -147,13 +149,13 @@ void set_runs(const TracedPath& traced, const Pose& rest_pose, CarriedShape& sha
       if (at < middle) ++shape.twists_of_origin;
     }
     shape.runs.push_back(
-        {begin, end - 1, place_of(points[begin], rest_pose).linear(), along.normalized()});
+        {begin, end - 1, frame_of_point(points[begin], rest_pose).linear(), along.normalized()});
   }
 }
 
 StretchProfile stretch_profile(const CarriedShape& shape) {
   const double length = shape.belly[1] - shape.belly[0];
-  return {shape.belly[0], shape.belly[1], std::min(shape.lengths.junction, 0.25 * length)};
+  return {shape.belly[0], shape.belly[1], std::min(shape.lengths.junction_length, 0.25 * length)};
 }
 
 double coordinate_in(const std::array<double, 2>& belly, double along) {
@@ -166,7 +168,7 @@ std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& pat
                                       const Pose& rest_pose, const std::array<double, 2>& belly,
                                       const Lengths& lengths) {
   const TracedPath traced = trace_path(path, rest_pose);
-  const CarryCurve curve = rest_curve(traced, lengths.corner);
+  const CarryCurve curve = rest_curve(traced, lengths.corner_length);
   std::vector<double> coordinates;
   for (const Vec3& p : mesh.vertices) {
     coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
@@ -183,7 +185,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.path = path;
   shape.lengths = lengths;
   const TracedPath traced = trace_path(path, rest_pose);
-  const CarryCurve curve = rest_curve(traced, lengths.corner);
+  const CarryCurve curve = rest_curve(traced, lengths.corner_length);
   shape.rest_path_length = traced.length;
   shape.belly = belly;
   shape.twist_from = twist_from;
@@ -209,7 +211,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     const double part = nearest_part(curve, mesh.vertices[i]);
     const double s = part * traced.length;
     shape.along[i] = s;
-    shape.offset[i] = place_in(interpolate(curve, part), to_point(mesh.vertices[i]));
+    shape.offset[i] = coordinates_in(interpolate(curve, part), to_point(mesh.vertices[i]));
     shape.stretch_share[i] = profile.share(s);
     shape.stretch_rate[i] = profile.rate(s);
     const double u = belly_coordinate(shape, static_cast<int>(i));
@@ -217,9 +219,9 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
       shape.inner[i] = smoothstep(0.0, kTaper, u) * smoothstep(0.0, kTaper, 1.0 - u);
     }
   }
-  // b from "the carried shape keeps its volume": b = sum A rate / sum A w rate,
-  // where the sections A are weighed by the share of the volume that each
-  // node's triangles enclose.
+  // b follows from the condition that the carried shape keeps its volume to first order: b = sum A
+  // rate / sum A w rate over the nodes, where A is the part of the cross-section that the triangles
+  // of the node enclose.
   double plain = 0.0, weighted = 0.0;
   for (const Triangle& tri : mesh.triangles) {
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
@@ -237,34 +239,34 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   return shape;
 }
 
-CarriedShape make_held_shape(const TriMesh& mesh, const std::vector<int>& held,
-                             const Pose& rest_pose) {
+CarriedShape make_fixed_shape(const TriMesh& mesh, const std::vector<int>& fixed_to,
+                              const Pose& rest_pose) {
   CarriedShape shape;
   const size_t nodes = mesh.vertices.size();
   shape.belly = {0.0, 1.0};
   shape.rest_path_length = 1.0;
-  shape.held = held;
+  shape.fixed_to = fixed_to;
   for (std::vector<double>* values :
        {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.bulge, &shape.inner}) {
     values->assign(nodes, 0.0);
   }
   for (size_t i = 0; i < nodes; ++i) {
     const Vec3& p = mesh.vertices[i];
-    shape.offset.push_back(held[i] < 0 ? p : rest_pose[held[i]].inverse() * p);
+    shape.offset.push_back(fixed_to[i] < 0 ? p : rest_pose[fixed_to[i]].inverse() * p);
   }
   return shape;
 }
 
 namespace {
 
-// The bodies along the traced path now, and the twists between them.
+// Finds the bodies along the traced path in the pose, and the twists between them.
 void find_bodies(const CarriedShape& shape, const Pose& pose, CarryWork& work) {
   auto& [traced, even, points, frames, bodies, scratch, twists] = work;
   bodies.clear();
   twists.clear();
   for (const CarriedShape::Run& run : shape.runs) {
-    const Mat3 now = place_of(shape.path.points[run.first], pose).linear();
-    FrameBody body{now * run.at_rest.transpose(), 0.0, sample_of_point(traced, run.first),
+    const Mat3 now = frame_of_point(shape.path.points[run.first], pose).linear();
+    FrameBody body{now * run.rest_rotation.transpose(), 0.0, sample_of_point(traced, run.first),
                    sample_of_point(traced, run.last)};
     if (!bodies.empty()) {
       const FrameBody& before = bodies.back();
@@ -284,9 +286,9 @@ double sharpest_bend(const CurveFrames& frames) {
   return least;
 }
 
-// How far frames go with the bodies and not by transport: from cosines of the
-// largest angle at an end, from 115 to 135 degrees, and of the sharpest bend
-// between two samples, from 50 to 75, and from how far the twists disagree.
+// To what share (0..1) the bodies give the frames instead of transport. It rises with the angle at
+// an end from 115 to 135 degrees, with the bend between two samples, and with the difference
+// between the twists from 70 to 120 degrees (`end` and `bend` are cosines). Chosen by trial.
 double share_of_bodies(double end, double bend, double doubt) {
   constexpr double kEnd[] = {0.42262, 0.70711}, kBend[] = {-0.64279, -0.25882};
   constexpr double kDoubt[] = {70.0 * kDegree, 120.0 * kDegree};
@@ -317,13 +319,13 @@ CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
 }
 
 void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, CarriedPose& out) {
-  if (!shape.held.empty()) {
+  if (!shape.fixed_to.empty()) {
     out.bodies = pose;
     return;
   }
   trace_path(shape.path, pose, work.traced);
   out.path_length = work.traced.length;
-  round_path(shape.lengths.corner, work);
+  round_path(shape.lengths.corner_length, work);
   const std::vector<Vec3>& points = work.points;
   const CurveFrames& frames = work.frames;
   out.change = out.path_length - shape.rest_path_length;
@@ -348,15 +350,13 @@ void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, Ca
 }
 
 double stretch_at(const CarriedShape& shape, const CarriedPose& pose, int node) {
-  // A belly shortened to nothing would turn inside out: 0.2 is far below any
-  // living fibre.
+  // A belly shortened to nothing would turn inside out; 0.2 is far below what living fibres reach.
   return std::max(1.0 + shape.stretch_rate[node] * pose.change, 0.2);
 }
 
 namespace {
 
-// Where a node is carried to: what the curve is there, and by how much its
-// offset swells.
+// The curve at the position to which a node is carried, and the factor g of its offset.
 struct CarriedNode {
   CurveSample at;
   double swelling;
@@ -380,11 +380,11 @@ void carried_positions(const CarriedShape& shape, const CarriedPose& pose, bool 
                        Points& positions, double scale, Points* scaled) {
   const size_t nodes = shape.along.size();
   positions.resize(nodes);
-  for (size_t i = 0; i < nodes && !shape.held.empty(); ++i) {
-    const int body = shape.held[i];
+  for (size_t i = 0; i < nodes && !shape.fixed_to.empty(); ++i) {
+    const int body = shape.fixed_to[i];
     positions[i] = to_point(body < 0 ? shape.offset[i] : pose.bodies[body] * shape.offset[i]);
   }
-  if (!shape.held.empty()) return;
+  if (!shape.fixed_to.empty()) return;
   if (scaled) scaled->resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const auto [at, swelling] = carry_node(shape, pose, swell, i);
@@ -402,7 +402,7 @@ std::vector<Vec3> profile_offsets(const CarriedShape& shape, const CarriedPose& 
   for (size_t i = 0; i < x.size(); ++i) {
     const auto [at, g] = carry_node(shape, pose, swell, i);
     const Vec3& offset = shape.offset[i];
-    offsets.push_back(place_in(at, x[i]) - Vec3(offset.x(), g * offset.y(), g * offset.z()));
+    offsets.push_back(coordinates_in(at, x[i]) - Vec3(offset.x(), g * offset.y(), g * offset.z()));
   }
   return offsets;
 }

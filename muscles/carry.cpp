@@ -9,16 +9,18 @@
 namespace thew::muscles {
 namespace {
 
-// Rest shape of the springs is drawn a little tighter than the carried shape: springs under tension
-// do not wrinkle, and the multiplier supplies the rest of the volume.
+// Scale [1] of the offsets in the shape in which the springs have their rest lengths. It is a
+// little tighter than the carried shape, because springs under tension do not wrinkle; the
+// multiplier supplies the remaining volume. Chosen by trial.
 constexpr double kTightness = 0.98;
 
-// Share of a muscle's force that its surface carries; the rest runs through the inside, which a
-// surface model does not have.
+// Share [1] of the force of a muscle that its surface carries. The remainder would run through the
+// inside, which a surface model does not have. Chosen by trial.
 constexpr double kSurfaceShare = 0.01;
 
-// "Target shape": every spring rests at its length in the carried shape. "Weights alone": along the
-// fibres rest lengths follow the path, across them they keep the rest shape's.
+// With shape = "target" the rest length of each spring is its length in the tightened carried
+// shape. With shape = "weights" rest lengths follow the path along the fibres, and keep those of
+// the rest shape across them.
 void set_rest_lengths(const Muscle& muscle, const CarriedStep& step, std::vector<double>& rest) {
   const Springs& springs = muscle.springs;
   if (!muscle.has_path()) {
@@ -26,7 +28,7 @@ void set_rest_lengths(const Muscle& muscle, const CarriedStep& step, std::vector
     return;
   }
   if (muscle.swells) {
-    spring_lengths(springs, step.tight, rest);
+    spring_lengths(springs, step.tightened, rest);
     return;
   }
   rest.resize(springs.nodes.size());
@@ -39,8 +41,8 @@ void set_rest_lengths(const Muscle& muscle, const CarriedStep& step, std::vector
   }
 }
 
-// Tension (Hill) as a shortening of the fibres' springs: each of the `abreast` springs that cross a
-// section carries its part.
+// Shortens the rest lengths of the springs along the fibres, so that they pull with the tension of
+// the muscle (Hill). Each of the `abreast` springs that cross a section carries an equal part.
 void activate(const Muscle& muscle, double activation, double change, double path_velocity,
               std::vector<double>& rest) {
   if (muscle.settings.f_max <= 0.0 || activation <= 0.0) return;
@@ -56,7 +58,7 @@ void activate(const Muscle& muscle, double activation, double change, double pat
   }
   for (int k = 0; k < springs.structural; ++k) {
     const double shortening = tension / abreast * springs.fibre_share[k] / springs.stiffness[k];
-    rest[k] = std::max(rest[k] - shortening, 0.2 * rest[k]);
+    rest[k] = std::max(rest[k] - shortening, 0.2 * rest[k]);  // as in stretch_at()
   }
 }
 
@@ -69,11 +71,11 @@ void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, dou
   carry_pose(muscle.shape, pose, step.carry, step.pose);
   motion.path_length = step.pose.path_length;
   carried_positions(muscle.shape, step.pose, muscle.swells, motion.target, kTightness,
-                    muscle.swells ? &step.tight : nullptr);
+                    muscle.swells ? &step.tightened : nullptr);
   for (size_t i = 0; i < motion.target.size(); ++i) {
     step.target_velocity[i] = (motion.target[i] - step.target_velocity[i]) * (1.0 / h);
   }
-  step.rest_before.swap(motion.rest_length);
+  step.rest_length_before.swap(motion.rest_length);
   set_rest_lengths(muscle, step, motion.rest_length);
   activate(muscle, activation, step.pose.change, (motion.path_length - length_before) / h,
            motion.rest_length);

@@ -5,23 +5,25 @@
 
 namespace thew::muscles {
 
-/// What of a carried muscle goes from step to step.
+/// State of a carried muscle that goes from step to step.
 struct CarriedMotion {
-  Points target;                    ///< the carried shape now, m; driven nodes are on it
-  std::vector<double> rest_length;  ///< of the springs, now, m
+  Points target;  ///< m, the carried shape at the end of the step; driven nodes lie on it
+  std::vector<double> rest_length;  ///< m, of the springs, at the end of the step
   double path_length = 0.0;         ///< m, see CarriedPose
 };
-/// What each step finds anew.
+/// Results that each step computes anew.
 struct CarriedStep {
   CarriedPose pose;
-  Points target_velocity;           ///< m/s
-  std::vector<double> rest_before;  ///< rest lengths a step before, m
-  Points tight;                     ///< the carried shape that springs rest in, m
+  Points target_velocity;                  ///< m/s
+  std::vector<double> rest_length_before;  ///< m, rest lengths at the end of the step before
+  Points tightened;  ///< m, the carried shape drawn tighter, in which the springs have their rest
+                     ///< lengths, m
   CarryWork carry;
 };
 
-/// Carries the muscle's shape along its path in the pose: targets, their velocities over h (s),
-/// rest lengths of the springs, and `activation` (0..1).
+/// Carries the shape of the muscle along its path in `pose`: sets target positions, their mean
+/// velocities over the step of h (s), and the rest lengths of the springs, shortened by
+/// `activation` (0..1).
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   CarriedMotion& motion, CarriedStep& step);
 

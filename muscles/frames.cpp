@@ -25,8 +25,8 @@ void resample(const std::vector<Vec3>& points, int count, std::vector<double>& s
   out.back() = points.back();
 }
 
-// Twice p - radius^2 p'' = p_in with fixed ends: a tridiagonal system (Thomas). Smooth in the pose,
-// unlike a count of averaging passes.
+// Solves p - radius^2 p'' = p_in with fixed ends twice, each a tridiagonal system (Thomas
+// algorithm). Unlike a whole number of averaging passes this is smooth in the pose.
 void round_corners(double spacing, double radius, std::vector<double>& inverse,
                    std::vector<Vec3>& p) {
   constexpr int kPasses = 2;
@@ -74,12 +74,12 @@ double turn_about(const Vec3& axis, const Mat3& turn) {
 }
 
 Twist share_twist(const std::vector<double>& twists, double at_insertion, int of_origin) {
-  constexpr double kHolds = 0.75 * kPi;
+  constexpr double kLetGoFrom = 0.75 * kPi;  // rad, twist from which a tendon lets go
   double total = 0.0, origin = 0.0, insertion = 0.0;
   for (int k = 0; k < static_cast<int>(twists.size()); ++k) {
     total += twists[k];
     (k < of_origin ? origin : insertion) +=
-        smoothstep(kHolds, kPi, std::abs(twists[k])) * twists[k];
+        smoothstep(kLetGoFrom, kPi, std::abs(twists[k])) * twists[k];
   }
   const double rounds = std::round((total - at_insertion) / (2.0 * kPi));
   const double exact = at_insertion + 2.0 * kPi * rounds, let_go = origin + insertion;
@@ -88,12 +88,12 @@ Twist share_twist(const std::vector<double>& twists, double at_insertion, int of
 
 Vec3 carried_normal(const std::vector<FrameBody>& bodies, const CurveFrames& rest, int i,
                     const Vec3& t, double angle) {
-  constexpr double kElsewhere = 0.1;  // of the weight where its points are
+  constexpr double kElsewhere = 0.1;  // weight far from the points of a body; 1.1 at them
   const double last = static_cast<double>(rest.tangent.size() - 1);
   Vec3 sum = Vec3::Zero();
   for (size_t k = 0; k < bodies.size(); ++k) {
     const FrameBody& body = bodies[k];
-    // Falls evenly to the next body's points on either side.
+    // The weight falls linearly from 1 at the points of this body to 0 at those of the next body.
     const double before = k > 0 ? body.first - bodies[k - 1].last : last,
                  after = k + 1 < bodies.size() ? bodies[k + 1].first - body.last : last;
     const double below = (body.first - i) / std::max(before, 1.0),
@@ -102,7 +102,7 @@ Vec3 carried_normal(const std::vector<FrameBody>& bodies, const CurveFrames& res
     const Vec3 tangent = body.turn * rest.tangent[i], normal = body.turn * rest.normal[i];
     const auto [s, c] = sin_cos(angle - body.twist);
     const Vec3 turned = c * normal + s * tangent.cross(normal);
-    // The least turn from `tangent` to t, times 1 + tangent . t.
+    // The normal after the smallest rotation from `tangent` to t, multiplied by 1 + tangent . t.
     sum += weight * ((1.0 + tangent.dot(t)) * turned - turned.dot(t) * (tangent + t));
   }
   return (sum - sum.dot(t) * t).normalized();

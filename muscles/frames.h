@@ -7,51 +7,59 @@
 
 namespace thew::muscles {
 
-/// Points at equal distances along a polyline, both ends included. `scratch` is any memory, here
-/// and below.
+/// `count` points at equal distances along a polyline, both ends included. `scratch` is memory that
+/// is overwritten, here and below.
 void resample(const std::vector<Vec3>& points, int count, std::vector<double>& scratch,
               std::vector<Vec3>& out);
-/// Rounds a polyline of equal pieces of `spacing`, about as an arc of `radius` (m) would.
+/// Rounds the corners of a polyline whose points are `spacing` (m) apart, about as an arc of
+/// `radius` (m) would; the ends stay.
 void round_corners(double spacing, double radius, std::vector<double>& scratch,
                    std::vector<Vec3>& p);
 
-/// Frames along a curve, each turned from the one before by as little as its tangent asks for.
+/// Frames along a curve: unit tangents and unit normals, by point.
 struct CurveFrames {
   std::vector<Vec3> tangent, normal;
 };
-/// The direction of the curve at point i, unit.
+/// Unit tangent of a polyline at point i, by central differences.
 Vec3 tangent_at(const std::vector<Vec3>& points, int i);
-/// `first` is the frame at the first point: tangent, normal, binormal.
+/// Parallel transport: each frame is the one before, turned by the smallest rotation that brings
+/// its tangent to that of the point. `first` is the frame at the first point, with columns tangent,
+/// normal, binormal.
 void transport_frames(const std::vector<Vec3>& points, const Mat3& first, CurveFrames& frames);
-/// The smallest turn that brings the frame's first column to `tangent`, applied to it.
+/// The frame, turned by the smallest rotation that brings its first column to `tangent`.
 Mat3 fitted_frame(const Mat3& frame, const Vec3& tangent);
-/// The angle (rad) of `turn` about the unit vector `axis`, the turn taken as this and then the
-/// least one that brings the axis to where it goes.
+/// Angle (rad, in (-pi, pi]) of the part of a rotation about the unit vector `axis`: the rotation
+/// is a twist about the axis, followed by the smallest rotation that moves the axis (swing-twist
+/// decomposition).
 double turn_about(const Vec3& axis, const Mat3& turn);
 
-/// How a curve's frames turn about it, in rad: as a whole, and by how much more in the share that
-/// goes from one end to the other, beside transport and where frames are those of bodies.
+/// How the frames of a curve are turned about it, in rad, in addition to transport: all by
+/// `at_origin`, and by a part of `shared` that grows from 0 to 1 along the curve. Where bodies give
+/// the frames, `shared_of_bodies` takes the place of `shared`.
 struct Twist {
   double at_origin = 0.0, shared = 0.0, shared_of_bodies = 0.0;
-  double doubt = 0.0;  ///< by how much the transported frames' twist differs from the bodies'
+  /// How much the twist of the transported frames differs from that of the bodies.
+  double doubt = 0.0;
 };
-/// From the twists between bodies that follow one another along the path, and the angle at the
-/// insertion between the transported frame and the one wanted: this tells the sum of the twists
-/// exactly, but not how many times it goes round, which each of theirs within 180 degrees does.
-/// Where one nears 180 degrees a tendon gives way: beyond 135 it lets go of a part, at 180 of all,
-/// so that either sign is the same. The origin's gives way for the first `of_origin` twists, the
-/// insertion's for the others.
+/// Distributes the twist of a muscle. `twists` are those between successive bodies along the path,
+/// each within 180 degrees. `at_insertion` is the angle at the insertion between the transported
+/// frame and the one that the body asks for. That angle is exact but known only up to full turns;
+/// the sum of the twists tells how many there are. As a twist nears 180 degrees a tendon lets go of
+/// it: of nothing at 135 degrees, of all of it at 180, so that both signs of 180 degrees give the
+/// same. The tendon of the origin does so for the first `of_origin` twists, that of the insertion
+/// for the others.
 Twist share_twist(const std::vector<double>& twists, double at_insertion, int of_origin);
 
-/// A body that carries a part of the curve: how it has turned since rest, by how much it is twisted
-/// against the first (rad), and the samples between which its points lie.
+/// A body that carries a part of the curve: its rotation since the rest pose, its twist against the
+/// first body (rad), and the samples (fractional) of its first and last point.
 struct FrameBody {
   Mat3 turn;
   double twist = 0.0, first = 0.0, last = 0.0;
 };
-/// Unit, across the tangent t of sample i: where the bodies carry its normal at rest, each turned
-/// by `angle` less its twist. Smooth where one of them points its tangent backwards: there that one
-/// counts for nothing.
+/// The unit normal of sample i, across its tangent t, as the bodies carry it: a weighted mean of
+/// the normal at rest, turned with each body and then about its tangent by `angle` less the twist
+/// of that body. A body whose carried tangent points against t has weight 0, and its weight falls
+/// to that smoothly.
 Vec3 carried_normal(const std::vector<FrameBody>& bodies, const CurveFrames& rest, int i,
                     const Vec3& t, double angle);
 

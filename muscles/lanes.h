@@ -7,17 +7,17 @@
 
 namespace thew::muscles {
 
-// Four nodes side by side, a coordinate a vector. Always inlined: across two instruction sets
-// vectors are passed in different registers.
+// Four nodes at a time, with one vector for each coordinate. Always inlined, because a call between
+// functions compiled for different instruction sets would pass vectors in different registers.
 
 using Lanes = double __attribute__((vector_size(32)));
-inline constexpr int kLanes = 4;  // AVX2 has the registers for four, not for eight
+inline constexpr int kLanes = 4;  // AVX2 has enough registers for four nodes, not for eight
 
 struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Transposed in registers.
+// Transposes four points in registers.
 [[gnu::always_inline]] inline Lanes3 side_by_side(const Point& a, const Point& b, const Point& c,
                                                   const Point& d) {
   const Point xz0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
@@ -33,7 +33,7 @@ struct Lanes3 {
   return side_by_side(rows[i[0]], rows[i[1]], rows[i[2]], rows[i[3]]);
 }
 
-// And back. Lanes that repeat a node write the same.
+// Writes four points to their rows. Lanes that repeat a node write the same values.
 [[gnu::always_inline]] inline void scatter(const Lanes3& a, const int* i, Point* rows) {
   const Lanes none = {};
   const Point xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6);

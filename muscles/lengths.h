@@ -6,59 +6,102 @@
 
 namespace thew::muscles {
 
-/// Rounding of what is computed of places within kilometres: of sums in double precision, of boxes
-/// in single precision, and what a node may lie in bone by. No size multiplies them.
+/// Bounds in m of the rounding error of positions within some kilometres of the origin: of sums in
+/// double precision (kRounding), of the boxes of a tree, which are in single precision
+/// (kBoxRounding), and of a node that was moved onto a bone (kNodeRounding). They do not depend on
+/// the size of the body.
 inline constexpr double kRounding = 1e-9, kBoxRounding = 1e-6, kNodeRounding = 1e-12;  // m
 
-/// Every length of the method that a scene does not give: m, on a body of a grown man's size.
-/// Another size multiplies them all ([scene] size), so that what is similar moves alike.
+/// All lengths of the method that a scene does not give, in m, for a body of the size of a grown
+/// man. The key `size` of a scene multiplies them all, so that similar bodies move alike. Where no
+/// reason is given, the value was chosen by trial on the arm and on characters; no source gives it.
 struct Lengths {
   // Paths and carried shapes.
-  double corner = 0.007;        ///< over which a path's corners are rounded: half a tendon's bend
-  double junction = 0.012;      ///< over which tendon turns into belly
-  double section_reach = 0.05;  ///< along a muscle, beyond which it is not of a section
+  /// Length over which corners of a path are rounded: half of the length over which a tendon bends.
+  double corner_length = 0.007;
+  /// Length over which tendon turns into belly.
+  double junction_length = 0.012;
+  /// Nodes farther along a muscle than the larger of this and 0.35 of its length are not of a
+  /// section.
+  double section_reach = 0.05;
 
   // Contact.
-  double touching = 1e-7;  ///< nearer, rounding would set a contact's direction
-  double nearer = 1e-5;    ///< by which another of a node's holds has to be, or two take turns
-  double march = 5e-4;     ///< least step of a node's way into a bone
+  /// Below this distance rounding would determine the direction from a point to its nearest point.
+  double least_direction = 1e-7;
+  /// How much smaller the gap of another contact of a node must be for it to take over as the one
+  /// that counts; without this two contacts would take turns.
+  double switch_lead = 1e-5;
+  /// Least step of the march along the path of a node into a bone.
+  double march_step = 5e-4;
 
   // Solvers.
-  double settled = 1e-4;    ///< way of the fastest node in a second below which a body has settled
-  double converged = 1e-8;  ///< motion of an iteration below which quasi-static ones rest
-  double told_overlap = 1e-3;  ///< of two bodies at rest, above which it is said
-  double least_rig = 0.1;      ///< of a rig whose joints all lie in one place
+  /// Speed in m/s of the fastest node, below which bodies have settled.
+  double settled_speed = 1e-4;
+  /// Motion of a node in an iteration, below which quasi-static iterations stop.
+  double converged_motion = 1e-8;
+  /// Depth of two bodies in one another in the rest pose, above which the user is warned.
+  double reported_overlap = 1e-3;
+  /// Size that is assumed for a rig whose joints all lie at one position.
+  double least_rig_size = 0.1;
 
   // The skin layer.
-  double flesh_reach = 0.03;      ///< flesh farther from the skin is not felt
-  double stale = 3e-4;            ///< of motion after which the flesh is looked up again
-  double cover = 0.001;           ///< flesh nodes stay this deep under the skin's triangles
-  double cover_depth = 0.002;     ///< at which they are looked after
-  double cover_reach = 0.006;     ///< through the skin at which they are still found
-  double fold_reach = 0.006;      ///< between the walls of a fold
-  double clearance = 1e-6;        ///< beyond the least distance, so that rounding leaves none short
-  double plenty = 0.006;          ///< of fat that gives way freely
-  double yield = 0.006;           ///< from its bound place beyond which an anchor slips
-  double longest_return = 0.001;  ///< of a step towards the balance of the forces before
-  double slack = 0.01;            ///< above its level at which the flesh's pull has faded
-  double longest_climb = 0.003;   ///< of one projection onto the level
-  double firm = 0.006;            ///< of fat that flesh does not press out of the way
-  double always_eased = 1.5e-4;   ///< that a node may leave its prediction by in any step
-  double least_parted = 1e-7;     ///< by which walls are moved apart: less tells no direction
-  double farthest_bone = 1.0;     ///< beyond it a node of the skin belongs to the root
-  double anchor = 0.12;           ///< over which a held patch draws its neighbours along
-  double fat_reach = 0.03;        ///< beyond which flesh does not carry the skin
+  /// Flesh farther from a node of the skin than this is ignored.
+  double flesh_reach = 0.03;
+  /// Motion of a node after which the flesh below it is searched for again.
+  double lookup_motion = 3e-4;
+  /// Depth below the triangles of the skin that nodes of the flesh keep.
+  double cover = 0.001;
+  /// Depth below the skin within which nodes of the flesh are kept under it: twice `cover`.
+  double cover_depth = 0.002;
+  /// Height above the skin within which nodes of the flesh that came through are still found.
+  double cover_reach = 0.006;
+  /// Distance within which the other wall of a fold is searched for.
+  double fold_reach = 0.006;
+  /// What a node is moved beyond its least distance, so that rounding leaves it no nearer.
+  double clearance = 1e-6;
+  /// Thickness of fat from which on it gives way freely to the volume of the skin.
+  double yielding_fat = 0.006;
+  /// Distance of a node from its bound position, beyond which its anchor slips.
+  double anchor_slip = 0.006;
+  /// Longest step of a prediction towards the equilibrium with the forces of the step before.
+  double max_return = 0.001;
+  /// Height of a node above its level, at which the pull of the flesh on it has faded out.
+  double pull_range = 0.01;
+  /// Longest step of one projection of a node onto its level.
+  double max_climb = 0.003;
+  /// Thickness of fat that flesh does not press out of the way.
+  double firm_fat = 0.006;
+  /// How far a node may leave its prediction in any step, whatever it did in the step before.
+  double free_correction = 1.5e-4;
+  /// Below this separation of the walls of a fold its direction is not defined.
+  double least_separation = 1e-7;
+  /// A node of the skin that is farther from all bones belongs to the root.
+  double farthest_bone = 1.0;
+  /// Length over which a part of the skin that is anchored to its body draws its neighbours along.
+  double anchor_length = 0.12;
+  /// Height over the flesh beyond which flesh does not carry the skin.
+  double fat_reach = 0.03;
 
   // A character's own skin.
-  double flat = 1e-5;      ///< what the weights leave of a distance: less tells no direction
-  double beside = 0.008;   ///< from a point's line, within which a sample lifts the point
-  double smoothed = 0.01;  ///< over which the displacement is evened out ...
-  double spread = 0.02;    ///< ... in the fewest passes no farther than this: it would flatten
-  double crease = 0.05;    ///< within which a sharp crease that the weights do not have is evened
-  double point_spacing = 0.01;  ///< from point to point within a triangle
-  double sampled = 0.008;       ///< longest edge of what a sample of a muscle stands for
+  /// Below this length the offset of a point from its muscle, as the weights turn it, is too short
+  /// to give a direction.
+  double least_offset = 1e-5;
+  /// Distance from the line along a point's normal, within which a sample of a muscle lifts it.
+  double sample_reach = 0.008;
+  /// Width over which the displacement by the muscles is smoothed.
+  double smoothing_width = 0.01;
+  /// The displacement is smoothed in a least number of passes, unless these would smooth over more
+  /// than this width, which would flatten it.
+  double max_spread = 0.02;
+  /// Width over which a crease that is much sharper than that of the weights is smoothed.
+  double crease_width = 0.05;
+  /// Distance between points of a triangle of the skin.
+  double point_spacing = 0.01;
+  /// Longest edge of the piece of a muscle that one sample represents.
+  double sample_edge = 0.008;
 };
 
+/// All lengths multiplied by the size of a body [1].
 inline Lengths times(const Lengths& lengths, double size) {
   auto all = std::bit_cast<std::array<double, sizeof(Lengths) / sizeof(double)>>(lengths);
   for (double& length : all) length *= size;

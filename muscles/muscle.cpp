@@ -20,13 +20,13 @@ std::string begin_of_message(const MuscleDef& def) {
   throw Error(ErrorCode::kUsage, begin_of_message(def) + why);
 }
 
-// Parallel arrays have the mesh's size, and indices what they point at.
+// Refuses arrays whose size is not that of the mesh, and indices that are out of range.
 void check_arrays(const MuscleDef& def, const Pose& rest_pose) {
   const size_t nodes = def.mesh.vertices.size();
   const auto count = [](size_t n) { return std::to_string(n); };
   if (nodes == 0) refuse(def, "its mesh is empty; give vertices and triangles");
   for (const auto& [size, what] :
-       {std::pair(def.weights.size(), "weights"), std::pair(def.held.size(), "held")}) {
+       {std::pair(def.weights.size(), "weights"), std::pair(def.fixed_to.size(), "fixed_to")}) {
     if (size == 0 || size == nodes) continue;
     refuse(def, std::string(what) + " has " + count(size) + " values for a mesh of " +
                     count(nodes) + " nodes; give one per node");
@@ -41,20 +41,21 @@ void check_arrays(const MuscleDef& def, const Pose& rest_pose) {
       }
     }
   }
-  bool known = std::all_of(def.held.begin(), def.held.end(),
+  bool known = std::all_of(def.fixed_to.begin(), def.fixed_to.end(),
                            [&](int body) { return body == -1 || is_body(body); });
   for (const PathPoint& point : def.path.points) {
     known = known && is_body(point.body) && (point.with == -1 || is_body(point.with));
   }
   for (const WrapCylinder& wrap : def.path.wraps) known = known && is_body(wrap.body);
   if (!known) {
-    refuse(def, "its path or hold names a body beyond the skeleton's " + count(rest_pose.size()));
+    refuse(def,
+           "its path or fixed_to names a body beyond the skeleton's " + count(rest_pose.size()));
   }
   if (def.path.points.size() == 1) refuse(def, "its path has one point; give two or more, or none");
 }
 
-// Nodes outside the belly, its two bounding rings included, go with the path. The tolerance lets
-// rings lie a little askew to the rounded path.
+// Nodes outside the belly are driven, its two bounding rings included. The tolerance of 2 % of the
+// belly is for rings that are a little oblique to the rounded path.
 std::vector<char> driven_nodes(const CarriedShape& shape) {
   const double tolerance = 0.02 * (shape.belly[1] - shape.belly[0]);
   std::vector<char> driven(shape.along.size());
@@ -65,9 +66,12 @@ std::vector<char> driven_nodes(const CarriedShape& shape) {
   return driven;
 }
 
-// What of the authored weights the multiplier goes by.
+// Weights of the multiplier: the authored ones, faded out towards the tendons.
 std::vector<double> multiplier_weights(const Muscle& muscle) {
-  const double taper = muscle.swells ? 0.15 : 0.30;  // of the belly: weights alone need more
+  const double taper =
+      muscle.swells
+          ? 0.15
+          : 0.30;  // share of the belly; shape = "weights" needs more, see muscles/notes.md
   std::vector<double> weights(muscle.authored_weights.size(), 0.0);
   for (size_t i = 0; i < weights.size(); ++i) {
     if (muscle.driven[i]) continue;
@@ -92,7 +96,7 @@ Skyline spring_matrix(const Springs& springs, double shape, const std::vector<ch
 }
 
 std::vector<double> contact_stiffness(const Skyline& matrix) {
-  constexpr double kShare = 0.2;  // of the springs' at the node
+  constexpr double kShare = 0.2;  // of the stiffness of the springs at the node; chosen by trial
   std::vector<double> stiffness(matrix.position.size(), 0.0);
   for (size_t node = 0; node < stiffness.size(); ++node) {
     const int i = matrix.position[node];
@@ -101,17 +105,17 @@ std::vector<double> contact_stiffness(const Skyline& matrix) {
   return stiffness;
 }
 
-// Where few nodes have to give all the volume back they are torn out of the surface, whatever the
-// integrator: none may move more than so many times what it would under even weights.
+// Nodes that have to restore the volume all alone are torn out of the surface under any integrator.
+// So no node may move more than kMaxShare times as far as under even weights.
 void spread_weights(const Points& x, Muscle& muscle) {
-  constexpr double kMostShare = 3.0;
+  constexpr double kMaxShare = 3.0;  // chosen by trial
   Points gradient;
   volume_gradient(x, muscle.rest.triangles, gradient);
   std::vector<double> share;
   for (size_t i = 0; i < x.size(); ++i) {
     share.push_back(to_vec(gradient[i]).squaredNorm() / muscle.mass[i]);
   }
-  muscle.weight_floor = limit_concentration(muscle.weights, share, muscle.driven, kMostShare);
+  muscle.weight_floor = limit_concentration(muscle.weights, share, muscle.driven, kMaxShare);
 }
 
 std::vector<int> bodies_of(const CarriedShape& shape) {
@@ -121,7 +125,7 @@ std::vector<int> bodies_of(const CarriedShape& shape) {
     if (point.with >= 0) bodies.insert(point.with);
   }
   for (const WrapCylinder& wrap : shape.path.wraps) bodies.insert(wrap.body);
-  for (int body : shape.held) {
+  for (int body : shape.fixed_to) {
     if (body >= 0) bodies.insert(body);
   }
   return {bodies.begin(), bodies.end()};
@@ -140,18 +144,18 @@ void carry_along_path(const MuscleDef& def, const Pose& rest_pose, const Lengths
   muscle.driven = driven_nodes(muscle.shape);
 }
 
-void hold_by_bodies(const MuscleDef& def, const Pose& rest_pose, Muscle& muscle) {
-  std::vector<int> held = def.held;
-  held.resize(muscle.rest.vertices.size(), -1);
-  muscle.shape = make_held_shape(muscle.rest, held, rest_pose);
+void fix_to_bodies(const MuscleDef& def, const Pose& rest_pose, Muscle& muscle) {
+  std::vector<int> fixed_to = def.fixed_to;
+  fixed_to.resize(muscle.rest.vertices.size(), -1);
+  muscle.shape = make_fixed_shape(muscle.rest, fixed_to, rest_pose);
   muscle.swells = false;
-  for (int body : held) muscle.driven.push_back(body >= 0);
+  for (int body : fixed_to) muscle.driven.push_back(body >= 0);
   if (std::find(muscle.driven.begin(), muscle.driven.end(), 0) == muscle.driven.end()) {
-    refuse(def, "every node is held; make the boxes of [fixed] smaller");
+    refuse(def, "every node is fixed; make the boxes of [fixed] smaller");
   }
 }
 
-// Unit, along the path; none of a soft body.
+// Unit direction of the fibres at each node, along the path; empty for a soft body.
 std::vector<Vec3> fibres_of(const Muscle& muscle, const Pose& rest_pose) {
   std::vector<Vec3> fibres;
   if (!muscle.has_path()) return fibres;
@@ -181,7 +185,7 @@ void make_forces(const std::vector<Vec3>& fibres, Muscle& muscle) {
   muscle.contact_stiffness = contact_stiffness(muscle.stiffness);
 }
 
-// Along the belly or, without a path, along the longest axis.
+// Divides the muscle into zones along the belly or, without a path, along its longest axis.
 void divide(int count, Muscle& muscle) {
   std::vector<double> along;
   if (!muscle.has_path()) {
@@ -218,7 +222,7 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   muscle.authored_weights = def.weights;
   if (def.weights.empty()) muscle.authored_weights.assign(def.mesh.vertices.size(), 1.0);
   if (def.path.points.empty()) {
-    hold_by_bodies(def, rest_pose, muscle);
+    fix_to_bodies(def, rest_pose, muscle);
   } else {
     carry_along_path(def, rest_pose, lengths, muscle);
   }

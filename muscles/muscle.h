@@ -15,60 +15,67 @@
 
 namespace thew::muscles {
 
-/// What a muscle is made of and driven by, besides its shape.
+/// Material and drive of a muscle. The defaults were chosen by trial on the arm.
 struct MuscleSettings {
-  double guide = 250.0;       ///< 1/s^2: pull to the carried shape over mass; a soft body has none
-  double damping = 20.0;      ///< 1/s, towards the velocity of the carried shape; a soft body: 0
-  double f_max = 0.0;         ///< N; 0: passive
-  double fibre_length = 0.1;  ///< m, optimal
-  std::vector<std::array<double, 2>> activation;  ///< (frame, 0..1); empty: 0
+  /// 1/s^2: stiffness towards the carried shape over mass; 0 for a soft body.
+  double guide = 250.0;
+  double damping = 20.0;  ///< 1/s, against the velocity relative to the carried shape; for a soft
+                          ///< body relative to rest
+  double f_max = 0.0;     ///< N, maximal isometric force; 0: a passive muscle
+  double fibre_length = 0.1;                      ///< m, optimal fibre length
+  std::vector<std::array<double, 2>> activation;  ///< keys (frame, activation 0..1); empty: 0
   SpringMaterial material;
-  std::optional<ZoneSettings> zone;  ///< weights follow the load
+  std::optional<ZoneSettings> zone;  ///< if given, the weights follow the load (eq. 15)
 };
 
-/// A muscle as it is given: arrays alone, all in the rest pose.
+/// The definition of a muscle: arrays alone, all in the rest pose.
 struct MuscleDef : MuscleSettings {
   std::string name;
-  std::string location = {};  ///< where it was given, "arm.toml:12", for messages; may be empty
-  TriMesh mesh;               ///< m; closed, outward, no two vertices at one place
-  FileOrder order = {};       ///< in which a bake has it
-  /// By node, 0 or more, in any unit: bulge and volume correction both go by it. Empty: even.
+  std::string location = {};  ///< where it was defined, for messages: "arm.toml:12"; may be empty
+  TriMesh mesh;               ///< m; closed, facing outwards, no two vertices at one position
+  FileOrder order = {};       ///< in which a bake stores it
+  /// By node, 0 or more, in any unit: each node's part in the swelling of the belly and in the
+  /// volume correction. Empty: all 1.
   std::vector<double> weights;
-  /// Line of action, origin to insertion. Empty: a soft body, which springs of rest length and its
-  /// volume alone shape, and which bodies may hold.
+  /// Line of action from origin to insertion. Empty for a soft body, which is shaped by springs and
+  /// volume alone and may be fixed to bodies.
   MusclePath path;
-  /// m along the rest path, first and last ring of the belly; both 0: a tenth of the path from its
+  /// m along the rest path, where the belly begins and ends. Both 0: a tenth of the path from its
   /// ends.
   std::array<double, 2> belly = {0.0, 0.0};
-  double twist_from = 0.0;  ///< m along the rest path; beyond it the insertion's twist is taken
-  bool swells = true;       ///< the target shape; else the weights alone
-  std::vector<int> held;    ///< a soft body: by node the body that holds it, -1 none; empty: none
-  int zones = 1;            ///< each keeps its volume
+  /// m along the rest path; the twist of the insertion is distributed beyond it.
+  double twist_from = 0.0;
+  bool swells = true;  ///< true: shape = "target"; false: shape = "weights"
+  /// For a soft body: the body that each node is fixed to, -1 if none; empty: none.
+  std::vector<int> fixed_to;
+  int zones = 1;  ///< number of zones along the axis, each of which keeps its volume
 };
 
-/// One muscle: what does not change during a bake.
+/// The constant data of a muscle, which do not change during a bake.
 struct Muscle {
   std::string name, location;
   TriMesh rest;
-  FileOrder order;           ///< in which a bake has it
+  FileOrder order;           ///< in which a bake stores it
   double rest_volume = 0.0;  ///< m^3
-  VolumeZones zones;         ///< empty: one multiplier for all of it
-  SurfaceLinks zone_links;   ///< of an automatic deformation zone; empty: the weights are fixed
+  VolumeZones zones;         ///< empty: one multiplier for the whole volume
+  SurfaceLinks zone_links;   ///< for automatic deformation zones; empty if the weights are constant
   CarriedShape shape;
   Springs springs;
-  RingSprings rings;                       ///< the same by node
+  RingSprings rings;                       ///< the same springs, sorted by node
   std::vector<double> mass;                ///< kg
   double highest_frequency_squared = 0.0;  ///< 1/s^2, of the springs at rest
   std::vector<char> driven, free_nodes;
-  std::vector<int> bodies;               ///< that move it, each once
-  std::vector<double> authored_weights;  ///< as they were given, by node
-  /// Of the multiplier: the authored ones, faded out towards the tendons; sum n, 0 where driven.
+  std::vector<int> bodies;               ///< bodies that move it, each once
+  std::vector<double> authored_weights;  ///< by node, as they were given
+  /// Weights of the volume multiplier, by node: the authored ones, faded out towards the tendons.
+  /// They sum to the number of nodes and are 0 at driven nodes.
   std::vector<double> weights;
-  double weight_floor = 0.0;  ///< added to all, where the authored lie on too few nodes
-  bool swells = true;         ///< the target shape; else the weights alone
+  double weight_floor = 0.0;  ///< added to all weights if the authored ones lie on too few nodes
+  bool swells = true;         ///< true: shape = "target"; false: shape = "weights"
   MuscleSettings settings;
   Skyline stiffness;  ///< sum of spring stiffness over free nodes, N/m
-  /// By node, N/m, 0 where driven: of the order by which a patch of nodes gives way together.
+  /// By node, N/m, 0 at driven nodes: about the stiffness with which a patch of nodes gives way
+  /// together.
   std::vector<double> contact_stiffness;
   /// The springs between a free node and a driven one.
   struct Anchored {
@@ -77,14 +84,16 @@ struct Muscle {
   };
   std::vector<Anchored> anchored;
 
-  bool has_path() const { return shape.held.empty(); }
+  bool has_path() const { return shape.fixed_to.empty(); }
 };
 
-/// The belly as given, or a tenth of the path from its ends. Error(kUsage) beyond the path.
+/// Begin and end of the belly, m along the rest path: as given, or a tenth of the path from its
+/// ends. Throws Error(kUsage) if it reaches beyond the path.
 std::array<double, 2> belly_of(const MuscleDef& def, const Pose& rest_pose);
 
-/// Error(kUsage) with the muscle's place and name for arrays that do not fit one another, weights
-/// that are none, a belly or twist beyond the path, a matrix that is too large.
+/// Builds a muscle. Throws Error(kUsage) with location and name of the muscle if the sizes of
+/// arrays differ, an index is out of range, a weight is negative or not finite, belly or twist_from
+/// lie beyond the path, or the matrix would be too large.
 Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& lengths);
 
 }  // namespace thew::muscles

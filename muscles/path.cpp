@@ -10,8 +10,8 @@
 namespace thew::muscles {
 namespace {
 
-// The cylinder's own frame in the world. Columns 0 and 1 span its section, 2 is its axis. For a
-// turn of -1 column 1 is mirrored, so that the path always goes round counter-clockwise.
+// The frame of a cylinder in the world. Columns 0 and 1 span its section, column 2 is its axis. For
+// turn = -1 column 1 is mirrored, so that the path always goes around counter-clockwise.
 struct Section {
   Mat3 axes;
   Vec3 centre;
@@ -29,10 +29,11 @@ Section section_of(const WrapCylinder& wrap, const Transform& body) {
 double cross(const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); }
 double dot(const Vec3& a, const Vec3& b) { return a.x() * b.x() + a.y() * b.y(); }
 
-// An end of the segment in the section. A point within the radius counts as lying on the surface.
+// An end of the segment in the frame of the section. A point inside the cylinder is moved to its
+// surface.
 struct End {
   Vec3 p;              // x, y in the section, z along the axis
-  double tangent = 0;  // m, from the point to where its tangent touches the circle
+  double tangent = 0;  // m, length of the tangent from the point to the circle
 };
 
 End end_of(const Section& section, const Vec3& world) {
@@ -47,12 +48,12 @@ End end_of(const Section& section, const Vec3& world) {
   return end;
 }
 
-// How much of the straight segment there is in the path, 0..1: all of it where that passes the
-// centre at a radius or more on its left or has it beyond one end. A segment that passes on the
-// wrong side is to leave the cylinder before one of its ends passes it by: from an angle of 60
-// degrees at that end, between segment and centre, on, to 90 degrees.
+// Share (0..1) of the straight segment in the path; the remainder is the arc. It is 1 where the
+// segment keeps the centre at a radius or more on its left, or the centre lies beyond one of its
+// ends. It is 0 where the segment cuts the circle on that side. On the wrong side it rises from 0
+// to 1 as the angle at an end, between segment and centre, goes from 60 to 90 degrees.
 double straight_share(double radius, const End& a, const End& b) {
-  constexpr double kHolds = 0.5;  // cosine
+  constexpr double kLeavesFrom = 0.5;  // cosine of 60 degrees
   const Vec3 along = b.p - a.p;
   const double length = std::sqrt(dot(along, along)), turn = cross(a.p, b.p);
   const double ahead = -dot(a.p, along), behind = dot(b.p, along);
@@ -60,17 +61,18 @@ double straight_share(double radius, const End& a, const End& b) {
   if (turn >= 0.0) return 0.0;
   const double cosine =
       std::min(ahead / std::sqrt(dot(a.p, a.p)), behind / std::sqrt(dot(b.p, b.p))) / length;
-  return 1.0 - smoothstep(0.0, kHolds, cosine);
+  return 1.0 - smoothstep(0.0, kLeavesFrom, cosine);
 }
 
-// Angle (rad) that the shortest path on the right side lies on the cylinder.
+// Angle (rad) over which the shortest path on the given side lies on the cylinder.
 double wrap_angle(double radius, const End& a, const End& b) {
   double between = arc_tan2(cross(a.p, b.p), dot(a.p, b.p));
   if (between < 0.0) between += 2.0 * kPi;
   return std::max(between - arc_tan2(a.tangent, radius) - arc_tan2(b.tangent, radius), 0.0);
 }
 
-// Where a tangent from `end` touches: the end's direction turned ahead (side 1) or back (-1).
+// The point where a tangent from `end` touches the circle, in the sense of the path (side 1) or
+// against it (-1).
 Vec3 touch_point(double radius, const End& end, double side) {
   const double d2 = dot(end.p, end.p);
   const double c = radius / d2 * radius, s = side * radius / d2 * end.tangent;
@@ -92,7 +94,7 @@ double trace_wrap(const Section& section, const Vec3& from, const Vec3& to,
     return along.norm();
   }
   const double angle = wrap_angle(section.radius, a, b);
-  // Unrolled, a helix is a straight line: z is linear in the length covered in the section.
+  // An unrolled helix is a straight line, so z is linear in the length covered in the section.
   const double flat = a.tangent + section.radius * angle + b.tangent;
   const double slope = flat > 0.0 ? (b.p.z() - a.p.z()) / flat : 0.0;
   const Vec3 touch = touch_point(section.radius, a, 1.0);
@@ -131,15 +133,15 @@ void check_path(const MusclePath& path) {
   }
 }
 
-// A turn's share: about the same axis, by less.
+// A share of a rotation, about the same axis.
 Mat3 share_of_turn(const Mat3& turn, double share) {
-  constexpr double kUsual = 120.0 * kDegree;  // beyond it the share rises
+  constexpr double kRisesFrom = 120.0 * kDegree;
   Eigen::Quaterniond q(turn);
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
   const double sine = q.vec().norm();
   if (sine < 1e-12) return Mat3::Identity();
   const double angle = 2.0 * arc_tan2(sine, q.w());
-  const double part = share + (1.0 - share) * smoothstep(kUsual, kPi, angle);
+  const double part = share + (1.0 - share) * smoothstep(kRisesFrom, kPi, angle);
   return rotation_about(q.vec() / sine, part * angle);
 }
 
@@ -148,16 +150,16 @@ Mat3 share_of_turn(const Mat3& turn, double share) {
 void share_turn(int with, double share, const Pose& rest_pose, PathPoint& point) {
   point.with = with;
   point.share = share;
-  point.at_rest = rest_pose[with].linear().transpose() * rest_pose[point.body].linear();
+  point.rest_rotation = rest_pose[with].linear().transpose() * rest_pose[point.body].linear();
 }
 
-Transform place_of(const PathPoint& point, const Pose& pose) {
+Transform frame_of_point(const PathPoint& point, const Pose& pose) {
   if (point.with < 0) return pose[point.body];
-  Transform place = pose[point.body];
+  Transform frame = pose[point.body];
   const Mat3 with = pose[point.with].linear();
-  const Mat3 turn = with.transpose() * place.linear() * point.at_rest.transpose();
-  place.linear() = with * share_of_turn(turn, point.share) * point.at_rest;
-  return place;
+  const Mat3 turn = with.transpose() * frame.linear() * point.rest_rotation.transpose();
+  frame.linear() = with * share_of_turn(turn, point.share) * point.rest_rotation;
+  return frame;
 }
 
 TracedPath trace_path(const MusclePath& path, const Pose& pose) {
@@ -169,7 +171,7 @@ TracedPath trace_path(const MusclePath& path, const Pose& pose) {
 void trace_path(const MusclePath& path, const Pose& pose, TracedPath& traced) {
   check_path(path);
   const auto in_world = [&](size_t i) {
-    return Vec3(place_of(path.points[i], pose) * path.points[i].position);
+    return Vec3(frame_of_point(path.points[i], pose) * path.points[i].position);
   };
   traced.length = 0.0;
   traced.points.assign(1, in_world(0));

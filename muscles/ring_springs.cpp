@@ -10,12 +10,12 @@
 namespace thew::muscles {
 namespace {
 
-// Springs by their two ends, each to be taken once by either end: two edges of a small mesh may
-// have the same pair opposite.
+// Springs by their two ends. Each end takes each spring once, because two edges of a small mesh may
+// have the same opposite vertices.
 using SpringsByEnds = std::map<std::array<int, 2>, std::vector<int>>;
 
 struct Ring {
-  std::vector<int> other, spring;  // edges, then opposite vertices
+  std::vector<int> other, spring;  // by edge of the node, then by opposite vertex
 };
 
 int take(SpringsByEnds& by_ends, int a, int b) {
@@ -26,7 +26,7 @@ int take(SpringsByEnds& by_ends, int a, int b) {
   return spring;
 }
 
-// `third` is the corner of the triangle on the left of each directed edge.
+// `third` has the third corner of the triangle on the left of each directed edge.
 Ring ring_of(int node, int first, const std::map<std::array<int, 2>, int>& third,
              SpringsByEnds& edges, SpringsByEnds& opposites) {
   Ring ring;
@@ -41,7 +41,8 @@ Ring ring_of(int node, int first, const std::map<std::array<int, 2>, int>& third
     const int a = ring.other[j], b = ring.other[(j + 1) % degree];
     const int opposite = third.at({b, a});
     const int spring = opposite == node ? -1 : take(opposites, node, opposite);
-    ring.other.push_back(spring < 0 ? a : opposite);  // no spring: anything but the node itself
+    ring.other.push_back(spring < 0 ? a
+                                    : opposite);  // where there is no spring, any node but this one
     ring.spring.push_back(spring);
   }
   return ring;
@@ -84,7 +85,8 @@ void add_slice(const std::vector<Ring>& rings, const std::vector<int>& nodes, si
   sum.z += a.x * b.y - a.y * b.x;
 }
 
-// slice(at, degree) for each: a degree known at compile time is worth a third of the time.
+// Calls work.slice for each slice, with the degree as a template argument for the common degrees.
+// That saves a third of the time.
 template <typename Work>
 [[gnu::always_inline]] inline void each_slice(const RingSprings& rings, RingSprings::Range of,
                                               const Work& work) {
@@ -120,7 +122,8 @@ struct RingPass {
   double dashpot;
   Point *f, *gradient;
 
-  // f += k (1 + (dashpot rate - L) / |d|) d, rate = d . w / |d|, w the difference of velocities.
+  // sum += k (1 + (dashpot rate - L) / |d|) d, with rate = d . w / |d| and w the difference of the
+  // velocities.
   [[gnu::always_inline]] void add_spring(int slot, const Lanes3& d, const Lanes3& u,
                                          Lanes3& sum) const {
     const Lanes3 w = minus(gather(v, rings.other[slot].data()), u);
@@ -134,9 +137,10 @@ struct RingPass {
     sum.z += pull * d.z;
   }
 
-  // The gradient is a third of the ring's area: cut into quads from its first corner, twice the
-  // area of each the product of its diagonals. Each as soon as its corners are there: only the
-  // first and the last two need to stay in registers.
+  // The gradient is a third of the area vector of the ring. The ring is cut into quads from its
+  // first corner; twice the area vector of a quad is the cross product of its diagonals. Each quad
+  // is added as soon as its corners are loaded, so that only the first and the last two corners
+  // stay in registers.
   template <int kDegree>
   [[gnu::always_inline]] void slice(const RingSprings::Slice& at) const {
     const int degree = kDegree > 0 ? kDegree : at.degree;
@@ -164,7 +168,8 @@ struct RingPass {
   }
 };
 
-// f += sum pull d, d = x_i - x_j, pull = k L / |d|; or k, where there is no L.
+// f += sum of pull d, with d = x_i - x_j and pull = scale k L / |d|, or scale k if there are no
+// rest lengths.
 struct RingPull {
   const RingSprings& rings;
   const Lanes* rest_length;

@@ -9,24 +9,25 @@
 
 namespace thew::muscles {
 
-/// The springs of a closed surface by node, in the order of the node's ring: first the edges, then
-/// the vertices opposite the ring's edges. Each spring is computed at both of its ends, which needs
-/// no scatter, and the differences along a ring give the gradient of the volume with no further
-/// load: dV/dx = 1/6 sum d_j x d_(j+1), twice the ring's area over 6. Nodes of one degree go four
-/// at a time, one a lane.
+/// The springs of a closed surface, sorted by node in the order of its ring: first the edges, then
+/// the springs to the vertices opposite the edges of the ring. Each spring is computed at both of
+/// its ends, so that a node writes only its own force. The edge vectors d_j of a ring also give the
+/// gradient of the volume without another load: dV/dx = 1/6 sum d_j x d_(j+1), twice the area of
+/// the ring over 6. Nodes of equal degree are computed four at a time, one in each lane.
 struct RingSprings {
   using Indices = std::array<int, kLanes>;
   using BySlot = std::vector<Lanes, AlignedAllocator<Lanes>>;
   struct Slice {
-    int degree = 0, first = 0, count = 0;  ///< 2 * degree slots from `first`; nodes that count
-    int at = 0;                            ///< of its first node in `order`
+    int degree = 0, first = 0, count = 0;  ///< slots first to first + 2 * degree; number of nodes
+    int at = 0;                            ///< index of its first node in `order`
     Indices node;                          ///< lanes beyond `count` repeat the last one
   };
   std::vector<Slice> slices;
-  std::vector<int> order;              ///< the nodes, slice by slice
-  std::vector<Indices> other, spring;  ///< by slot: the far node, the spring (-1: none)
-  BySlot stiffness, rest_length;       ///< N/m and m
-  size_t free_slices = 0;              ///< the first so many have all nodes that are not driven
+  std::vector<int> order;  ///< the nodes, slice by slice
+  /// By slot: the node at the other end, the spring (-1: none).
+  std::vector<Indices> other, spring;
+  BySlot stiffness, rest_length;  ///< N/m and m
+  size_t free_slices = 0;         ///< the free nodes are those of the first `free_slices` slices
 
   /// Slices [first, last).
   struct Range {
@@ -37,19 +38,19 @@ struct RingSprings {
 RingSprings make_ring_springs(const std::vector<Triangle>& triangles,
                               const std::vector<char>& driven, const Springs& springs);
 
-/// Lengths (m) given by spring.
+/// Rearranges lengths (m) that are given by spring.
 void lengths_by_slot(const RingSprings& rings, const std::vector<double>& by_spring,
                      RingSprings::BySlot& by_slot);
 
-/// f = k (|d| - L + dashpot d/dt |d|) along each spring (N; dashpot in s), overwritten; with
-/// `gradient` also dV/dx (m^2): of the nodes of the slices `of` alone, f and gradient being as long
-/// as x. The same bytes for any vector width.
+/// Sets f (N) at the nodes of the slices `of` to the sum of k (|d| - L + dashpot d|d|/dt) along the
+/// springs, with dashpot in s. If `gradient` is given, sets it to dV/dx (m^2) at these nodes. Both
+/// are as long as x. The bytes are the same for any vector width.
 void ring_forces(const RingSprings& rings, const RingSprings::BySlot& rest_length,
                  RingSprings::Range of, const Points& x, const Points& v, double dashpot, Points& f,
                  Points* gradient);
 
-/// What of the springs' force is not in proportion to d = x_i - x_j, at the free nodes:
-/// f += sum k L d / |d| (N). And f += scale sum k d.
+/// Parts of the spring force at the free nodes, with d = x_i - x_j. add_ring_projections: f += sum
+/// k L d / |d| (N), the part that is not linear in d. add_ring_edges: f += scale sum k d (N).
 void add_ring_projections(const RingSprings& rings, const RingSprings::BySlot& rest_length,
                           const Points& x, Points& f);
 void add_ring_edges(const RingSprings& rings, double scale, const Points& x, Points& f);

@@ -43,7 +43,8 @@ std::vector<int> short_row_order(const Adjacency& adjacency, const std::vector<c
   return order;
 }
 
-// Inline even without optimisation: across clones a vector is not returned in the same register.
+// Inlined even without optimisation, because clones for different processors do not return a vector
+// in the same register.
 template <typename Vector = Point>
 [[gnu::always_inline]] inline Vector load(const double* from) {
   Vector vector;
@@ -56,7 +57,8 @@ template <typename Vector>
   __builtin_memcpy(to, &vector, sizeof vector);
 }
 
-// Sum of a[k] b[k] in a fixed order of eight lanes, whatever the processor's width.
+// Sum of a[k] b[k] in eight lanes, so that its order does not depend on the vector width of the
+// processor.
 inline double dot(const double* a, const double* b, int count) {
   Point low = {}, high = {};
   int k = 0;
@@ -94,11 +96,11 @@ Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
     matrix.first[i] = first;
     matrix.start[i + 1] = matrix.start[i] + (i - first + 1);
   }
-  if (matrix_bytes(matrix) > kMostMatrixBytes) {
+  if (matrix_bytes(matrix) > kMaxMatrixBytes) {
     throw std::length_error("its " + std::to_string(matrix.size()) +
                             " free nodes need a matrix of " +
                             std::to_string(matrix_bytes(matrix) >> 20) + " MiB, more than " +
-                            std::to_string(kMostMatrixBytes >> 20) + "; use a coarser mesh");
+                            std::to_string(kMaxMatrixBytes >> 20) + "; use a coarser mesh");
   }
   matrix.values.assign(matrix.start.back(), 0.0);
   return matrix;
@@ -136,8 +138,8 @@ bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineF
 
 namespace {
 
-// A vector wider than the processor's registers lives in memory: a pair of rows goes in as many
-// parts as it takes.
+// Forward and backward substitution. A vector that is wider than the registers of the processor
+// would live in memory, so a pair of points is handled in parts of the size of Vector.
 template <typename Vector>
 [[gnu::always_inline]] inline void solve_by(const Skyline& matrix, const SkylineFactor& factor,
                                             double* x) {
@@ -150,7 +152,8 @@ template <typename Vector>
     for (int part = 0; part < kPair; part += kPart) {
       double* const own = x + kPair * i + part;
       const double* at = x + kPair * first + part;
-      Vector a = load<Vector>(own), b = {}, c = {}, d = {};  // each waits for itself alone
+      Vector a = load<Vector>(own), b = {}, c = {},
+             d = {};  // four independent sums, so that none waits for another
       int k = 0;
       for (; k + 4 <= count; k += 4, at += 4 * kPair) {
         a -= row[k] * load<Vector>(at);

@@ -8,24 +8,26 @@
 
 namespace thew::muscles {
 
-/// Two rows side by side: two right-hand sides of three coordinates, solved in one pass.
+/// Two points side by side: two right-hand sides of three coordinates each, solved in one pass.
 using PointPair = double __attribute__((vector_size(64)));
 using PointPairs = std::vector<PointPair, AlignedAllocator<PointPair>>;
 
-/// A symmetric positive definite matrix, its rows kept from the first entry to the diagonal.
-/// Surfaces of tubes have short rows when numbered well.
+/// A symmetric positive definite matrix, of which each row is stored from its first entry to the
+/// diagonal. The rows are short for tube-like surfaces in a good order.
 struct Skyline {
-  std::vector<int> order;          ///< order[new] = old index
-  std::vector<int> position;       ///< position[old] = new index, -1: not an unknown
-  std::vector<int> first;          ///< first column of each row
-  std::vector<std::size_t> start;  ///< of each row's entries; row i holds columns first[i]..i
+  std::vector<int> order;     ///< order[new] = old index
+  std::vector<int> position;  ///< position[old] = new index, -1: not an unknown
+  std::vector<int> first;     ///< first column of each row
+  /// Where the entries of each row begin; row i has columns first[i] to i.
+  std::vector<std::size_t> start;
   std::vector<double> values;
 
   int size() const { return static_cast<int>(order.size()); }
 };
 
-inline constexpr std::size_t kMostMatrixBytes = std::size_t{2} << 30;
-/// What a matrix and its factor take.
+/// 2 GiB, so that a mesh that is too fine is refused before memory runs out.
+inline constexpr std::size_t kMaxMatrixBytes = std::size_t{2} << 30;
+/// Memory of a matrix and its factor, bytes.
 inline std::size_t matrix_bytes(const Skyline& matrix) {
   return 2 * sizeof(double) * (matrix.start.empty() ? 0 : matrix.start.back());
 }
@@ -36,19 +38,20 @@ struct SkylineFactor {
   std::vector<double> inverse_diagonal;
 };
 
-/// Orders the nodes that are not `driven` to keep the rows short (reverse Cuthill-McKee) and
-/// makes room for an entry per pair. All values are zero. std::length_error where matrix and factor
-/// would take more than kMostMatrixBytes.
+/// Orders the nodes that are not `driven` so that rows are short (reverse Cuthill-McKee) and makes
+/// an entry of 0 for each pair. Throws std::length_error if matrix and factor would take more than
+/// kMaxMatrixBytes.
 Skyline make_skyline(int nodes, const std::vector<std::array<int, 2>>& pairs,
                      const std::vector<char>& driven);
 
-/// values(a, b) += k by old indices, where both are unknowns.
+/// Adds k to the entry of nodes a and b (old indices), if both are unknowns.
 void add_entry(Skyline& matrix, int a, int b, double k);
 
-/// Cholesky factor of values + diag(extra), extra by new index. False where not positive definite.
+/// Cholesky factor of the matrix plus diag(extra), `extra` by new index. False if that is not
+/// positive definite.
 bool factorise(const Skyline& matrix, const std::vector<double>& extra, SkylineFactor& factor);
 
-/// Solves in place, b by new index.
+/// Solves for both right-hand sides in place, b by new index.
 void solve(const Skyline& matrix, const SkylineFactor& factor, PointPairs& b);
 
 }  // namespace thew::muscles

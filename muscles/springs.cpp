@@ -11,7 +11,7 @@
 namespace thew::muscles {
 namespace {
 
-// An edge as seen from one of its triangles.
+// An edge of one triangle.
 struct Side {
   std::array<int, 2> edge;  // smaller index first
   int opposite;
@@ -40,7 +40,7 @@ std::vector<Side> sorted_sides(const TriMesh& mesh) {
   return sides;
 }
 
-// cos^2 of the angle between the pair and the fibres, the mean of both ends.
+// cos^2 of the angle between the spring and the fibres, mean of both ends.
 double fibre_share(const std::vector<Vec3>& fibres, int a, int b, const Vec3& along) {
   if (fibres.empty()) return 0.0;
   const double at_a = along.dot(fibres[a]), at_b = along.dot(fibres[b]);
@@ -53,7 +53,7 @@ struct SpringAdder {
   const SpringMaterial& material;
   Springs& springs;
 
-  // k = (share Y(a) + bending / L^2) A / L^2
+  // Adds a spring of stiffness k = (share Y(a) + bending / L^2) A / L^2.
   void add(int a, int b, double area, double share, double bending) const {
     const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
     const double length2 = along.squaredNorm();
@@ -123,7 +123,7 @@ void add_spring_forces(const Springs& springs, const std::vector<double>& rest_l
     const auto [a, b] = springs.nodes[i];
     const Point d = x[b] - x[a];
     const double length = std::sqrt(squared(d));
-    // Two nodes in one place have no direction to part in: no force.
+    // Two nodes at one position have no direction, so there is no force.
     const double tension =
         length > 0.0 ? springs.stiffness[i] * (length - rest_length[i]) / length : 0.0;
     f[a] += tension * d;
@@ -133,14 +133,14 @@ void add_spring_forces(const Springs& springs, const std::vector<double>& rest_l
 
 namespace {
 
-// x_a - x_b of four springs from `first`; the last of `count` stands for those beyond.
-[[gnu::always_inline]] inline Lanes3 ways_of(const Springs& springs, const Points& x, size_t first,
-                                             size_t count) {
-  const auto way = [&](size_t k) {
+// x_a - x_b of the four springs from `first` on. Lanes beyond `count` repeat the last spring.
+[[gnu::always_inline]] inline Lanes3 differences_of(const Springs& springs, const Points& x,
+                                                    size_t first, size_t count) {
+  const auto d = [&](size_t k) {
     const auto& [a, b] = springs.nodes[std::min(k, count - 1)];
     return x[a] - x[b];
   };
-  return side_by_side(way(first), way(first + 1), way(first + 2), way(first + 3));
+  return side_by_side(d(first), d(first + 1), d(first + 2), d(first + 3));
 }
 
 [[gnu::always_inline]] inline Lanes four_of(const std::vector<double>& values, size_t first,
@@ -157,8 +157,8 @@ void spring_lengths(const Springs& springs, const Points& x, std::vector<double>
   const size_t count = springs.nodes.size();
   length.resize(count);
   for (size_t first = 0; first < count; first += kLanes) {
-    const Lanes3 way = ways_of(springs, x, first, count);
-    const Lanes four = root(dot(way, way));
+    const Lanes3 d = differences_of(springs, x, first, count);
+    const Lanes four = root(dot(d, d));
     for (size_t l = 0; l < kLanes && first + l < count; ++l) length[first + l] = four[l];
   }
 }
@@ -167,8 +167,8 @@ THEW_VECTORISED
 EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
                            const Points& x, const Points& target, double most) {
   const size_t count = springs.structural;
-  Lanes energy = {}, usual = {};
-  auto within = energy == energy;  // by lane, -1 or 0
+  Lanes energy = {}, reference = {};
+  auto within = energy == energy;  // by lane: -1 for true, 0 for false
   auto reversed = within - within;
   for (size_t first = 0; first < count; first += kLanes) {
     const Lanes index = Lanes{0, 1, 2, 3} + static_cast<double>(first);
@@ -176,15 +176,15 @@ EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& re
     const Lanes stiffness = there ? 0.5 * four_of(springs.stiffness, first, count) : Lanes{};
     const Lanes now = four_of(rest_length, first, count);
     const Lanes before = four_of(springs.rest_length, first, count);
-    const Lanes3 way = ways_of(springs, x, first, count);
-    const Lanes length = root(dot(way, way)), stretch = length - now;
+    const Lanes3 d = differences_of(springs, x, first, count);
+    const Lanes length = root(dot(d, d)), stretch = length - now;
     within &= length <= most * (now > before ? now : before);
-    reversed -= there & (dot(way, ways_of(springs, target, first, count)) < 0.0);
+    reversed -= there & (dot(d, differences_of(springs, target, first, count)) < 0.0);
     energy += stiffness * stretch * stretch;
-    usual += stiffness * before * before;
+    reference += stiffness * before * before;
   }
   const auto sum = [](const auto& a) { return (a[0] + a[1]) + (a[2] + a[3]); };
-  return {sum(energy), sum(usual), static_cast<int>(sum(reversed)), sum(within) == -kLanes};
+  return {sum(energy), sum(reference), static_cast<int>(sum(reversed)), sum(within) == -kLanes};
 }
 
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length,

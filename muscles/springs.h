@@ -8,14 +8,17 @@
 
 namespace thew::muscles {
 
-/// Material of a muscle's surface, per width, so that refining the mesh leaves it as it was.
+/// Material of the surface of a muscle. Stiffness is per width, so that it does not change if the
+/// mesh is refined. The defaults were chosen by trial on the arm; the reason for anisotropy and
+/// shape is in muscles/notes.md ("Shape").
 struct SpringMaterial {
   double young = 1000.0;     ///< membrane stiffness across the fibres, N/m
-  double anisotropy = 10.0;  ///< stiffness along the fibres over across
-  double shear = 0.2;        ///< share of `young` in the springs between opposite vertices
-  double bending = 1e-4;     ///< N m, in the same springs
-  /// Stiffness against leaving the carried shape's edge vectors, over that against leaving their
-  /// lengths: stands for the inside of the muscle, which a surface lacks.
+  double anisotropy = 10.0;  ///< stiffness along the fibres over that across them [1]
+  double shear = 0.2;     ///< stiffness of the springs between opposite vertices over `young` [1]
+  double bending = 1e-4;  ///< N m, in the same springs
+  /// Stiffness against a change of a spring's vector from that of the carried shape, over its
+  /// stiffness against a change of length [1]. It stands for the inside of the muscle, which a
+  /// surface lacks.
   double shape = 2.0;
   double density = 1060.0;  ///< kg/m^3
 };
@@ -29,41 +32,45 @@ struct Springs {
   int structural = 0;               ///< number of edges
 };
 
-/// k = Y(a) A / L^2, A a third of the two triangles' area, a the angle between edge and fibre,
-/// Y = young (1 + (anisotropy - 1) cos^4 a); opposite vertices: k = (shear Y + bending / L^2) A /
-/// L^2, growing as 1/h^2 under refinement. A distance cannot feel the bending of a flat plate to
-/// first order: its energy still falls as h^2 (as h^4 for shear alone). `fibres`: unit direction
-/// per vertex, or empty for an isotropic material.
+/// Springs of a mesh (after Van Gelder 1998). Edges: k = Y(a) A / L^2, with A a third of the area
+/// of the two triangles of the edge, L its length, a its angle with the fibres, and Y(a) = young (1
+/// + (anisotropy - 1) cos^4 a). Opposite vertices: k = (shear Y(a) + bending / L^2) A / L^2. The
+/// bending part grows as 1/h^2 with the edge length h; because distances change only to second
+/// order as a flat plate bends, its energy still falls as h^2 (as h^4 for shear alone). `fibres`:
+/// unit direction by vertex, or empty for an isotropic material. Throws Error(kInput) if a spring
+/// has length 0.
 Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
                      const SpringMaterial& material);
 
-/// Mass (kg) per node: density * enclosed volume, spread by a third of each triangle's area.
+/// Mass (kg) by node: density (kg/m^3) times enclosed volume, distributed by a third of the area of
+/// each triangle.
 std::vector<double> lumped_masses(const TriMesh& mesh, double density);
 
 /// f += spring forces (N) at positions x with the given rest lengths.
 void add_spring_forces(const Springs& springs, const std::vector<double>& rest_length,
                        const Points& x, Points& f);
 
-/// m, by spring.
+/// Sets `length` (m) to the length of each spring.
 void spring_lengths(const Springs& springs, const Points& x, std::vector<double>& length);
 
-/// What the edges tell of a body's health.
+/// Strain of the edges of a body, for the health check.
 struct EdgeStrain {
-  double energy = 0.0;  ///< J, of all
-  double usual = 0.0;   ///< J, at twice their length at rest
-  int reversed = 0;     ///< against the target's
-  bool within = true;   ///< none is longer than it may be
+  double energy = 0.0;            ///< J, elastic energy of all edges
+  double reference_energy = 0.0;  ///< J, energy of all edges if each had twice its rest length
+  int reversed = 0;          ///< number of edges that point against the same edge of the target
+  bool within_limit = true;  ///< no edge is longer than its limit
 };
-/// At x, `most`: the length that an edge may have over its rest length, now or at first.
+/// The strain at x. The limit of an edge is `most` times the larger of its present and its first
+/// rest length.
 EdgeStrain strain_of_edges(const Springs& springs, const std::vector<double>& rest_length,
                            const Points& x, const Points& target, double most);
 
-/// Elastic energy (J).
+/// Elastic energy (J), sum of k (|d| - L)^2 / 2.
 double spring_energy(const Springs& springs, const std::vector<double>& rest_length,
                      const Points& x);
 
-/// Upper bound of the highest angular frequency squared (1/s^2) over free nodes, by Gershgorin:
-/// max over nodes of 2 * sum k / m. An explicit step is stable below 2 / sqrt of it.
+/// Upper bound of the highest squared angular frequency (1/s^2) of the free nodes, by Gershgorin:
+/// the largest of 2 sum k / m over nodes. An explicit step is stable below 2 / sqrt of it.
 double highest_frequency_squared(const Springs& springs, const std::vector<double>& mass,
                                  const std::vector<char>& driven);
 

@@ -15,7 +15,7 @@ std::vector<Triangle> tube_triangles(int around, int rings) {
     for (int k = 0; k < around; ++k) {
       const int a = node(ring, k), b = node(ring, k + 1);
       const int c = node(ring + 1, k), d = node(ring + 1, k + 1);
-      if ((ring + k) % 2 == 0) {  // alternate diagonals: no sense of twist
+      if ((ring + k) % 2 == 0) {  // alternate diagonals, so that the mesh has no sense of twist
         triangles.push_back({a, b, d});
         triangles.push_back({a, d, c});
       } else {

@@ -10,7 +10,7 @@
 namespace thew::muscles {
 namespace {
 
-// Sums stay in their lanes until the end, so that the order never depends on the processor.
+// Sums stay in their lanes until the end, so that their order does not depend on the processor.
 [[gnu::always_inline]] inline Point centroid(const Points& x) {
   Point even = {}, odd = {};
   const size_t n = x.size();
@@ -38,8 +38,9 @@ double enclosed_volume(const Points& x, const std::vector<Triangle>& triangles) 
 
 THEW_VECTORISED
 void volume_gradient(const Points& x, const std::vector<Triangle>& triangles, Points& gradient) {
-  // dV/dp1 = sum p2 x p3 / 6 over the triangles around p1. Round a closed ring p1 x (p3 - p2) sums
-  // to zero, so N / 6 for all three corners is the same, in one product and without an origin.
+  // dV/dp1 = sum p2 x p3 / 6 over the triangles around p1. Around a closed ring p1 x (p3 - p2) sums
+  // to zero, so N / 6 may be added at all three corners instead: one product, and no origin is
+  // needed.
   gradient.assign(x.size(), Point{});
   for (const auto& [i, j, k] : triangles) {
     const Point a = x[i];
@@ -72,14 +73,14 @@ VolumeCubic volume_along(const Points& x, const Points& d, const std::vector<Tri
 
 namespace {
 
-// |V - target| along t = |s| in the direction in which it falls: h = g - k1 t + k2 t^2 + k3 t^3,
-// with g > 0 and k1 >= 0.
+// h(t) = |V - target| for t = |s| in the direction in which it falls: h = g - k1 t + k2 t^2 + k3
+// t^3, with g > 0 and k1 >= 0.
 struct Fall {
   double g, k1, k2, k3;
   double value(double t) const { return g + t * (-k1 + t * (k2 + t * k3)); }
   double slope(double t) const { return -k1 + t * (2.0 * k2 + t * 3.0 * k3); }
 
-  // Where h stops falling: first root of h', infinity if none.
+  // The t at which h stops falling: the first root of h', infinity if there is none.
   double end() const {
     const double discriminant = k2 * k2 + 3.0 * k1 * k3;
     if (discriminant > 0.0 || k3 > 0.0) {
@@ -90,8 +91,8 @@ struct Fall {
     return std::numeric_limits<double>::infinity();
   }
 
-  // Root in (0, high], where h(high) <= 0 and h falls: Newton, halving wherever it leaves the
-  // bracket.
+  // The root in (0, high], where h falls and h(high) <= 0, by Newton's method, with bisection where
+  // it leaves the bracket.
   double root(double high) const {
     double low = 0.0, t = k1 > 0.0 ? std::min(g / k1, high) : 0.5 * high;
     for (int pass = 0; pass < 200; ++pass) {
@@ -99,7 +100,7 @@ struct Fall {
       if (h == 0.0) return t;
       (h > 0.0 ? low : high) = t;
       double next = t - h / slope(t);
-      // At rounding error Newton moves to a neighbour or stays: done.
+      // At rounding error a step leads to a neighbouring number or nowhere.
       if (std::fabs(next - t) <= std::numeric_limits<double>::epsilon() * t) return next;
       if (!(next > low && next < high)) next = 0.5 * (low + high);
       if (next == low || next == high) return next;
@@ -127,7 +128,8 @@ VolumeRoot nearest_root(const VolumeCubic& cubic, double target) {
   if (std::isinf(high)) {
     high = fall.k1 > 0.0 ? fall.g / fall.k1 : 1.0;
     while (fall.value(high) > 0.0 && !std::isinf(high)) high *= 2.0;
-    if (std::isinf(high)) return {0.0, false};  // coefficients too far apart to be a muscle's
+    if (std::isinf(high))
+      return {0.0, false};  // coefficients of such different size are not those of a muscle
   } else if (fall.value(high) > 0.0) {
     // A double root may miss zero by its rounding.
     const double rounding =

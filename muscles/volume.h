@@ -7,21 +7,23 @@
 
 namespace thew::muscles {
 
-/// Volume (m^3) enclosed by a closed surface; paper eq. 1, about the nodes' centroid.
+/// Volume (m^3) enclosed by a closed surface (paper, eq. 1), with positions relative to the
+/// centroid of the nodes, because the sum loses digits far from the origin.
 double enclosed_volume(const Points& x, const std::vector<Triangle>& triangles);
 
-/// dV/dx (m^2), one row per node; paper sidebar A, mended by -1/3. Overwrites `gradient`.
+/// Sets `gradient` to dV/dx (m^2), one row for each node: the gradient of the paper's sidebar A,
+/// which is printed multiplied by -3.
 void volume_gradient(const Points& x, const std::vector<Triangle>& triangles, Points& gradient);
 
-/// V(x + s d) = c0 + c1 s + c2 s^2 + c3 s^3, exactly, in one pass over the triangles.
+/// V(x + s d) = c0 + c1 s + c2 s^2 + c3 s^3 (m^3), exactly, in one pass over the triangles.
 struct VolumeCubic {
   double c0, c1, c2, c3;
 };
 VolumeCubic volume_along(const Points& x, const Points& d, const std::vector<Triangle>& triangles);
 
-/// Real root s nearest zero of V(x + s d) = target, bracketed between 0 and the nearest extremum
-/// and polished to rounding error. `reached` is false where no motion along d reaches the target;
-/// s is then the extremum that comes nearest (0 for a vanishing gradient).
+/// The real root s nearest to zero of V(x + s d) = target (m^3), found between 0 and the nearest
+/// extremum to rounding error. `reached` is false if V does not reach the target there; s is then
+/// the extremum (0 if the gradient vanishes or a coefficient is not finite).
 struct VolumeRoot {
   double s = 0.0;
   bool reached = true;

@@ -14,11 +14,12 @@
 namespace thew::muscles {
 namespace {
 
-// Of all volume: no zone may be smaller at rest, or rounding would be all of its error.
-constexpr double kLeastZone = 1e-4;
-// Of a zone's length: how far its weight fades on either side of a cut. 0.25 is nearer to finite
-// elements by a tenth where two bellies meet (the bar of thew_peers), but asks for finer meshes
-// than the arm's.
+// Least volume of a zone at rest, as a share of the whole; below it rounding would dominate the
+// error.
+constexpr double kMinZoneShare = 1e-4;
+// How far the weight of a zone fades out on either side of a cut, as a share of its length. 0.25 is
+// nearer to finite elements by a tenth where two bellies meet (muscles/notes.md), but needs finer
+// meshes than those of the arm.
 constexpr double kOverlap = 0.5;
 
 VolumeZones::Cut make_cut(const TriMesh& rest, const std::vector<double>& along, int cut,
@@ -28,7 +29,7 @@ VolumeZones::Cut make_cut(const TriMesh& rest, const std::vector<double>& along,
   for (double u : along) {
     before.push_back(1.0 - smoothstep((cut - kOverlap) / count, (cut + kOverlap) / count, u));
   }
-  // Nodes in the middle of the section count most, by the surface that they stand for.
+  // A node counts by its surface area, and most in the middle of the section.
   std::vector<double> centre(along.size(), 0.0);
   double sum = 0.0;
   for (int t = 0; t < static_cast<int>(rest.triangles.size()); ++t) {
@@ -73,8 +74,8 @@ double volume_before(const VolumeZones::Cut& cut, const Points& x,
   return sum3(volume) / 6.0;
 }
 
-// dL/dx1 = before (x2 - a) x (x3 - a) / 6 and cyclic; dL/da = -sum before N / 6, with N the cross
-// product of two edges, which the nodes of the section share.
+// dL/dx1 = before (x2 - a) x (x3 - a) / 6 and cyclic. dL/da = -sum of before N / 6, with N the
+// cross product of two edges; the nodes of the section take it by their shares of a.
 THEW_VECTORISED
 void gradient_before(const VolumeZones::Cut& cut, const Points& x,
                      const std::vector<Triangle>& triangles, Points& gradient) {
@@ -102,7 +103,7 @@ VolumeZones make_volume_zones(const TriMesh& rest, const std::vector<double>& al
   volumes_before(zones, to_points(rest.vertices), rest.triangles, zones.rest_before);
   for (int j = 0; j < count; ++j) {
     const double volume = zones.rest_before[j] - (j > 0 ? zones.rest_before[j - 1] : 0.0);
-    if (volume > kLeastZone * zones.rest_before.back()) continue;
+    if (volume > kMinZoneShare * zones.rest_before.back()) continue;
     throw std::invalid_argument("zone " + std::to_string(j + 1) + " of " + std::to_string(count) +
                                 " holds next to no volume at rest; give fewer zones");
   }
@@ -157,8 +158,8 @@ double zone_error(const VolumeZones& zones, const std::vector<double>& before,
 
 namespace {
 
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostZones, kMostZones>;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostZones, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxZones, kMaxZones>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxZones, 1>;
 
 THEW_VECTORISED
 double product(const Points& a, const Points& b) {
@@ -168,11 +169,11 @@ double product(const Points& a, const Points& b) {
 }
 
 THEW_VECTORISED
-void move(const Points& direction, double way, Points& x) {
-  for (size_t i = 0; i < x.size(); ++i) x[i] += way * direction[i];
+void move(const Points& direction, double distance, Points& x) {
+  for (size_t i = 0; i < x.size(); ++i) x[i] += distance * direction[i];
 }
 
-// Point i: how the volume before cut i grows along each direction.
+// Row i: how the volume before cut i grows along each direction.
 Matrix slopes(const VolumeZones& zones, const std::vector<Triangle>& triangles,
               const std::vector<Points>& directions, const Points& x,
               std::vector<Points>& gradients) {
@@ -189,11 +190,11 @@ Matrix slopes(const VolumeZones& zones, const std::vector<Triangle>& triangles,
 bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triangles,
                    const std::vector<double>& wanted, const std::vector<Points>& directions,
                    ZoneScratch& scratch, Points& x) {
-  constexpr int kMostPasses = 20;
-  constexpr double kHeld = 1e-13;      // of all volume
-  constexpr double kSingular = 1e-11;  // of the largest pivot
-  // As long as a pass leaves less than this of the error, the next one goes on with the same
-  // slopes: they cost more than it.
+  constexpr int kMaxPasses = 20;
+  constexpr double kTolerance = 1e-13;  // of the enclosed volume, near its rounding error
+  constexpr double kSingular = 1e-11;   // of the largest pivot
+  // If a pass leaves less than this share of the error, the next pass uses the same slopes, because
+  // computing them costs more than a pass.
   constexpr double kFast = 0.1;
   const int count = zones.count();
   scratch.start = x;
@@ -201,22 +202,23 @@ bool restore_zones(const VolumeZones& zones, const std::vector<Triangle>& triang
   Eigen::FullPivLU<Matrix> system(count, count);
   system.setThreshold(kSingular);
   double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     volumes_before(zones, x, triangles, scratch.before);
     for (int i = 0; i < count; ++i) missing[i] = wanted[i] - scratch.before[i];
     const double error = missing.cwiseAbs().maxCoeff();
-    if (error <= kHeld * wanted.back()) return true;
+    if (error <= kTolerance * wanted.back()) return true;
     if (!(error < before)) break;
     const bool fast = pass > 0 && error < kFast * before;
     before = error;
     if (!fast) {
       const Matrix now = slopes(zones, triangles, directions, x, scratch.gradients);
       if (!now.allFinite()) break;
-      // Of no full rank where a zone is held: that is no matter as long as its volume is right.
+      // Rank-deficient if no direction moves a zone; that does not matter while its volume is
+      // right.
       system.compute(now);
     }
-    const Vector way = system.solve(missing);
-    for (int j = 0; j < count; ++j) move(directions[j], way[j], x);
+    const Vector step = system.solve(missing);
+    for (int j = 0; j < count; ++j) move(directions[j], step[j], x);
   }
   x = scratch.start;
   return false;

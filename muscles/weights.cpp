@@ -60,19 +60,21 @@ double limit_concentration(std::vector<double>& weights,
   if (!(ratio > 1.0)) {
     throw std::invalid_argument("limit of the weights' concentration is not above 1; raise it");
   }
-  // A node's share is W_i g_i / sum W g, under even weights g_i / sum g. So the limit reads
-  // W_i <= ratio mean, with the mean of W weighed by g; a floor f adds f to both W_i and mean.
+  // The share of a node is W_i g_i / sum W g, and g_i / sum g under even weights. So the limit
+  // reads W_i <= ratio mean, where the mean of W is weighted by g. A floor f adds f to both W_i and
+  // mean.
   const std::vector<double>& g = gradient_squared_over_mass;
   double weighted = 0.0, even = 0.0, largest = 0.0;
   for (size_t i = 0; i < weights.size(); ++i) {
-    if (driven[i] || !(g[i] > 0.0)) continue;  // does not move at any weight
+    if (driven[i] || !(g[i] > 0.0)) continue;  // such a node does not move, whatever its weight
     weighted += weights[i] * g[i];
     even += g[i];
     largest = std::max(largest, weights[i]);
   }
   if (!(even > 0.0)) return 0.0;
   const double floor = (largest - ratio * (weighted / even)) / (ratio - 1.0);
-  constexpr double kRounding = 1e-12;  // of the largest: what is left of a floor that is there
+  // Of the largest weight: a floor that was added before leaves this much.
+  constexpr double kRounding = 1e-12;
   if (!(floor > kRounding * largest)) return 0.0;
   for (double& w : weights) w += floor;
   weights = normalised_weights(std::move(weights), driven);
@@ -95,7 +97,7 @@ void remove_net_motion(const Points& x, const std::vector<double>& mass, Points&
     spin += mass[i] * r.cross(to_vec(d[i]) - shift);
     inertia += mass[i] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
-  // Nodes on one line (or in one point) cannot spin about it: keep the matrix regular there.
+  // Nodes on one line (or at one point) cannot rotate about it; keep the matrix regular there.
   const double size = inertia.trace() / 3.0;
   if (!(inertia.determinant() > 1e-12 * size * size * size)) {
     inertia += (size > 0.0 ? 1e-9 * size : 1.0) * Mat3::Identity();

@@ -12,8 +12,8 @@
 namespace thew::muscles {
 namespace {
 
-// Distance between p and q, the vertices opposite the edge a-b, in the plane that both triangles
-// unfold into; infinity where the straight line leaves the two triangles.
+// Distance between p and q, the vertices opposite the edge a-b, in the plane into which both
+// triangles unfold; infinity if the straight line leaves the two triangles.
 double unfolded_distance(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q) {
   const Vec3 edge = b - a;
   const double length = edge.norm();
@@ -27,7 +27,8 @@ double unfolded_distance(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3
 }  // namespace
 
 SurfaceLinks surface_links(const TriMesh& mesh) {
-  std::vector<std::array<int, 3>> sides;  // edge, smaller index first, and the vertex opposite
+  // Edge with the smaller index first, and the opposite vertex.
+  std::vector<std::array<int, 3>> sides;
   for (const Triangle& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
       const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
@@ -70,7 +71,8 @@ void surface_distance(const SurfaceLinks& links, const std::vector<Vec3>& x,
                                        : unfolded_distance(x[edge[0]], x[edge[1]], p, q));
   }
   distance.assign(x.size(), std::numeric_limits<double>::infinity());
-  std::vector<std::pair<double, int>>& front = work.front;  // Dijkstra, ties by index
+  // Of Dijkstra's algorithm, ties by index.
+  std::vector<std::pair<double, int>>& front = work.front;
   const auto reach = [&](int node, double at) {
     distance[node] = at;
     front.emplace_back(at, node);
@@ -96,7 +98,7 @@ double grown_radius(const ZoneSettings& settings, double radius, double load, do
 }
 
 double zone_weight(double distance, double radius) {
-  if (distance == 0.0) return 1.0;  // a zone of no radius is the loaded nodes themselves
+  if (distance == 0.0) return 1.0;  // a zone of radius 0 has the loaded nodes alone
   if (!(distance < radius)) return 0.0;
   return 0.5 * (sin_cos(kPi * distance / radius).cos + 1.0);
 }
@@ -104,7 +106,7 @@ double zone_weight(double distance, double radius) {
 void zone_weights(const SurfaceLinks& links, const std::vector<Vec3>& rest,
                   const Vec3& load_direction, const ZoneSettings& settings, double radius,
                   ZoneWork& work, std::vector<double>& weights) {
-  // Distances along the load count for less: measure them on the mesh flattened along it.
+  // Distances along the load count less, so they are measured on a mesh that is flattened along it.
   work.x = rest;
   for (Vec3& p : work.x) p -= settings.along_load * p.dot(load_direction) * load_direction;
   surface_distance(links, work.x, work.loaded, work, weights);

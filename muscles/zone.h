@@ -9,20 +9,20 @@
 
 namespace thew::muscles {
 
-/// Automatic deformation zone (paper eq. 15, mended by pi): W = (cos(pi d / r) + 1) / 2 for d < r,
-/// 0 beyond, d the distance along the surface from the loaded nodes.
+/// Automatic deformation zone (paper, eq. 15, which is printed without pi): W = (cos(pi d / r) + 1)
+/// / 2 for d < r and 0 beyond, with d the distance along the surface from the loaded nodes.
 struct ZoneSettings {
   double smallest_radius = 0.0;  ///< m
-  double largest_radius = 1e9;   ///< m, the user's threshold
-  double per_impulse = 0.0;      ///< m per N s: growth with amount and duration of the load
-  double along_load = 0.0;       ///< 0..1: stretch of the zone towards the load's direction
+  double largest_radius = 1e9;   ///< m, limit that the user sets
+  double per_impulse = 0.0;      ///< m per N s: growth of the radius with the load and its duration
+  double along_load = 0.0;       ///< 0..1: stretch of the zone along the direction of the load
 };
 
-/// Which nodes of a mesh are linked: along an edge, or across one, from one of the vertices
-/// opposite it to the other.
+/// Links between the nodes of a mesh: along each edge, and across each edge between the two
+/// vertices opposite it.
 struct SurfaceLinks {
   struct Pair {
-    std::array<int, 2> ends, edge;  ///< edge: what lies between; {-1, -1}: nothing
+    std::array<int, 2> ends, edge;  ///< edge: the edge that lies between the ends; {-1, -1}: none
   };
   struct Link {
     int to, pair;
@@ -33,7 +33,7 @@ struct SurfaceLinks {
 };
 SurfaceLinks surface_links(const TriMesh& mesh);
 
-/// Scratch: as long as it gets after the first step that uses it.
+/// Scratch, which does not grow after the first step that uses it.
 struct ZoneWork {
   std::vector<int> loaded;  ///< nodes
   std::vector<Vec3> x;
@@ -41,20 +41,23 @@ struct ZoneWork {
   std::vector<std::pair<double, int>> front;
 };
 
-/// Shortest distance (m) along the surface from any of the sources; edges and the unfolded
-/// diagonals across them. Unreached nodes get infinity.
+/// Sets `distance` (m) to the shortest path from any of the sources along edges and along the
+/// diagonals across edges, in the plane into which their two triangles unfold. Nodes that are not
+/// reached get infinity.
 void surface_distance(const SurfaceLinks& links, const std::vector<Vec3>& x,
                       const std::vector<int>& sources, ZoneWork& work,
                       std::vector<double>& distance);
 
-/// Radius after a load (N) has acted for one more step: grows by per_impulse * load * dt, capped.
+/// The radius (m) after a load (N) has acted for dt (s) more: it grows by per_impulse load dt,
+/// within its limits.
 double grown_radius(const ZoneSettings& settings, double radius, double load, double dt);
 
-/// Eq. 15 itself: 1 at distance 0, 0 from the radius on.
+/// The weight by eq. 15: 1 at distance 0, 0 from the radius on (both in m).
 double zone_weight(double distance, double radius);
 
-/// Weights of the zone around work.loaded, at least one node, normalised to sum n.
-/// `load_direction` (unit or zero) shortens distances along it by 1 - along_load.
+/// Weights of the zone around the nodes work.loaded, at least one, scaled so that they sum to the
+/// number of nodes. Distances along `load_direction` (unit or zero) are multiplied by 1 -
+/// along_load.
 void zone_weights(const SurfaceLinks& links, const std::vector<Vec3>& rest,
                   const Vec3& load_direction, const ZoneSettings& settings, double radius,
                   ZoneWork& work, std::vector<double>& weights);

@@ -12,8 +12,8 @@
 namespace thew::rig {
 namespace {
 
-// Gram-Schmidt: unlike a polar decomposition it needs no iteration, and a bone's stretch is along
-// its own axes.
+// The rotation of a linear map by Gram-Schmidt. Unlike a polar decomposition it needs no iteration,
+// and it is exact for bones, which are scaled along their own axes.
 Mat3 turn_of(const Mat3& linear) {
   Mat3 turn;
   turn.col(0) = linear.col(0).normalized();
@@ -23,7 +23,7 @@ Mat3 turn_of(const Mat3& linear) {
   return turn.allFinite() ? turn : Mat3::Identity();
 }
 
-// Eigen's slerp takes its sines from libm, whose bytes differ by processor.
+// Spherical linear interpolation. Eigen's uses the sines of libm, whose bytes differ by processor.
 Eigen::Quaterniond slerp(const Eigen::Quaterniond& a, Eigen::Quaterniond b, double u) {
   if (a.dot(b) < 0.0) b.coeffs() = -b.coeffs();
   const double angle =
@@ -53,6 +53,7 @@ Eigen::Quaterniond combined(const std::array<double, 4>& share,
   for (int k = 0; k < 4; ++k) out.coeffs() += share[k] * of[k]->coeffs();
   return out;
 }
+// A rotation made unit again, or `other` where its four numbers have cancelled out.
 Vec3 sound(const Vec3& value, const Vec3&) { return value; }
 Eigen::Quaterniond sound(const Eigen::Quaterniond& value, const Eigen::Quaterniond& other) {
   return value.norm() > 1e-9 ? value.normalized() : other.normalized();
@@ -63,15 +64,16 @@ void sample_curve(const Curve<Value>& curve, double time, Value& value) {
   if (curve.times.empty()) return;
   const auto after = static_cast<size_t>(
       std::upper_bound(curve.times.begin(), curve.times.end(), time) - curve.times.begin());
-  if (after == 0 || after == curve.times.size() || curve.way == CurveWay::kStep) {
+  if (after == 0 || after == curve.times.size() ||
+      curve.interpolation == CurveInterpolation::kStep) {
     const Value& key = curve.values[after == 0 ? 0 : after - 1];
-    value = curve.way == CurveWay::kCubic ? sound(key, key) : key;
+    value = curve.interpolation == CurveInterpolation::kCubic ? sound(key, key) : key;
     return;
   }
   const double begin = curve.times[after - 1], step = curve.times[after] - begin;
   const double u = (time - begin) / step, v = 1.0 - u;
   const Value &a = curve.values[after - 1], &b = curve.values[after];
-  if (curve.way == CurveWay::kLinear) {
+  if (curve.interpolation == CurveInterpolation::kLinear) {
     value = between(a, b, u);
     return;
   }

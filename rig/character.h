@@ -12,31 +12,35 @@ namespace thew::rig {
 
 using Affine = Eigen::Affine3d;
 
-/// A frame of a body in its parent as files of characters have it: translate, turn, then stretch.
+/// The frame of a body in its parent, as files of characters store it: x = T R S x_local, so points
+/// are first scaled, then rotated, then translated.
 struct LocalTransform {
   Vec3 translation = Vec3::Zero();  ///< m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Vec3 scale = Vec3::Ones();
 };
-/// A shear is lost, a mirroring one stretches x by less than 0.
+/// Splits a frame into translation, rotation and scale. A shear is lost; a transform that mirrors
+/// gets a negative scale along x.
 LocalTransform split_transform(const Affine& transform);
 Affine join_transform(const LocalTransform& transform);
-/// The turning and shifting part.
+/// The rotation and translation of a transform, without its scale.
 Transform rigid_part(const Affine& transform);
 
-/// Between its keys a curve is linear (rotations along the shorter arc), holds the key before, or
-/// is a cubic of Hermite's by the slopes at its keys (rotations by their four numbers, then made
-/// unit again), as glTF 2.0, appendix C has it.
-enum class CurveWay { kLinear, kStep, kCubic };
-/// One curve, held outside its range.
+/// How a curve runs between its keys (glTF 2.0, appendix C). kLinear: linearly, rotations along the
+/// shorter arc. kStep: the curve keeps the value of the key before. kCubic: a cubic Hermite spline
+/// by the slopes at its keys; rotations are interpolated as four numbers and then normalised.
+enum class CurveInterpolation { kLinear, kStep, kCubic };
+/// Values against time. Before the first key the curve has the first value, after the last key the
+/// last one.
 template <typename Value>
 struct Curve {
   std::vector<double> times;  ///< s, increasing
   std::vector<Value> values;
-  CurveWay way = CurveWay::kLinear;
-  std::vector<Value> slopes_in, slopes_out;  ///< a second, by key; of a cubic alone
+  CurveInterpolation interpolation = CurveInterpolation::kLinear;
+  /// Per second, one for each key; filled for kCubic only.
+  std::vector<Value> slopes_in, slopes_out;
 };
-/// Left as it is where the curve has no key.
+/// The value at `time` (s). `value` keeps what it had where the curve has no key.
 void sample(const Curve<Vec3>& curve, double time, Vec3& value);
 void sample(const Curve<Eigen::Quaterniond>& curve, double time, Eigen::Quaterniond& value);
 struct BodyTrack {
@@ -52,22 +56,24 @@ struct BodyClip {
   std::vector<BodyTrack> tracks;
 };
 
-/// Weights of a mesh that somebody has skinned already, "linear blend skinning":
-/// x = sum_k weight_k world(body_k) from_bind_k rest.
+/// The weights by which a mesh follows its bodies, from the file of the character. Linear blend
+/// skinning: x = sum_k weight_k world(body_k) from_bind_k x_bind, where k runs over the influences
+/// of a vertex.
 struct SkinWeights {
   struct Link {
     int body;
-    Affine from_bind;  ///< from the bind pose into the body, stretch included
+    Affine from_bind;  ///< from the bind pose into the frame of the body, scale included
   };
   std::vector<Link> links;
   std::vector<int> first;      ///< influences of vertex i: first[i] to first[i + 1]
   std::vector<int> link;       ///< by influence
-  std::vector<double> weight;  ///< by influence, of a vertex they sum to 1
+  std::vector<double> weight;  ///< by influence; those of one vertex sum to 1
 };
 
-/// A run of a character's vertices, up to the next one's first: a mesh of the file or, where
-/// materials part it, a piece of one. Of a glTF (.glb, .vrm) alone the run's vertex i is item i of
-/// `meshes[mesh_index].primitives[primitive]`; other formats are triangulated by their reader.
+/// Consecutive vertices of a character, up to the first vertex of the next part. A part is a mesh
+/// of the file or, where a mesh has several materials, the piece of one material. For glTF (.gltf,
+/// .glb, .vrm), vertex i of the part is item i of `meshes[mesh_index].primitives[primitive]`. Other
+/// formats have no such indices, because assimp rebuilds their vertices as it triangulates.
 struct MeshPart {
   std::string mesh, node, material;  ///< names; "" where the file gives none
   int mesh_index = -1, primitive = -1;
@@ -76,51 +82,53 @@ struct MeshPart {
 
 /// A character as a file has it; metres, y up.
 struct Character {
-  Skeleton skeleton;         ///< in the bind pose; all joints fixed, frames without stretch
-  std::vector<Affine> bind;  ///< world transform of each body in the bind pose, stretch included
-  std::vector<Affine> rest;  ///< in the parent, where no animation moves the body
+  Skeleton skeleton;         ///< in the bind pose; all joints are fixed and frames have no scale
+  std::vector<Affine> bind;  ///< world transform of each body in the bind pose, scale included
+  std::vector<Affine> rest;  ///< transform in the parent body while no animation moves the body
   std::vector<BodyClip> animations;
   TriMesh mesh;               ///< in the bind pose; vertices in the order of the importer
-  std::vector<int> map_back;  ///< of each vertex the first one at the same place
+  std::vector<int> map_back;  ///< for each vertex, the first vertex of the same position
   SkinWeights skin;
   std::vector<MeshPart> parts;
-  /// A bone by VRM's word for it ("rightUpperArm"), where the file says which body that is.
+  /// A bone by its name in the VRM standard ("rightUpperArm"), for files that map bones to bodies.
   struct HumanBone {
     std::string bone;
     int body = -1;
   };
   std::vector<HumanBone> humanoid;
   std::vector<std::string> warnings;
-  std::string size_doubt;  ///< a warning, unless it is as large as a person
+  std::string size_doubt;  ///< a warning if the mesh is not as large as a person; else empty
 };
 
-/// World transforms of all bodies at `time` (s) of the animation, stretch included.
+/// World transforms of all bodies at `time` (s) of the animation, scale included.
 void animated_bodies(const Character& character, const BodyClip& clip, double time,
                      std::vector<Affine>& world);
-/// From one to the other, local transforms of `a` at share 0 and of `b` at 1.
+/// World transforms between two poses: the local transforms are interpolated, from those of `a` at
+/// `share` 0 to those of `b` at 1.
 void blend_bodies(const Skeleton& skeleton, const std::vector<Affine>& a,
                   const std::vector<Affine>& b, double share, std::vector<Affine>& world);
-/// The skin as the weights alone carry it.
+/// Positions x (m) of the vertices by linear blend skinning, see SkinWeights.
 void skin_vertices(const SkinWeights& skin, const TriMesh& mesh, const std::vector<Affine>& world,
                    Points& x);
-/// The same by the links' transforms.
+/// The same from transforms that link_transforms() has computed.
 void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
                    const std::vector<Affine>& of_links, Points& x);
-/// The blend of a vertex' transforms.
+/// sum_k weight_k world(body_k) from_bind_k of one vertex.
 Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex);
 /// world(body) from_bind of each link.
 void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
                      std::vector<Affine>& of_links);
 
-/// Motion of another skeleton carried over: each body turns as its counterpart turns from its own
-/// bind pose, in the character's own axes. Counterparts are, in this order, those of `names` (that
-/// body -> this body), those that are the same bone of a person (character_bones.h), by
-/// names or, where these tell nothing, by shape; those of equal names, a namespace apart. Where
-/// upper arms, forearms, thighs or shins point elsewhere in one bind pose than in the other (A and
-/// T), the difference is taken out. Keys are where the motion has some and at 60 a second between
-/// those that are farther apart. Adds what was done to `warnings`.
+/// Transfers the motion of one skeleton to another: each body turns against its bind pose as its
+/// counterpart turns against its own. Counterparts are found in this order: the pairs of `names`
+/// (body of the motion, body of the character); the same bone of a person (character_bones.h), by
+/// name or else by the geometry of the skeleton; equal names, a prefix up to ':' aside. Where upper
+/// arms, forearms, thighs or shins point in different directions in the two bind poses (A and T
+/// pose), the difference is removed. Keys lie where the motion has keys, and 60 a second between
+/// keys that are more than 0.05 s apart. A summary is appended to `warnings`. Throws Error(kInput),
+/// beginning with `location`, if a body of `names` does not exist or no body has a counterpart.
 BodyClip retarget(const Character& from, const BodyClip& clip, const Character& to,
-                  const std::vector<std::array<std::string, 2>>& names, const std::string& place,
+                  const std::vector<std::array<std::string, 2>>& names, const std::string& location,
                   std::vector<std::string>& warnings);
 
 }  // namespace thew::rig

@@ -34,8 +34,8 @@ std::vector<std::string> words_of(const std::string& name) {
   return words;
 }
 
-// The side, and all other words as one.
-int take_side(const std::vector<std::string>& words, std::string& rest) {
+// The side that the words tell, 0 for none. All other words are appended to `others`.
+int take_side(const std::vector<std::string>& words, std::string& others) {
   int side = 0;
   for (std::string word : words) {
     int here = word == "l" ? 1 : word == "r" ? -1 : 0;
@@ -46,7 +46,7 @@ int take_side(const std::vector<std::string>& words, std::string& rest) {
       word.erase(0, std::string(begin).size());
     }
     if (side == 0) side = here;
-    rest += word;
+    others += word;
   }
   return side;
 }
@@ -86,7 +86,7 @@ int common_ancestor(const Skeleton& skeleton, int a, int b) {
   return a;
 }
 
-// The trunk, by where the limbs hang on it.
+// Adds chest, hips and spine: the common ancestors of both arms and of arms and legs.
 void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
   const auto ancestor = [&](BoneKind kind) {
     const auto left = bodies.find({kind, 1}), right = bodies.find({kind, -1});
@@ -105,7 +105,8 @@ void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
   if (spine != chest) bodies.emplace(std::pair(BoneKind::kSpine, 0), spine);
 }
 
-// Poser's and CMU's other words: collar, shoulder, elbow, wrist. There, the shoulder is the arm.
+// Poser and CMU name the arm's bones collar, shoulder, elbow and wrist: there "shoulder" is the
+// humerus, which read_bone_name() takes for a clavicle.
 void add_shoulders(const Character& character, int side, HumanBodies& bodies) {
   const auto forearm = bodies.find({BoneKind::kForearm, side});
   if (bodies.count({BoneKind::kHumerus, side}) > 0 || forearm == bodies.end()) return;
@@ -120,7 +121,7 @@ void add_shoulders(const Character& character, int side, HumanBodies& bodies) {
   }
 }
 
-// Of several that are called so, the one that the limb hangs on.
+// Where several bodies have the name of this bone, takes the nearest ancestor of the limb.
 void set_nearest(const Character& character, BoneKind kind, BoneKind limb, int side,
                  HumanBodies& bodies) {
   const auto of = bodies.find({limb, side});
@@ -135,30 +136,34 @@ void set_nearest(const Character& character, BoneKind kind, BoneKind limb, int s
   }
 }
 
-Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
+Vec3 position_of(const Character& character, int body) {
+  return character.bind[body].translation();
+}
 
-// m, by body the longest way down the tree.
+// m, for each body the longest path down the tree from it.
 std::vector<double> reaches(const Character& character) {
   const Skeleton& skeleton = character.skeleton;
   std::vector<double> reach(skeleton.size(), 0.0);
   for (int i = skeleton.size() - 1; i > 0; --i) {
     const int on = skeleton.parent[i];
     if (on < 0) continue;
-    const double length = (place_of(character, i) - place_of(character, on)).norm();
+    const double length = (position_of(character, i) - position_of(character, on)).norm();
     reach[on] = std::max(reach[on], reach[i] + length);
   }
   return reach;
 }
 
-// Girdle, upper bone, lower bone, end and what hangs on it; -1 for no girdle and for nothing.
+// Bodies of a limb: girdle (clavicle), upper bone, lower bone, end (hand, foot) and the first body
+// of what is attached to the end; -1 for none.
 struct Limb {
   int girdle = -1, upper = -1, lower = -1, end = -1, tip = -1;
   double length = 0.0;  // m, of upper and lower bone; 0: no limb
 };
 
-// The longest way down from a body, those apart that lie at one place: the last has all turns.
+// The limb along the longest path down from a body. Of bodies that lie at one position the last is
+// taken, because it has the rotations of all.
 Limb limb_from(const Character& character, const std::vector<double>& reach, int body) {
-  constexpr double kOnePlace = 0.02;  // of the reach
+  constexpr double kOneJoint = 0.02;  // share of the reach within which bodies are one joint
   const Skeleton& skeleton = character.skeleton;
   std::vector<int> chain = {body};
   for (int now = body; now >= 0;) {
@@ -166,12 +171,13 @@ Limb limb_from(const Character& character, const std::vector<double>& reach, int
     double most = 0.0;
     for (int i = now + 1; i < skeleton.size(); ++i) {
       if (skeleton.parent[i] != now) continue;
-      const double far = reach[i] + (place_of(character, i) - place_of(character, now)).norm();
-      if (far > most) most = far, next = i;
+      const double longest =
+          reach[i] + (position_of(character, i) - position_of(character, now)).norm();
+      if (longest > most) most = longest, next = i;
     }
     if (next >= 0) {
-      const Vec3 step = place_of(character, next) - place_of(character, chain.back());
-      if (step.norm() > kOnePlace * reach[body]) {
+      const Vec3 step = position_of(character, next) - position_of(character, chain.back());
+      if (step.norm() > kOneJoint * reach[body]) {
         chain.push_back(next);
       } else {
         chain.back() = next;
@@ -183,7 +189,8 @@ Limb limb_from(const Character& character, const std::vector<double>& reach, int
   for (size_t k = 0; k + 2 < chain.size() && k < 2; ++k) {  // at most one girdle
     double parts[2];
     for (int j = 0; j < 2; ++j) {
-      parts[j] = (place_of(character, chain[k + j + 1]) - place_of(character, chain[k + j])).norm();
+      parts[j] =
+          (position_of(character, chain[k + j + 1]) - position_of(character, chain[k + j])).norm();
     }
     if (parts[0] + parts[1] <= limb.length || parts[1] < 0.3 * parts[0]) continue;
     limb = {k > 0 ? chain[k - 1] : -1,
@@ -201,7 +208,7 @@ struct LimbPair {
   Limb sides[2];
 };
 
-// Alike in both bones, longest first.
+// Pairs of limbs of nearly equal length that are attached to one trunk, longest first.
 std::vector<LimbPair> limb_pairs(const Character& character) {
   const Skeleton& skeleton = character.skeleton;
   const std::vector<double> reach = reaches(character);
@@ -223,16 +230,18 @@ std::vector<LimbPair> limb_pairs(const Character& character) {
   return pairs;
 }
 
-// The longest two pairs of which one's trunk hangs on the other's.
+// The two longest pairs of which one is attached to a descendant of the other's trunk: that one has
+// the arms.
 bool arms_and_legs(const Character& character, LimbPair& arms, LimbPair& legs) {
   const std::vector<LimbPair> pairs = limb_pairs(character);
   for (size_t k = 1; k < pairs.size(); ++k) {
     for (size_t j = 0; j < k; ++j) {
       const int a = pairs[j].trunk, b = pairs[k].trunk;
-      const LimbPair& lower = a > b ? pairs[j] : pairs[k];  // in the tree; parents come first
+      // Farther down the tree, since parents come first.
+      const LimbPair& lower = a > b ? pairs[j] : pairs[k];
       const LimbPair& upper = a > b ? pairs[k] : pairs[j];
       if (a == b || !hangs_on(character.skeleton, lower.trunk, upper.trunk)) continue;
-      const Limb& of = upper.sides[0];  // toes hang on a leg, fingers on an arm
+      const Limb& of = upper.sides[0];  // a pair of toes or fingers is no limb
       const int trunk = lower.trunk;
       if (hangs_on(character.skeleton, trunk, of.upper)) continue;
       if (hangs_on(character.skeleton, trunk, upper.sides[1].upper)) continue;
@@ -243,18 +252,19 @@ bool arms_and_legs(const Character& character, LimbPair& arms, LimbPair& legs) {
   return false;
 }
 
-// To the person's left; where there are no toes, it looks along z as glTF has it.
+// Direction to the person's left. `feet` tells whether the toes gave it; without toes the person is
+// taken to face along z, as in glTF.
 Vec3 left_of(const Character& character, const LimbPair& arms, const LimbPair& legs, bool& feet) {
   const auto middle = [&](const LimbPair& pair) {
-    return Vec3(0.5 * (place_of(character, pair.sides[0].upper) +
-                       place_of(character, pair.sides[1].upper)));
+    return Vec3(0.5 * (position_of(character, pair.sides[0].upper) +
+                       position_of(character, pair.sides[1].upper)));
   };
   const Vec3 up = (middle(arms) - middle(legs)).normalized();
   Vec3 forward = Vec3::Zero();
   double length = 0.0;
   for (const Limb& leg : legs.sides) {
     if (leg.tip < 0) continue;
-    const Vec3 foot = place_of(character, leg.tip) - place_of(character, leg.end);
+    const Vec3 foot = position_of(character, leg.tip) - position_of(character, leg.end);
     forward += foot - foot.dot(up) * up;
     length += foot.norm();
   }
@@ -265,7 +275,7 @@ Vec3 left_of(const Character& character, const LimbPair& arms, const LimbPair& l
 
 }  // namespace
 
-std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies) {
+std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies) {
   const auto named = [&](BoneKind kind) {
     return bodies.count({kind, 1}) + bodies.count({kind, -1}) > 0;
   };
@@ -275,22 +285,22 @@ std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies) 
   if ((!no_arms && !no_legs) || !arms_and_legs(character, arms, legs)) return "";
   bool feet = false;
   const Vec3 left = left_of(character, arms, legs, feet);
-  std::string told;
+  std::string summary;
   const auto put = [&](const LimbPair& pair, std::initializer_list<BoneKind> kinds,
                        const char* what) {
     const Vec3 across =
-        place_of(character, pair.sides[0].upper) - place_of(character, pair.sides[1].upper);
+        position_of(character, pair.sides[0].upper) - position_of(character, pair.sides[1].upper);
     for (int k = 0; k < 2; ++k) {
       const Limb& limb = pair.sides[k];
       const int side = (across.dot(left) > 0.0) == (k == 0) ? 1 : -1;
       const int of[] = {limb.girdle, limb.upper, limb.lower, limb.end};
-      told += std::string(told.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
+      summary += std::string(summary.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
       size_t j = 0;
       for (const BoneKind kind : kinds) {
         const int body = of[j++];
         if (body < 0 || kind == BoneKind::kNone) continue;
         bodies.emplace(std::pair(kind, side), body);
-        told += " \"" + character.skeleton.body_names[body] + "\"";
+        summary += " \"" + character.skeleton.body_names[body] + "\"";
       }
     }
   };
@@ -302,7 +312,7 @@ std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies) 
     put(legs, {BoneKind::kNone, BoneKind::kThigh, BoneKind::kShin, BoneKind::kFoot}, "leg");
   }
   add_trunk(character.skeleton, bodies);
-  return told + (feet ? ", left and right by the feet" : ", taken to look along z");
+  return summary + (feet ? ", left and right by the feet" : ", taken to look along z");
 }
 
 bool is_pivot(const std::string& name) { return name.find("_$AssimpFbx$_") != std::string::npos; }
@@ -325,15 +335,15 @@ HumanBodies human_bodies(const Character& character) {
     const BoneName name = read_bone_name(bone.bone);
     if (name.kind != BoneKind::kNone) bodies.emplace(std::pair(name.kind, name.side), bone.body);
   }
-  const HumanBodies told = bodies;
+  const HumanBodies of_file = bodies;
   for (int i = 0; i < skeleton.size(); ++i) {
     const BoneName name = read_bone_name(skeleton.body_names[i]);
     const bool of_trunk = name.kind == BoneKind::kNeck || name.kind == BoneKind::kHead;
     if (name.kind == BoneKind::kNone || name.kind == BoneKind::kHips ||
         name.kind == BoneKind::kSpine || of_trunk != (name.side == 0)) {
-      continue;  // a limb without a side is nobody's
+      continue;  // a limb needs a side, the trunk must not have one
     }
-    bodies.emplace(std::pair(name.kind, name.side), i);  // the first has the word
+    bodies.emplace(std::pair(name.kind, name.side), i);  // the first body of a name counts
   }
   for (const int side : {-1, 1}) {
     add_shoulders(character, side, bodies);
@@ -341,7 +351,7 @@ HumanBodies human_bodies(const Character& character) {
       bodies[{BoneKind::kThigh, side}] = bodies[{BoneKind::kShin, side}];  // "Leg", of one piece
       bodies.erase({BoneKind::kShin, side});
     }
-    if (told.count({BoneKind::kClavicle, side}) > 0) continue;
+    if (of_file.count({BoneKind::kClavicle, side}) > 0) continue;
     set_nearest(character, BoneKind::kClavicle, BoneKind::kHumerus, side, bodies);
   }
   add_trunk(skeleton, bodies);

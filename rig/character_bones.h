@@ -9,7 +9,8 @@
 
 namespace thew::rig {
 
-// Which bodies of other people's skeletons are which bones, by the names that their tools give.
+// Tells which body of a skeleton is which bone of a person, by the names that common tools give to
+// bones and by the geometry of the skeleton.
 
 enum class BoneKind {
   kNone,
@@ -32,23 +33,26 @@ struct BoneName {
   int side = 0;  ///< 1 left, -1 right, 0 neither
 };
 
-/// "mixamorig:LeftForeArm", "Bip01 R UpperArm", "DEF-upper_arm.L.001", "rShldrBend"; twist bones,
-/// fingers, targets and what FBX's reader puts between bodies are none.
+/// The bone and side that a name stands for: "mixamorig:LeftForeArm", "Bip01 R UpperArm",
+/// "DEF-upper_arm.L.001", "rShldrBend". kNone for twist bones, fingers, targets and the helper
+/// bodies of is_pivot().
 BoneName read_bone_name(const std::string& name);
-/// Whether FBX's reader put it between two bodies ("Arm_$AssimpFbx$_PreRotation").
+/// Whether it is a helper that assimp inserts between two bodies of an FBX file
+/// ("Arm_$AssimpFbx$_PreRotation").
 bool is_pivot(const std::string& name);
 
-/// Kind and side to body, for what is known: by VRM's map where the file has one, by names, and the
-/// trunk by where the limbs hang.
+/// The body of each bone that is known. Sources, in this order: the VRM map of the file, the names
+/// of the bodies, and for the trunk the bodies to which both arms or both legs are attached.
 using HumanBodies = std::map<std::pair<BoneKind, int>, int>;
 HumanBodies human_bodies(const Character& character);
 
-/// Arms and legs of which names tell nothing, by the skeleton's shape alone, and the trunk with
-/// them: pairs of limbs alike, whose longest two bones that meet are the limb; the legs hang above
-/// the arms in the tree, and toes tell left from right. What was taken for what, "" for nothing.
-std::string add_limbs_by_shape(const Character& character, HumanBodies& bodies);
+/// Adds arms or legs that no name tells, by the geometry of the skeleton, and the trunk with them.
+/// A limb is the two longest successive bones of a chain; limbs come in pairs of nearly equal
+/// length. Legs are attached nearer to the root than arms, and the toes tell left from right.
+/// Returns which bodies were taken for which bones, "" if none was added.
+std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies);
 
-/// Whether a body is the ancestor or below it.
+/// Whether `body` is `ancestor` or a descendant of it.
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 
 }  // namespace thew::rig

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The motion of one skeleton on another.
+// Transfers the motion of one skeleton to another, see retarget() in character.h. "Theirs" are the
+// bodies of the motion, "ours" those of the character.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,7 +16,7 @@ namespace {
 
 using Names = std::vector<std::array<std::string, 2>>;
 
-Vec3 location_of(const Character& character, int body) {
+Vec3 position_of(const Character& character, int body) {
   return character.bind[body].translation();
 }
 Mat3 turn_of(const Affine& transform) { return rigid_part(transform).linear(); }
@@ -26,10 +27,10 @@ std::string without_namespace(const std::string& name) {
   return colon == name.npos ? name : name.substr(colon + 1);
 }
 
-// Of each of our bodies theirs, -1 for none.
+// For each of our bodies its counterpart, -1 for none.
 struct Match {
   std::vector<int> source;
-  int matched = 0, by_kind = 0;  // by_kind: of other names
+  int matched = 0, by_kind = 0;  // by_kind: matched as the same bone although their names differ
 };
 
 void match_named(const Character& from, const Character& to, const Names& names,
@@ -81,11 +82,12 @@ Match match_bodies(const Character& from, const HumanBodies& theirs, const Chara
   return match;
 }
 
-// Columns: to the person's left, up, forward. False where the trunk is not known.
+// The axes of a person as columns: to the left, up, forward. False if shoulders or hips are not
+// known.
 bool frame_of(const Character& character, const HumanBodies& bodies, Mat3& frame) {
   const auto at = [&](BoneKind kind, int side, Vec3& p) {
     const auto found = bodies.find({kind, side});
-    if (found != bodies.end()) p = location_of(character, found->second);
+    if (found != bodies.end()) p = position_of(character, found->second);
     return found != bodies.end();
   };
   Vec3 left, right, left_leg, right_leg;
@@ -100,8 +102,9 @@ bool frame_of(const Character& character, const HumanBodies& bodies, Mat3& frame
   return frame.allFinite();
 }
 
-// What takes our axes to theirs: files differ in which axis is up and where a person looks, by
-// quarter turns; a lean beyond that is the person's own.
+// The rotation from our axes to theirs. Files differ by quarter turns in which axis is up and where
+// a person faces, so it is the quarter turn nearest to the difference; the remainder is the posture
+// of the person and stays.
 Mat3 axes_between(const Character& from, const HumanBodies& theirs, const Character& to,
                   const HumanBodies& ours) {
   Mat3 a, b;
@@ -123,7 +126,8 @@ Mat3 axes_between(const Character& from, const HumanBodies& theirs, const Charac
   return best;
 }
 
-// By body of ours what takes its bind pose to theirs, in their axes.
+// For each of our bodies the rotation from its bind pose to that of its counterpart, in their axes.
+// `farthest` gets the largest difference in direction, as text.
 std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs,
                                 const Character& to, const HumanBodies& ours, const Mat3& axes,
                                 std::string& farthest) {
@@ -133,12 +137,13 @@ std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs
                                                       {BoneKind::kShin, BoneKind::kFoot}};
   std::vector<std::array<Vec3, 2>> along(to.skeleton.size(), {Vec3::Zero(), Vec3::Zero()});
   for (const auto& pair : kLimbs) {
-    const BoneKind limb = pair.first, end = pair.second;  // a lambda may not capture a binding
+    const BoneKind limb = pair.first,
+                   end = pair.second;  // a lambda cannot capture a structured binding
     for (const int side : {-1, 1}) {
       const auto direction = [&](const Character& of, const HumanBodies& bodies, Vec3& out) {
         const auto a = bodies.find({limb, side}), b = bodies.find({end, side});
         if (a == bodies.end() || b == bodies.end()) return -1;
-        out = location_of(of, b->second) - location_of(of, a->second);
+        out = position_of(of, b->second) - position_of(of, a->second);
         return out.norm() > 1e-9 ? a->second : -1;
       };
       Vec3 p, q;
@@ -148,7 +153,8 @@ std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs
     }
   }
   std::vector<Mat3> out;
-  double most = 1.0 * kDegree;  // less is a matter of proportions
+  // rad; smaller differences come from proportions and are not reported.
+  double most = 1.0 * kDegree;
   for (int b = 0; b < to.skeleton.size(); ++b) {
     const int parent = to.skeleton.parent[b];
     out.push_back(parent < 0 ? axes : out[parent]);
@@ -166,11 +172,11 @@ std::vector<Mat3> between_binds(const Character& from, const HumanBodies& theirs
   return out;
 }
 
-// s: the motion's keys, and more between those that are far apart, as hands and trunk turn about
-// several joints at once.
+// Key times in s: those of the motion, and more between keys that are far apart. There,
+// interpolating each body by itself would deviate where several joints turn at once.
 std::vector<double> key_times(const BodyClip& clip) {
-  constexpr double kGap = 0.05, kStep = 1.0 / 60.0;
-  constexpr size_t kMost = 36000;  // ten minutes
+  constexpr double kGap = 0.05, kStep = 1.0 / 60.0;  // s
+  constexpr size_t kMaxKeys = 36000;                 // ten minutes of added keys: bounds the memory
   std::vector<double> times;
   for (const BodyTrack& track : clip.tracks) {
     times.insert(times.end(), track.rotation.times.begin(), track.rotation.times.end());
@@ -181,7 +187,7 @@ std::vector<double> key_times(const BodyClip& clip) {
   for (const double time : times) {
     if (!out.empty() && time - out.back() > kGap) {
       const double begin = out.back(), steps = std::ceil((time - begin) / kStep);
-      for (double k = 1.0; k < steps && out.size() < kMost; ++k) {
+      for (double k = 1.0; k < steps && out.size() < kMaxKeys; ++k) {
         out.push_back(begin + (time - begin) * k / steps);
       }
     }
@@ -207,8 +213,8 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
                   const Names& names, const std::string& location,
                   std::vector<std::string>& warnings) {
   HumanBodies theirs = human_bodies(from), ours = human_bodies(to);
-  const std::string of_motion = add_limbs_by_shape(from, theirs),
-                    of_rig = add_limbs_by_shape(to, ours);
+  const std::string of_motion = add_limbs_by_geometry(from, theirs),
+                    of_rig = add_limbs_by_geometry(to, ours);
   const Match match = match_bodies(from, theirs, to, ours, names, location);
   if (match.matched == 0) {
     throw Error(ErrorCode::kInput,
@@ -219,10 +225,10 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
   const Mat3 axes = axes_between(from, theirs, to, ours);
   std::string farthest;
   const std::vector<Mat3> between = between_binds(from, theirs, to, ours, axes, farthest);
-  std::string shape;
-  if (!of_motion.empty()) shape += "; of the motion by shape: " + of_motion;
-  if (!of_rig.empty()) shape += "; of the rig by shape: " + of_rig;
-  warnings.push_back(location + ": " + summary(match, to, farthest) + shape);
+  std::string by_geometry;
+  if (!of_motion.empty()) by_geometry += "; of the motion by shape: " + of_motion;
+  if (!of_rig.empty()) by_geometry += "; of the rig by shape: " + of_rig;
+  warnings.push_back(location + ": " + summary(match, to, farthest) + by_geometry);
   const Skeleton& skeleton = to.skeleton;
   BodyClip out{clip.name, clip.duration, {}};
   for (int b = 0; b < skeleton.size(); ++b) out.tracks.push_back({b, {}, {}, {}});
@@ -250,8 +256,8 @@ BodyClip retarget(const Character& from, const BodyClip& clip, const Character& 
     const int parent = skeleton.parent[b];
     const LocalTransform local =
         split_transform(parent < 0 ? to.bind[b] : to.bind[parent].inverse() * to.bind[b]);
-    out.tracks[b].translation = {{0.0}, {local.translation}, CurveWay::kLinear, {}, {}};
-    out.tracks[b].scale = {{0.0}, {local.scale}, CurveWay::kLinear, {}, {}};
+    out.tracks[b].translation = {{0.0}, {local.translation}, CurveInterpolation::kLinear, {}, {}};
+    out.tracks[b].scale = {{0.0}, {local.scale}, CurveInterpolation::kLinear, {}, {}};
   }
   return out;
 }

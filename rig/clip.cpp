@@ -12,16 +12,18 @@
 namespace thew::rig {
 namespace {
 
+// What a key may lie outside its range by, and is then clamped: rounding and resampling of motion
+// capture. The documented tolerance of check_clip().
 constexpr double kAngleSlack = 0.5 * kDegree;  // rad
 constexpr double kLengthSlack = 0.5e-3;        // m
-constexpr double kLongest = 1e9;               // s, beyond which a frame is no longer told
-constexpr double kRounding = 1e-12;            // of the slack: half a degree itself passes
+constexpr double kMaxTime = 1e9;               // s; doubles there still resolve 1e-7 s
+constexpr double kRounding = 1e-12;            // of the slack, so that 0.5 degree itself passes
 
 [[noreturn]] void refuse(const std::string& location, const std::string& what) {
   throw Error(ErrorCode::kInput, location + ": " + what);
 }
 
-void check_shape(const Clip& clip, const std::string& location) {
+void check_sizes(const Clip& clip, const std::string& location) {
   if (clip.times.empty()) refuse(location, "the clip has no keys; give it at least one");
   if (clip.values.size() != clip.times.size()) {
     refuse(location, "the clip has " + std::to_string(clip.times.size()) + " times and " +
@@ -29,7 +31,7 @@ void check_shape(const Clip& clip, const std::string& location) {
                          " rows of values; give one row a time");
   }
   for (size_t k = 0; k < clip.times.size(); ++k) {
-    if (!std::isfinite(clip.times[k]) || std::fabs(clip.times[k]) > kLongest) {
+    if (!std::isfinite(clip.times[k]) || std::fabs(clip.times[k]) > kMaxTime) {
       refuse(location, "key " + std::to_string(k + 1) + ": time " + number_text(clip.times[k]) +
                            " is no time in seconds; correct it");
     }
@@ -67,7 +69,7 @@ int checked_joint(const Clip& clip, size_t column, const Skeleton& skeleton,
   return joint;
 }
 
-// "130.2 deg", "0.01 m": limits and values as the user thinks of them.
+// "130.2 deg", "0.01 m": limits and values in the units of the scene file.
 std::string value_text(double value, bool is_angle) {
   return is_angle ? number_text(value / kDegree) + " deg" : number_text(value) + " m";
 }
@@ -91,7 +93,7 @@ void clamp_column(Clip& clip, size_t column, const Skeleton& skeleton, int joint
   for (size_t k = 0; k < clip.times.size(); ++k) {
     double& value = clip.values[k][column];
     if (!std::isfinite(value)) fail(k, "not finite; correct the key");
-    if (std::fabs(value) > kMostTurn) fail(k, "which is no angle or length; correct the key");
+    if (std::fabs(value) > kMaxAngle) fail(k, "which is no angle or length; correct the key");
     const double inside = std::clamp(value, lower, upper);
     const double beyond = std::fabs(value - inside);
     if (beyond > slack * (1.0 + kRounding)) {
@@ -112,9 +114,9 @@ double secant(const Clip& clip, size_t k, size_t column) {
          (clip.times[k + 1] - clip.times[k]);
 }
 
-// Slope at a key: the weighted harmonic mean of the secants beside it, which keeps each interval
-// monotone (Fritsch, Carlson 1980; Fritsch, Butland 1984); zero at a turning point and, because
-// the value is held outside the range, at both ends.
+// Slope at a key: the weighted harmonic mean of the secants on both sides, which keeps each
+// interval monotone (Fritsch, Carlson 1980; Fritsch, Butland 1984). It is zero where the secants
+// differ in sign, and at the first and last key, because the value is constant beyond them.
 double slope(const Clip& clip, size_t k, size_t column) {
   if (k == 0 || k + 1 == clip.times.size()) return 0.0;
   const double before = secant(clip, k - 1, column), after = secant(clip, k, column);
@@ -127,10 +129,9 @@ double slope(const Clip& clip, size_t k, size_t column) {
 // Cubic Hermite between key k and the next, u in [0, 1].
 double smooth_value(const Clip& clip, size_t k, size_t column, double u) {
   const double a = clip.values[k][column], b = clip.values[k + 1][column];
-  const double h = clip.times[k + 1] - clip.times[k], rest = 1.0 - u;
-  const double value =
-      a + (b - a) * u * u * (3.0 - 2.0 * u) +
-      h * u * rest * (rest * slope(clip, k, column) - u * slope(clip, k + 1, column));
+  const double h = clip.times[k + 1] - clip.times[k], v = 1.0 - u;
+  const double value = a + (b - a) * u * u * (3.0 - 2.0 * u) +
+                       h * u * v * (v * slope(clip, k, column) - u * slope(clip, k + 1, column));
   return std::clamp(value, std::min(a, b), std::max(a, b));  // rounding must not overshoot either
 }
 
@@ -138,7 +139,7 @@ double smooth_value(const Clip& clip, size_t k, size_t column, double u) {
 
 void check_clip(Clip& clip, const Skeleton& skeleton, const std::string& location,
                 std::vector<std::string>& warnings) {
-  check_shape(clip, location);
+  check_sizes(clip, location);
   for (size_t column = 0; column < clip.joints.size(); ++column) {
     const int joint = checked_joint(clip, column, skeleton, location);
     clamp_column(clip, column, skeleton, joint, location, warnings);
@@ -152,13 +153,13 @@ void sample_clip(const Clip& clip, const Skeleton& skeleton, double time,
   const size_t after = static_cast<size_t>(
       std::upper_bound(clip.times.begin(), clip.times.end(), time) - clip.times.begin());
   const size_t k = after == 0 ? 0 : after - 1;  // the last key at or before `time`
-  const bool held = after == 0 || after == clip.times.size();
+  const bool outside = after == 0 || after == clip.times.size();
   for (size_t column = 0; column < clip.joints.size(); ++column) {
     const int joint = find_joint(skeleton, clip.joints[column]);
     if (joint < 0) continue;
     const double a = clip.values[k][column];
     double value = a;
-    if (!held) {
+    if (!outside) {
       const double u = (time - clip.times[k]) / (clip.times[k + 1] - clip.times[k]);
       value = clip.interpolation == Clip::Interpolation::kLinear
                   ? a + u * (clip.values[k + 1][column] - a)

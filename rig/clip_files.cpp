@@ -11,11 +11,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFileLimit = size_t{64} << 20;  // bytes
+constexpr size_t kFileLimit = size_t{64} << 20;  // bytes; bounds the memory of a read
 
 using Words = std::vector<std::string_view>;
 
-// The lines of a text and the place of the present one.
+// Reads a text line by line and names the present line in messages.
 struct Lines {
   std::string file;
   std::string text;
@@ -54,7 +54,8 @@ Words split_commas(std::string_view line) {
   return words;
 }
 
-// Which column of the file feeds which column of the clip (-1: none), and its factor.
+// For each column of the file, the column of the clip that it fills (-1: none), and the factor to
+// rad or m.
 struct Columns {
   std::vector<int> target;
   std::vector<double> factor;
@@ -125,7 +126,7 @@ void read_rows(Lines& lines, const Columns& columns, Split split, Clip& clip) {
   if (clip.times.empty()) lines.refuse("the table has no rows; export the motion again");
 }
 
-// The lines `name=value` up to endheader.
+// The lines `name=value` of the header, up to the line endheader.
 struct MotHeader {
   int rows = -1, columns = -1;  // -1: not stated
   bool in_degrees = false;

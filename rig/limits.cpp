@@ -5,10 +5,10 @@
 
 namespace thew::rig {
 
-bool is_place(const Vec3& p, double farthest) { return (p.array().abs() <= farthest).all(); }
+bool is_bounded(const Vec3& p, double limit) { return (p.array().abs() <= limit).all(); }
 
-void check_place(const Vec3& p, const std::string& where, const std::string& next) {
-  if (is_place(p)) return;
+void check_position(const Vec3& p, const std::string& where, const std::string& next) {
+  if (is_bounded(p)) return;
   throw Error(ErrorCode::kInput,
               where +
                   (p.allFinite() ? " lies at " + point_text(p) + " m, farther than 10 km; "

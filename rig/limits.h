@@ -7,19 +7,20 @@
 
 namespace thew::rig {
 
-// What a number of a file may be, so that no arithmetic on it ends in what is no number.
+// Bounds on the numbers of a file, so that arithmetic on them neither overflows nor yields NaN.
 
-/// m: no place is farther from the origin along an axis, and nothing longer. float32, in which
-/// bakes and most formats hold places, parts them by a millimetre there.
-inline constexpr double kFarthest = 1e4;
-/// rad: sin_cos() is exact within it.
-inline constexpr double kMostTurn = 1e4;
-/// Micrometres to metres, and back: what a unit may be.
-inline constexpr double kLeastScale = 1e-6, kMostScale = 1e6;
+/// m, bound of each coordinate of a position and of each length. At 10 km the float32 numbers in
+/// which bakes and most formats store positions are still 1 mm apart.
+inline constexpr double kMaxCoordinate = 1e4;
+/// rad, bound of an angle; the error bound of sin_cos() holds up to 1e5.
+inline constexpr double kMaxAngle = 1e4;
+/// Bounds of a scale, which converts a unit to metres: from micrometres to 1,000 km.
+inline constexpr double kMinScale = 1e-6, kMaxScale = 1e6;
 
-/// Whether it is a place: false for what is no number as well.
-bool is_place(const Vec3& p, double farthest = kFarthest);
-/// Error(kInput), "WHERE lies at ..., farther than 10 km; NEXT", unless it is one.
-void check_place(const Vec3& p, const std::string& where, const std::string& next);
+/// Whether each component lies within +-`limit`; false for NaN.
+bool is_bounded(const Vec3& p, double limit = kMaxCoordinate);
+/// Throws Error(kInput), "WHERE lies at ..., farther than 10 km; NEXT", if a coordinate of p is
+/// beyond kMaxCoordinate or NaN.
+void check_position(const Vec3& p, const std::string& where, const std::string& next);
 
 }  // namespace thew::rig

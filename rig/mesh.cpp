@@ -27,7 +27,7 @@ double enclosed_volume(const TriMesh& mesh) {
   Vec3 centroid = Vec3::Zero();
   for (const Vec3& p : mesh.vertices) centroid += p;
   centroid /= static_cast<double>(mesh.vertices.size());
-  double volume = 0.0;  // V = sum of p1 . (p2 x p3) / 6
+  double volume = 0.0;  // V = sum of x1 . (x2 x x3) / 6
   for (const Triangle& t : mesh.triangles) {
     const Vec3 a = mesh.vertices[t[0]] - centroid;
     const Vec3 b = mesh.vertices[t[1]] - centroid;
@@ -71,7 +71,7 @@ WeldResult weld(const TriMesh& mesh) {
   return result;
 }
 
-std::vector<int> first_at_place(const TriMesh& mesh) {
+std::vector<int> first_at_position(const TriMesh& mesh) {
   const WeldResult welded = weld(mesh);
   std::vector<int> first(welded.mesh.vertices.size(), -1), out;
   for (size_t i = 0; i < welded.map_back.size(); ++i) {
@@ -83,7 +83,7 @@ std::vector<int> first_at_place(const TriMesh& mesh) {
 }
 
 std::vector<Triangle> joined_triangles(const TriMesh& mesh) {
-  const std::vector<int> first = first_at_place(mesh);
+  const std::vector<int> first = first_at_position(mesh);
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     for (int& i : t) i = first[i];

@@ -11,7 +11,8 @@
 namespace thew::rig {
 namespace {
 
-// A triangle this flat (height over longest edge) is what rounding to float32 makes of a line.
+// Least height of a triangle over its longest edge [1]: rounding to float32 (6e-8 of a coordinate)
+// makes such a triangle out of a line.
 constexpr double kFlat = 1e-7;
 
 class Partition {  // union-find; a set is named by its smallest member
@@ -38,7 +39,7 @@ struct HalfEdge {
   bool forward;  // from low to high
 };
 
-// What the checks share. Triangles that name a vertex twice take no part in edges and components.
+// Data that the checks share. Edges and components leave out triangles that name a vertex twice.
 struct Surface {
   const TriMesh& mesh;
   std::vector<HalfEdge> edges;  // sorted by low, high, corner
@@ -134,7 +135,8 @@ void check_numbers(const TriMesh& mesh, Defects& defects) {
   }
 }
 
-// Also unites the corners that an edge joins, in `fans`, and notes which components are closed.
+// Checks the half-edges from first to last, which share one edge. Also unites the corners that the
+// edge joins in `fans`, and records in s.closed which components are open.
 void check_edge(Surface& s, const HalfEdge* first, const HalfEdge* last, Partition& fans,
                 Defects& defects) {
   const auto where = [&] { return edge_text(s, *first); };
@@ -192,7 +194,8 @@ void check_triangles(const Surface& s, Defects& defects) {
 }
 
 void check_components(const Surface& s, Defects& defects) {
-  std::vector<int> origin(s.components, -1);  // a vertex of each, to sum its volume about
+  std::vector<int> origin(s.components,
+                          -1);  // a vertex of each, relative to which its volume is summed
   std::vector<double> volume(s.components, 0.0);
   for (const Triangle& t : s.mesh.triangles) {
     if (is_degenerate(t)) continue;
@@ -211,7 +214,7 @@ void check_components(const Surface& s, Defects& defects) {
              "keep one closed surface per file, or merge vertices at seams",
              [&] { return where(1); });
     }
-    if (!s.closed[i] || volume[i] >= 0.0) continue;  // an open surface encloses nothing
+    if (!s.closed[i] || volume[i] >= 0.0) continue;  // the volume of an open surface says nothing
     report(defects, Defect::kInsideOut,
            "flip the normals (in Blender: Mesh > Normals > Recalculate Outside)",
            [&] { return where(i) + ", volume " + number_text(volume[i]) + " m^3"; });
@@ -235,7 +238,8 @@ void check_scale(const TriMesh& mesh, const ScaleRange& range, Defects& defects)
   std::string where = number_text(extent) + " m " + axis[longest];
   std::string fix = "scale the mesh to metres";
   const double middle = std::sqrt(range.smallest * range.largest);
-  double best = range.largest / middle;  // the likeliest unit gives the most ordinary extent
+  double best = range.largest /
+                middle;  // the likeliest unit gives the extent nearest to the middle of the range
   for (const Unit& unit : {Unit{"millimetres", 1e-3}, Unit{"centimetres", 1e-2},
                            Unit{"a mesh scaled from millimetres twice", 1e3}}) {
     const double guess = extent * unit.metres;

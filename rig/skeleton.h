@@ -8,7 +8,8 @@
 
 namespace thew::rig {
 
-/// A tree of bodies; body i hangs on body parent[i] < i (-1: the root) by its own joint.
+/// A tree of bodies. Body i is attached to body parent[i] < i by a joint of its own; parent is -1
+/// for the root.
 struct Skeleton {
   enum class JointType { kFixed, kRevolute, kPrismatic };
   struct Visual {
@@ -18,28 +19,31 @@ struct Skeleton {
   };
   std::vector<std::string> body_names;
   std::vector<int> parent;
-  std::vector<Transform> joint_in_parent;  ///< the joint's frame in the parent body, at rest
-  std::vector<std::string> joint_names;    ///< empty for the root
+  /// Frame of the joint in the parent body, at joint value 0.
+  std::vector<Transform> joint_in_parent;
+  std::vector<std::string> joint_names;  ///< empty for the root
   std::vector<JointType> joint_types;
   std::vector<Vec3> joint_axes;      ///< unit, in the joint's frame
-  std::vector<double> lower, upper;  ///< rad or m
+  std::vector<double> lower, upper;  ///< range of the joint value, rad or m
   std::vector<std::vector<Visual>> visuals;
 
   int size() const { return static_cast<int>(body_names.size()); }
 };
 
-/// -1 where there is none.
+/// The index of the body, or of the body whose joint has that name; -1 if there is none.
 int find_body(const Skeleton& skeleton, const std::string& name);
 int find_joint(const Skeleton& skeleton, const std::string& name);
 
 /// One world transform per body.
 using Pose = std::vector<Transform>;
 
-/// Forward kinematics, iterative. joint_values: one per body (rad or m), unused ones ignored.
+/// World transforms of all bodies, parents first. `joint_values` has one value for each body (rad
+/// or m); those of fixed joints are ignored.
 void forward_kinematics(const Skeleton& skeleton, const std::vector<double>& joint_values,
                         Pose& pose);
 
-/// Name in `names` nearest to `word` by edit distance, or "" if none is near: "did you mean".
+/// The name nearest to `word` by edit distance, for "did you mean"; "" if more than a third of the
+/// letters differ in all of them.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace thew::rig

@@ -11,7 +11,7 @@
 namespace thew::rig {
 
 std::string printable(std::string_view text) {
-  constexpr size_t kMost = 2000;
+  constexpr size_t kMost = 2000;  // bytes
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string out;
   for (const char c : text.substr(0, kMost)) {
@@ -26,7 +26,7 @@ std::string printable(std::string_view text) {
 }
 
 std::string names_text(const std::vector<std::string>& names) {
-  constexpr size_t kLongestName = 100, kLongest = 1000;
+  constexpr size_t kLongestName = 100, kLongest = 1000;  // bytes
   std::string text;
   for (size_t i = 0; i < names.size(); ++i) {
     if (text.size() > kLongest) return text + ", " + std::to_string(names.size() - i) + " more";

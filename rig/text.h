@@ -11,20 +11,20 @@
 
 namespace thew::rig {
 
-// Numbers to and from text, the same under every locale.
+// Numbers to and from text, in the same format under every locale, and texts for messages.
 
-/// For one line on a terminal: what a foreign file calls its parts may hold anything. Control
-/// characters as \xNN, and no more than the first of it.
+/// A text of a foreign file, made safe for one line of a terminal: control characters become \xNN,
+/// and what is beyond 2,000 bytes is cut off.
 std::string printable(std::string_view text);
-/// "a, b, c" of names that may be a foreign file's: the begin of a long name, and how many more
-/// there are than fit a line.
+/// "a, b, c" of names that may come from a foreign file. Names are cut off after 100 bytes; after
+/// about 1,000 bytes the rest is only counted.
 std::string names_text(const std::vector<std::string>& names);
 
-/// Six significant digits; "no number", "infinite".
+/// Six significant digits; "no number" for NaN, "infinite" or "minus infinite" for infinity.
 std::string number_text(double value);
 /// "(0.01, 0.2, 0)"
 std::string point_text(const Vec3& point);
-/// The whole word as a number; a leading '+' is allowed, anything left over is not.
+/// The number that the whole word stands for, or nothing. A leading '+' is allowed.
 std::optional<double> parse_number(std::string_view word);
 
 /// Words between blanks.
@@ -32,7 +32,7 @@ std::vector<std::string_view> split_words(std::string_view line);
 
 /// Throws Error(kInput) unless `file` is a regular file of at most `limit` bytes; opens nothing.
 void check_readable(const std::filesystem::path& file, size_t limit);
-/// check_readable, and the file's bytes.
+/// The bytes of a file that check_readable() accepts.
 std::string read_whole(const std::filesystem::path& file, size_t limit);
 /// Whether `file` lies below `folder`; both canonical.
 bool is_below(const std::filesystem::path& file, const std::filesystem::path& folder);

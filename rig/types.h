@@ -11,7 +11,7 @@
 
 #include "thew/error.h"
 
-// Each folder is a namespace, and sees those to its left.
+// Each folder is a namespace that sees the namespaces of the folders that it may depend on.
 namespace thew {
 namespace rig {}
 namespace muscles {
@@ -48,12 +48,13 @@ using Mat3 = Eigen::Matrix3d;
 using Transform = Eigen::Isometry3d;
 using Triangle = std::array<int, 3>;
 
-/// One node per row: x, y, z and a zero, so that a node is one aligned load. The alignment is said,
-/// since without AVX the compiler would give half of it to what lies on the stack, and a function
-/// compiled for wider vectors counts on all of it.
+/// A node: x, y, z and a zero, so that it is read by one aligned load. The alignment is stated
+/// because without AVX the compiler would align one on the stack to 16 bytes only, and functions
+/// that are compiled for wider vectors rely on 32.
 using Point = double __attribute__((vector_size(32), aligned(32)));
 
-/// Memory aligned for the widest vectors, whatever the translation unit is compiled for.
+/// Allocates memory aligned to 64 bytes, for the widest vectors of any processor, whatever the
+/// translation unit is compiled for.
 template <typename T>
 struct AlignedAllocator {
   using value_type = T;
@@ -80,8 +81,8 @@ inline double dot(const Point& a, const Point& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 inline double norm(const Point& r) { return std::sqrt(dot(r, r)); }
-// Always inlined: called across two instruction sets, vectors would be passed in different
-// registers.
+// Always inlined: a call between functions that are compiled for different instruction sets would
+// pass vectors in different registers.
 [[gnu::always_inline]] inline double sum3(const Point& a) { return (a[0] + a[1]) + a[2]; }
 [[gnu::always_inline]] inline Point yzx(const Point& a) {
   return __builtin_shufflevector(a, a, 1, 2, 0, 3);
@@ -89,7 +90,7 @@ inline double norm(const Point& r) { return std::sqrt(dot(r, r)); }
 [[gnu::always_inline]] inline Point cross3(const Point& a, const Point& b) {
   return yzx(a * yzx(b) - yzx(a) * b);
 }
-/// Of nodes of the same number: the greatest distance.
+/// The largest distance between nodes of the same index.
 inline double largest_distance(const Points& a, const Points& b) {
   double squared = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -103,7 +103,7 @@ void step_skin_of(const Model& model, Parallel& parallel, State& state) {
 int skin_steps(const Model& model, double time, State& state) {
   if (!model.has_skin || model.skinned) return 1;
   const double turn = turn_until(model, time, state);
-  return std::max(1, static_cast<int>(std::ceil(turn / model.skin.settings.most_turn)));
+  return std::max(1, static_cast<int>(std::ceil(turn / model.skin.settings.max_turn)));
 }
 
 // s. Frames of one length to the last bit, so that a factor of the step's matrix goes on to count.
@@ -191,7 +191,7 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
     if (on_frame) on_frame();
     settled.seconds = time - begin;
     settled.speed = fastest_node(model, state);
-    settled.converged = settled.speed < model.lengths.settled && time >= moves_until;
+    settled.converged = settled.speed < model.lengths.settled_speed && time >= moves_until;
   }
   state.time = 0.0;
   return settled;

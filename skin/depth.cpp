@@ -8,9 +8,9 @@
 namespace thew::skin {
 namespace {
 
-// How often a triangle's outline goes round the origin, seen against the ray: 1, -1 or 0. Whether
-// an edge counts is the same for both of its triangles, whatever rounding makes of it, so that a
-// ray through an edge or a corner of a closed surface counts neither twice nor not at all.
+// How often the outline of a triangle goes around the origin in the plane of axes u and v, across
+// the ray: 1, -1 or 0. Rounding decides in the same way for both triangles of an edge, so that a
+// ray through an edge or a corner of a closed surface counts exactly once.
 int turns(const Vec3* corner, int u, int v) {
   int sum = 0;
   for (int k = 0; k < 3; ++k) {
@@ -23,18 +23,18 @@ int turns(const Vec3* corner, int u, int v) {
   return sum;
 }
 
-// Of a triangle whose outline goes round the ray: whether it is met before the origin, or behind.
+// Whether a triangle whose outline goes around the ray (`round` times) lies ahead of the origin.
 bool is_ahead(const Vec3* corner, int axis, int round) {
   const auto [least, most] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
   if (least > 0.0 || most <= 0.0) return least > 0.0;
   return round * corner[0].dot(corner[1].cross(corner[2])) > 0.0;
 }
 
-// How often the ray from p along an axis, or against it, leaves the surface less how often it
+// How often the ray from p along an axis, or against it, leaves the surface, less how often it
 // enters it.
 int count_along(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p, int axis,
                 bool against) {
-  constexpr int kStack = 192;  // as in bvh.cpp
+  constexpr int kStack = 192;  // see kStack in bvh.cpp
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   int count = 0, stack[kStack], top = 0;
   stack[top++] = 0;
@@ -62,7 +62,7 @@ double distance_to(const Surface& surface, const Bvh& bvh, const Points& x, cons
   return std::abs(closest_point(surface, bvh, x, p, kAnywhere).distance);
 }
 
-// Of the points on one side of the surface.
+// Largest distance (m) from the surface of the points on one side of it.
 double farthest(const Surface& surface, const Bvh& bvh, const Points& x, const Points& points,
                 bool inside) {
   double most = 0.0;
@@ -79,7 +79,7 @@ double farthest(const Surface& surface, const Bvh& bvh, const Points& x, const P
 
 bool encloses(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p) {
   if (bvh.order.empty() || box_distance(bvh, to_point(p)) > 0.0) return false;
-  int inside = 0;  // by so many rays
+  int inside = 0;  // number of rays by which p is inside
   for (int axis = 0; axis < 3; ++axis) inside += count_along(surface, bvh, x, p, axis, false) != 0;
   if (inside == 0 || inside == 3) return inside == 3;
   for (int axis = 0; axis < 3; ++axis) inside += count_along(surface, bvh, x, p, axis, true) != 0;

@@ -5,17 +5,18 @@
 
 namespace thew::skin {
 
-/// Whether p lies inside. Rays along the axes count how often they leave the surface less how often
-/// they enter it: of a closed surface all find the same, however it is folded, and the sign of no
-/// normal is asked. Of one with a hole five of six have to agree, or the winding number decides.
+/// Whether p lies inside a surface. Each ray from p along an axis counts how often it leaves the
+/// surface less how often it enters it. For a closed surface all rays give the same count, however
+/// it is folded, and no normal is needed. For a surface with holes five of six rays have to agree;
+/// else the winding number decides.
 bool encloses(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p);
 
-/// m, how far below the surface the deepest of those points lies that are inside it; 0: none is.
+/// Largest distance (m) from the surface of the points that lie inside it; 0 if none does.
 double deepest_inside(const Surface& surface, const Bvh& bvh, const Points& x,
                       const Points& points);
-/// The same inside any of several.
+/// The same for several bodies: the largest of their results.
 double deepest_inside(const std::vector<Collider>& bodies, const Points& points);
-/// m, how far from the surface the farthest of those points lies that are outside it.
+/// Largest distance (m) from the surface of the points that lie outside it; 0 if none does.
 double farthest_outside(const Surface& surface, const Bvh& bvh, const Points& x,
                         const Points& points);
 

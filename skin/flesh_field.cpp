@@ -7,43 +7,45 @@
 namespace thew::skin {
 
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                double touching, int node, std::vector<int>& hints, FleshPlanes& planes) {
+                double least_direction, int node, std::vector<int>& hints, FleshPlanes& planes) {
   struct Found {
     double distance;
     int other;
     FleshPlanes::Plane plane;
   };
-  std::array<Found, FleshPlanes::kMost + 1> found;  // by distance; the last place is overflow
+  // Sorted by distance; the last entry is one too many.
+  std::array<Found, FleshPlanes::kMaxPlanes + 1> found;
   int count = 0;
-  double nearest = reach;  // on either side
+  double nearest = reach;  // m, on either side of a surface
   const int others = static_cast<int>(below.size());
   int* hint = hints.data() + static_cast<size_t>(node) * (others + 1);
-  const auto look = [&](int j) {
+  const auto query = [&](int j) {
     const Collider& flesh = below[j];
-    // Beyond the nearest by the bridging radius a surface has no weight.
+    // A surface that is farther than the nearest by the bridging radius has no weight.
     const double bound = count > 0 ? std::min(reach, nearest + bridging) : reach;
     if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_point(p)) > bound) return;
     const ClosestPoint near =
         closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
     if (near.triangle < 0) return;
     hint[j] = near.triangle;
-    const Vec3 normal = contact_normal(near, p, touching);
+    const Vec3 normal = contact_normal(near, p, least_direction);
     const auto before = [&](const Found& one) {
       return one.distance < near.distance || (one.distance == near.distance && one.other < j);
     };
     int at = count;
     for (; at > 0 && !before(found[at - 1]); --at) found[at] = found[at - 1];
     found[at] = {near.distance, j, {normal, normal.dot(p) - near.distance}};
-    count = std::min(count + 1, FleshPlanes::kMost);
+    count = std::min(count + 1, FleshPlanes::kMaxPlanes);
     nearest = std::min(nearest, std::abs(near.distance));
   };
-  const int first = hint[others];  // the nearest of the last time: it spares most of the others
-  if (first >= 0) look(first);
+  const int first = hint[others];  // the nearest surface of the last search: starting from it rules
+                                   // out most of the others
+  if (first >= 0) query(first);
   for (int j = 0; j < others; ++j) {
-    if (j != first) look(j);
+    if (j != first) query(j);
   }
   if (count > 0) hint[others] = found[0].other;
-  // What lies farther was found or not as the order had it; the result must not depend on that.
+  // Whether a farther surface was found depends on the order of the search, so these are removed.
   const auto too_far = [&](const Found& one) {
     return std::abs(one.distance) > std::min(reach, nearest + bridging);
   };
@@ -62,7 +64,7 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
   struct Distance {
     double away;
     int plane;
-  } d[FleshPlanes::kMost] = {};
+  } d[FleshPlanes::kMaxPlanes] = {};
   for (int k = 0; k < count; ++k) {
     const double distance = near[k].normal.dot(x) - near[k].offset;
     int at = k;
@@ -73,7 +75,7 @@ FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, doubl
   value.found = true;
   value.normal_of_nearest = near[d[0].plane].normal;
   // n f^2 + 2 S1 f + S2 = R^2 over the n nearest, with a_j = R - d_j, S1 = sum a_j, S2 = sum a_j^2.
-  // Shifted by the nearest distance, so that nothing large cancels.
+  // Distances are taken relative to the nearest, so that no large numbers cancel.
   double s1 = 0.0, s2 = 0.0, f = 0.0;
   int active = 0;
   while (active < count) {

@@ -8,37 +8,39 @@
 
 namespace thew::skin {
 
-/// What lies below the skin as one smooth field f over the distances d_j to each surface:
+/// The surfaces below the skin as one smooth field f of the distances d_j to each of them:
 ///   sum_j max(R + f - d_j, 0)^2 = R^2
-/// Near a single surface f is its distance. Between two it is less, so that a level of f bridges a
-/// crevice instead of diving into it, and its gradient there points out of the crevice. R is the
-/// bridging radius (m).
+/// Near a single surface f is the distance to it. Between two surfaces f is less, so that a level
+/// of f bridges a crevice instead of following it inwards, and the gradient of f points out of the
+/// crevice. R is the bridging radius (m). Each surface near a node is approximated by a plane.
 struct FleshPlanes {
-  static constexpr int kMost = 8;  ///< surfaces near one node
+  static constexpr int kMaxPlanes = 8;  ///< most surfaces near one node that count
   struct Plane {
-    Vec3 normal;    ///< out of the surface
-    double offset;  ///< d_j(x) = normal . x - offset, near where it was looked up
+    Vec3 normal;    ///< unit, out of the surface
+    double offset;  ///< m: d_j(x) = normal . x - offset near the point of the search
   };
-  std::vector<std::array<Plane, kMost>> planes;
+  std::vector<std::array<Plane, kMaxPlanes>> planes;
   std::vector<int> count;
 };
 
 struct FleshValue {
-  bool found = false;                     ///< false: no surface within reach
-  double level = 0.0;                     ///< f, m
-  double nearest = 0.0;                   ///< least d_j, m
-  Vec3 gradient_of_level = Vec3::Zero();  ///< weighted mean of the normals; short in a crevice
+  bool found = false;    ///< whether a surface is within reach
+  double level = 0.0;    ///< f, m
+  double nearest = 0.0;  ///< least d_j, m
+  /// Weighted mean of the unit normals; shorter than 1 in a crevice.
+  Vec3 gradient_of_level = Vec3::Zero();
   Vec3 normal_of_nearest = Vec3::Zero();
 };
 
-/// Looks up the planes of one node at p: surfaces within `reach` (m) that can matter to f there, by
-/// the nearest and what is no farther than the bridging radius beyond it, on either side. Nearer
-/// than `touching` (m) a distance tells no direction. `hints` only speed it up; by node, one for
-/// each surface and one more, -1 at first.
+/// Finds the planes of one node at p: those of the surfaces within `reach` (m) whose distance is at
+/// most the bridging radius more than that of the nearest surface, on either side; others do not
+/// affect f. Below the distance `least_direction` (m) the pseudonormal gives the direction. `hints`
+/// only speed up the search; it has one entry for each node and surface and one more for each node,
+/// -1 at first.
 void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                double touching, int node, std::vector<int>& hints, FleshPlanes& planes);
+                double least_direction, int node, std::vector<int>& hints, FleshPlanes& planes);
 
-/// f at x by the node's planes.
+/// f and its gradient at x by the planes of the node.
 FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);
 
 }  // namespace thew::skin

@@ -15,10 +15,11 @@ struct Edges {
   double mean_length = 0.0;  // m
 };
 
-// Weighted by half the cotangents of the angles across: such a Laplacian leaves evenly stretched
-// skin even, whichever way the mesh's diagonals run (Pinkall and Polthier 1993). Kept positive.
+// Edges with weights of half the sum of the cotangents of the two opposite angles (Pinkall and
+// Polthier 1993). With these the Laplacian of evenly stretched skin is zero, whatever the
+// directions of the diagonals. Weights are clamped to stay positive.
 Edges weighted_edges(const SkinModel& model) {
-  constexpr double kLeast = 0.02, kMost = 5.0;
+  constexpr double kLeast = 0.02, kMost = 5.0;  // chosen by trial
   std::map<std::array<int, 2>, double> weights;
   for (const Triangle& t : model.surface.triangles) {
     for (int k = 0; k < 3; ++k) {
@@ -39,7 +40,7 @@ Edges weighted_edges(const SkinModel& model) {
   return edges;
 }
 
-// stiffness * Laplacian + diagonal.
+// The matrix stiffness * Laplacian + diagonal.
 Skyline laplacian(const Edges& edges, double stiffness, const std::vector<double>& diagonal) {
   const int nodes = static_cast<int>(diagonal.size());
   Skyline matrix = make_skyline(nodes, edges.nodes, std::vector<char>(nodes, 0));
@@ -60,7 +61,7 @@ SkylineFactor factor_of(const Skyline& matrix) {
   return factor;
 }
 
-// The body whose bones each node is nearest to.
+// For each node the body of its nearest bone.
 struct Nearest {
   std::vector<int> body;
   double mean_distance = 0.0;  // m
@@ -86,7 +87,7 @@ Nearest nearest_bodies(const SkinModel& model, const std::vector<Collider>& belo
   return nearest;
 }
 
-// The four largest shares of a node; the rest is dropped.
+// Keeps the four largest shares of a node, scaled to sum to 1.
 void keep_largest(const std::vector<double>& share, SkinModel& model) {
   const int bodies = static_cast<int>(share.size()), kept = std::min(4, bodies);
   std::vector<int> order(bodies);
@@ -104,9 +105,10 @@ void keep_largest(const std::vector<double>& share, SkinModel& model) {
   model.shares.push_back(part);
 }
 
-// Each node belongs to its nearest body; diffused twice over the surface, share + l^2/2 Laplacian
-// share = that, so that the change of bodies spans about the limb's radius l on either side.
-void share_out(const Nearest& nearest, const Edges& edges, int bodies, SkinModel& model) {
+// Each node belongs to its nearest body at first. These shares are diffused twice over the surface
+// by share + l^2/2 Laplacian(share) = share before, so that the transition between bodies spans
+// about the radius l of the limb on either side.
+void diffuse_shares(const Nearest& nearest, const Edges& edges, int bodies, SkinModel& model) {
   const int nodes = static_cast<int>(model.rest.size());
   const double spread = nearest.mean_distance / edges.mean_length;
   const Skyline matrix = laplacian(edges, 0.5 * spread * spread, std::vector<double>(nodes, 1.0));
@@ -140,10 +142,11 @@ void measure_fat(const std::vector<Collider>& below, SkinModel& model) {
   for (size_t i = 0; i < nodes; ++i) {
     const int node = static_cast<int>(i);
     const Vec3 x = to_vec(model.rest[i]);
-    find_flesh(below, x, reach, bridging, model.settings.lengths.touching, node, hints, planes);
+    find_flesh(below, x, reach, bridging, model.settings.lengths.least_direction, node, hints,
+               planes);
     const FleshValue flesh = flesh_value(planes, node, x, bridging);
     model.fat.push_back(flesh.found ? flesh.level : reach);
-    // A rest shape that lies nearer than the thickness may stay so, but never inside.
+    // A node that is nearer than the thickness at rest may stay as near, but not inside.
     const double room = flesh.found ? std::max(flesh.nearest, 0.0) : model.settings.thickness;
     model.least.push_back(std::min(model.settings.thickness, room));
   }
@@ -165,11 +168,11 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
     }
     model.first_neighbour.push_back(static_cast<int>(model.neighbours.size()));
   }
-  // Skin is held where it belongs to one body alone, and slides over the joints.
-  const double hold = edges.mean_length / model.settings.lengths.anchor;
+  // Skin is anchored where it belongs to one body alone, and slides over the joints.
+  const double anchoring = edges.mean_length / model.settings.lengths.anchor_length;
   for (const auto& share : model.shares) {
     const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
-    model.anchor.push_back(hold * hold * pure * pure);
+    model.anchor.push_back(anchoring * anchoring * pure * pure);
   }
   model.matrix = laplacian(edges, stiffness, model.anchor);
   model.factor = factor_of(model.matrix);
@@ -187,7 +190,7 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
   const Edges edges = weighted_edges(model);
-  share_out(nearest_bodies(model, below, bodies_of), edges, skeleton.size(), model);
+  diffuse_shares(nearest_bodies(model, below, bodies_of), edges, skeleton.size(), model);
   measure_fat(below, model);
   build_elasticity(edges, model);
   return model;

@@ -7,11 +7,14 @@
 namespace thew::skin {
 namespace {
 
-constexpr double kSlope = 0.1;        // of the room along the skin, or it would look lumpy
-constexpr int kSlopeSweeps = 2;       // there and back
-constexpr double kNormalShare = 0.1;  // of the skin's normal in the way out of the flesh
-constexpr double kLeastAlong = 0.3;   // cosine that a step along an oblique way is divided by
-constexpr int kRounds = 10;           // of what is repeated until it holds
+constexpr double kSlope = 0.1;   // m/m, most slope of the room along the skin; without it the skin
+                                 // looked lumpy (skin/notes.md)
+constexpr int kSlopeSweeps = 2;  // pairs of sweeps, forwards and backwards
+// Weight of the normal of the skin in outward_direction; chosen by trial.
+constexpr double kNormalShare = 0.1;
+// Least cosine by which a step is divided, bounds oblique steps.
+constexpr double kLeastAlong = 0.3;
+constexpr int kRounds = 10;  // most rounds of loops that repeat until a condition holds
 
 Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
   const Triangle& t = model.surface.triangles[plane.triangle];
@@ -21,7 +24,7 @@ Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& p
 
 double squared(const std::array<double, 3>& b) { return b[0] * b[0] + b[1] * b[1] + b[2] * b[2]; }
 
-void push(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Points& x) {
+void displace(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Points& x) {
   for (int k = 0; k < 3; ++k) {
     x[model.surface.triangles[plane.triangle][k]] += to_point(plane.barycentric[k] * by);
   }
@@ -32,7 +35,7 @@ SkinPlane plane_at(const ClosestPoint& near, double level) {
   return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
 }
 
-// The nearest triangle that faces the node, among those around it.
+// The nearest triangle of state.nearby that faces the node.
 ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int node) {
   ClosestPoint best;
   double nearest = model.settings.lengths.fold_reach;
@@ -51,17 +54,20 @@ ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int nod
   return best;
 }
 
-void look_below_node(const SkinModel& model, const std::vector<Collider>& below, int i,
-                     SkinState& state) {
+void find_flesh_below_node(const SkinModel& model, const std::vector<Collider>& below, int i,
+                           SkinState& state) {
   const Lengths& lengths = model.settings.lengths;
   find_flesh(below, to_vec(state.x[i]), lengths.flesh_reach, model.settings.bridging,
-             lengths.touching, i, state.hints, state.planes);
-  state.looked[i] = state.x[i];
+             lengths.least_direction, i, state.hints, state.planes);
+  state.searched_at[i] = state.x[i];
 }
 
-double moved(const SkinState& state, int i) { return to_vec(state.x[i] - state.looked[i]).norm(); }
+double moved(const SkinState& state, int i) {
+  return to_vec(state.x[i] - state.searched_at[i]).norm();
+}
 
-// The flesh at a node that is too near it, looked up there; not `found` where it is not.
+// The flesh at a node that is nearer to it than its least distance, searched for again if the node
+// has moved; not `found` if the node is not too near.
 FleshValue too_near(const SkinModel& model, const std::vector<Collider>& below, int i,
                     SkinState& state) {
   const auto value = [&](double away) {
@@ -72,35 +78,35 @@ FleshValue too_near(const SkinModel& model, const std::vector<Collider>& below, 
   const double away = moved(state, i);
   FleshValue flesh = value(away);
   if (!flesh.found || away == 0.0) return flesh;
-  look_below_node(model, below, i, state);
+  find_flesh_below_node(model, below, i, state);
   return value(0.0);
 }
 
-void clear_node(const SkinModel& model, const std::vector<Collider>& below, int i,
-                SkinState& state) {
+void leave_flesh_node(const SkinModel& model, const std::vector<Collider>& below, int i,
+                      SkinState& state) {
   for (int round = 0; round < kRounds / 2; ++round) {
     FleshValue flesh = too_near(model, below, i, state);
     if (!flesh.found) return;
     flesh.gradient_of_level = flesh.normal_of_nearest;
-    const Vec3 way = way_out(flesh, state.normals[i]);
+    const Vec3 out = outward_direction(flesh, state.normals[i]);
     const double lack = model.least[i] - flesh.nearest + model.settings.lengths.clearance;
-    state.x[i] += to_point(climb(flesh, way, lack) * way);
+    state.x[i] += to_point(climb_distance(flesh, out, lack) * out);
   }
 }
 
-// A node of the flesh is through the skin.
+// Whether a node of the flesh has come through the skin.
 bool is_pierced(const SkinModel& model, const SkinState& state, const SkinPlane& cover) {
   return cover.normal.dot(point_of(model, state, cover)) <
          cover.level - model.settings.lengths.cover;
 }
 
-void look_for_crossings(const SkinModel& model, SkinState& state) {
+void find_own_crossings(const SkinModel& model, SkinState& state) {
   refit_bvh(model.surface, state.x, state.bvh);
   find_crossings(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x,
                  state.crossings);
 }
 
-// Nodes of crossing triangles and their neighbours.
+// Marks nodes of crossing triangles and their neighbours.
 void mark(const SkinModel& model, const std::vector<std::array<int, 2>>& pairs,
           std::vector<char>& marked) {
   for (const auto& pair : pairs) {
@@ -125,14 +131,14 @@ void even_out(const SkinModel& model, int i, SkinState& state) {
   state.x[i] += 0.5 * (sum * (1.0 / weight) - state.x[i]);
 }
 
-// A node of the flesh takes room from the skin about it, the less the farther.
+// A node of the flesh limits the room of the skin around it, less with distance.
 void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& state) {
   const Lengths& lengths = model.settings.lengths;
   const Vec3 point = point_of(model, state, cover);
   const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
-  if (over >= lengths.plenty) return;
+  if (over >= lengths.yielding_fat) return;
   const Vec3 flesh = point - (over + lengths.cover) * cover.normal;
-  triangles_near(state.bvh, flesh, 2.0 * lengths.plenty, state.nearby);
+  triangles_near(state.bvh, flesh, 2.0 * lengths.yielding_fat, state.nearby);
   for (int t : state.nearby) {
     for (int node : model.surface.triangles[t]) {
       const double beside = (to_vec(state.x[node]) - flesh).norm();
@@ -141,7 +147,7 @@ void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& 
   }
 }
 
-// Nowhere does it grow faster along the skin than by its slope.
+// Limits the growth of the room along the skin to kSlope.
 void smooth_room(const SkinModel& model, SkinState& state) {
   for (int sweep = 0; sweep < 2 * kSlopeSweeps; ++sweep) {
     for (size_t k = 0; k < state.x.size(); ++k) {
@@ -157,28 +163,28 @@ void smooth_room(const SkinModel& model, SkinState& state) {
 
 }  // namespace
 
-Vec3 way_out(const FleshValue& flesh, const Point& normal) {
-  const Vec3 way = flesh.gradient_of_level + kNormalShare * to_vec(normal);
-  const double length = way.norm();
-  return length > 0.0 ? Vec3(way / length) : to_vec(normal);
+Vec3 outward_direction(const FleshValue& flesh, const Point& normal) {
+  const Vec3 out = flesh.gradient_of_level + kNormalShare * to_vec(normal);
+  const double length = out.norm();
+  return length > 0.0 ? Vec3(out / length) : to_vec(normal);
 }
 
-double climb(const FleshValue& flesh, const Vec3& way, double lack) {
-  return lack / std::max(flesh.gradient_of_level.dot(way), kLeastAlong);
+double climb_distance(const FleshValue& flesh, const Vec3& direction, double lack) {
+  return lack / std::max(flesh.gradient_of_level.dot(direction), kLeastAlong);
 }
 
-void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
-                SkinState& state) {
+void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
+                      SkinState& state) {
   state.hints.resize(state.x.size() * (below.size() + 1), -1);
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
-    if (first || moved(state, node) > model.settings.lengths.stale)
-      look_below_node(model, below, node, state);
+    if (first || moved(state, node) > model.settings.lengths.lookup_motion)
+      find_flesh_below_node(model, below, node, state);
   }
 }
 
-void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                SkinState& state) {
+void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
+                 SkinState& state) {
   const double reach = std::max(depth, model.settings.lengths.cover_reach);
   refit_bvh(model.surface, state.x, state.bvh);
   state.covers.clear();
@@ -192,7 +198,7 @@ void look_above(const SkinModel& model, const std::vector<Collider>& below, doub
   }
 }
 
-void look_across(const SkinModel& model, SkinState& state) {
+void find_folds(const SkinModel& model, SkinState& state) {
   state.folds.clear();
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
@@ -204,17 +210,17 @@ void look_across(const SkinModel& model, SkinState& state) {
 }
 
 void part_folds(const SkinModel& model, SkinState& state) {
-  state.parted.assign(state.x.size(), Point{});
+  state.separation.assign(state.x.size(), Point{});
   for (const SkinFold& fold : state.folds) {
     const SkinPlane& wall = fold.wall;
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
     const Vec3 by = lack / (1.0 + squared(wall.barycentric)) * wall.normal;
-    state.parted[fold.node] += to_point(by);
-    push(model, wall, -by, state.parted);
+    state.separation[fold.node] += to_point(by);
+    displace(model, wall, -by, state.separation);
     state.x[fold.node] += to_point(by);
-    push(model, wall, -by, state.x);
+    displace(model, wall, -by, state.x);
   }
 }
 
@@ -222,24 +228,25 @@ void cover_triangles(const SkinModel& model, SkinState& state) {
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
-    push(model, cover, lack / squared(cover.barycentric) * cover.normal, state.x);
+    displace(model, cover, lack / squared(cover.barycentric) * cover.normal, state.x);
   }
 }
 
-void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  for (size_t i = 0; i < state.x.size(); ++i) clear_node(model, below, static_cast<int>(i), state);
+void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+  for (size_t i = 0; i < state.x.size(); ++i)
+    leave_flesh_node(model, below, static_cast<int>(i), state);
 }
 
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
   constexpr int kCoverRounds = 4;
   const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
-    clear_flesh(model, below, state);
-    look_above(model, below, model.settings.lengths.cover_depth, state);
+    leave_flesh(model, below, state);
+    find_covers(model, below, model.settings.lengths.cover_depth, state);
     if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
     cover_triangles(model, state);
   }
-  clear_flesh(model, below, state);
+  leave_flesh(model, below, state);
 }
 
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
@@ -247,7 +254,7 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
   std::vector<char>& marked = state.marked;
   marked.assign(state.x.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
-    look_for_crossings(model, state);
+    find_own_crossings(model, state);
     if (state.crossings.empty()) return;
     mark(model, state.crossings, marked);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -255,12 +262,12 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
         if (marked[i]) even_out(model, static_cast<int>(i), state);
       }
     }
-    clear_flesh(model, below, state);
+    leave_flesh(model, below, state);
   }
 }
 
 void find_room(const SkinModel& model, SkinState& state) {
-  const double plenty = model.settings.lengths.plenty;
+  const double plenty = model.settings.lengths.yielding_fat;
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
     const FleshValue flesh =
@@ -281,7 +288,7 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
     if (!is_pierced(model, state, cover)) continue;
     for (int node : model.surface.triangles[cover.triangle]) marked[node] = 1;
   }
-  look_for_crossings(model, state);
+  find_own_crossings(model, state);
   mark(model, state.crossings, marked);
 }
 

@@ -7,10 +7,14 @@
 namespace thew::skin {
 namespace {
 
-constexpr double kMostStretch = 3.0;  // of an edge over a joint's outer side
-constexpr double kReturn = 0.1;       // share of the way to equilibrium with last step's forces
-constexpr double kShortest = 0.1;     // of an edge's length, along its turned direction
-constexpr double kInwardPull = 0.05;  // weight of the flesh's pull on skin above its level
+// Most stretch of an edge [1], over the outer side of a joint; chosen by trial.
+constexpr double kMaxStretch = 3.0;
+// Share of the distance to the equilibrium with the forces of the step before; by trial.
+constexpr double kReturn = 0.1;
+// Least length of an edge along its rotated direction, over its rest length; by trial.
+constexpr double kMinEdge = 0.1;
+// Weight of the pull of the flesh on skin above its level; chosen by trial.
+constexpr double kInwardPull = 0.05;
 
 Point turn(const Mat3& rotation, const Point& v) { return to_point(rotation * to_vec(v)); }
 Point turn_back(const Mat3& rotation, const Point& v) {
@@ -27,7 +31,7 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
   const Lengths& lengths = model.settings.lengths;
   const double bridging = model.settings.bridging, fat = model.fat[i];
-  Point sum{};  // of weighted displacements from the elastic shape
+  Point sum{};  // sum of weighted displacements from the elastic shape
   double weight = model.anchor[i];
   for (int k = first; k < last; ++k) {
     const int j = model.neighbours[k];
@@ -36,25 +40,26 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   }
   FleshValue flesh = flesh_value(state.planes, i, to_vec(state.x[i]), bridging);
   if (flesh.found && flesh.level > fat) {
-    const Vec3 way = way_out(flesh, state.normals[i]);
-    const double step = climb(flesh, way, fat - flesh.level);
-    const double pull = kInwardPull * std::max(1.0 + step / lengths.slack, 0.0);
-    sum += pull * (state.x[i] + to_point(step * way) - state.elastic[i]);
+    const Vec3 out = outward_direction(flesh, state.normals[i]);
+    const double step = climb_distance(flesh, out, fat - flesh.level);
+    const double pull = kInwardPull * std::max(1.0 + step / lengths.pull_range, 0.0);
+    sum += pull * (state.x[i] + to_point(step * out) - state.elastic[i]);
     weight += pull;
   }
-  constexpr double kOver = 1.0;
+  constexpr double kOver = 1.0;  // over-relaxation; 1: none
   Point x = state.x[i] + kOver * (state.elastic[i] + sum * (1.0 / weight) - state.x[i]);
-  for (int k = first; k < last; ++k) {  // neighbours do not pass one another
+  for (int k = first; k < last; ++k) {  // neighbours must not pass one another
     const Point& e = state.turned[k];
-    const double lack = kShortest - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
+    const double lack = kMinEdge - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
     if (lack > 0.0) x += 0.5 * lack * e;
   }
-  const double firm = std::min(fat, lengths.firm);
+  const double firm = std::min(fat, lengths.firm_fat);
   for (int round = 0; round < 2; ++round) {
     flesh = flesh_value(state.planes, i, to_vec(x), bridging);
     if (!flesh.found || flesh.level >= firm) break;
-    const Vec3 way = way_out(flesh, state.normals[i]);
-    x += to_point(std::min(climb(flesh, way, firm - flesh.level), lengths.longest_climb) * way);
+    const Vec3 out = outward_direction(flesh, state.normals[i]);
+    x +=
+        to_point(std::min(climb_distance(flesh, out, firm - flesh.level), lengths.max_climb) * out);
   }
   state.x[i] = x;
 }
@@ -86,7 +91,8 @@ void find_normals(const SkinModel& model, SkinState& state) {
 }
 
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
-  // Kavan et al. 2008: unlike a linear blend it keeps the limb's thickness around a bent joint.
+  // Kavan et al. 2008. Unlike a linear blend this keeps the thickness of the limb around a bent
+  // joint.
   std::vector<DualQuaternion>& motions = state.motions;
   motions.clear();
   for (size_t b = 0; b < pose.size(); ++b) {
@@ -112,10 +118,10 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
 
 void solve_elastic(const SkinModel& model, SkinState& state) {
   const size_t nodes = model.rest.size();
-  const double yield = model.settings.lengths.yield;
+  const double yield = model.settings.lengths.anchor_slip;
   for (size_t i = 0; i < nodes; ++i) {
-    // Where the flesh holds it far from its bound place, an anchor yields and pulls no more than at
-    // the limit: skin squeezed out of a fold slides, instead of wanting through.
+    // An anchor pulls no more than at a distance of anchor_slip. So skin that the flesh has
+    // squeezed out of a fold slides, instead of being pulled through the flesh.
     const Point slip = turn(state.turns[i], state.slip[i]);
     const double far = norm(slip);
     Point anchored = state.bound[i];
@@ -124,9 +130,10 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
       const Point edge = model.rest[i] - model.rest[j], bound = state.bound[i] - state.bound[j];
-      // Edges turn with the bodies and stretch with them, but are not pressed together.
+      // Edges rotate and stretch with the bodies, but are not shortened: they would let the walls
+      // of a fold pass through each other (skin/notes.md).
       const double stretch =
-          std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMostStretch);
+          std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMaxStretch);
       state.turned[k] = to_point(0.5 * stretch * (state.turns[i] + state.turns[j]) * to_vec(edge));
       sum += model.weights[k] * state.turned[k];
     }
@@ -146,9 +153,9 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
 }
 
 void predict_skin(const SkinModel& model, SkinState& state) {
-  const double longest = model.settings.lengths.longest_return;
-  // Sweeps even out what is local. What is wide they hardly reach: there the displacement goes a
-  // part of the way to what the forces of the step before hold in balance.
+  const double longest = model.settings.lengths.max_return;
+  // Sweeps smooth local displacements, but converge slowly for wide ones. So the displacement goes
+  // a part of the way to its equilibrium with the forces of the step before.
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Point offset = turn(state.turns[i], state.offset[i]);
     const Point back = state.force[i] - offset;
@@ -166,17 +173,17 @@ void relax(const SkinModel& model, SkinState& state) {
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
 }
 
-void ease(const SkinModel& model, SkinState& state) {
-  constexpr double kSpeedUp = 2.0;
-  const double always = model.settings.lengths.always_eased;
+void limit_corrections(const SkinModel& model, SkinState& state) {
+  constexpr double kSpeedUp = 2.0;  // of the correction from step to step; chosen by trial
+  const double always = model.settings.lengths.free_correction;
   for (size_t i = 0; i < state.x.size(); ++i) {
-    const Point way = state.x[i] - state.predicted[i];
-    const double far = norm(way), most = kSpeedUp * state.moved[i] + always;
-    if (far > most) state.x[i] = state.predicted[i] + (most / far) * way;
+    const Point correction = state.x[i] - state.predicted[i];
+    const double far = norm(correction), most = kSpeedUp * state.correction[i] + always;
+    if (far > most) state.x[i] = state.predicted[i] + (most / far) * correction;
   }
 }
 
-void remember(const SkinModel& model, SkinState& state) {
+void store_motion(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Point d = state.x[i] - state.elastic[i];
     Point sum = model.anchor[i] * d;
@@ -184,20 +191,20 @@ void remember(const SkinModel& model, SkinState& state) {
       const int j = model.neighbours[k];
       sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
     }
-    // Nothing rubs: of what the sweeps have left unbalanced, the flesh bears the part along its
-    // way, and the other wall of a fold what of the rest pulls the node towards it.
+    // There is no friction. Of the force that the sweeps have left unbalanced, the flesh bears the
+    // part along its outward direction, and the other wall of a fold bears the part that pulls the
+    // node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
-    const Point way = flesh.found ? to_point(way_out(flesh, state.normals[i])) : Point{};
-    Point force = dot(way, sum) * way;
-    const Point apart = state.parted[i] - dot(way, state.parted[i]) * way;
+    const Point out = flesh.found ? to_point(outward_direction(flesh, state.normals[i])) : Point{};
+    Point force = dot(out, sum) * out;
+    const Point apart = state.separation[i] - dot(out, state.separation[i]) * out;
     const double by = norm(apart);
-    if (by > model.settings.lengths.least_parted)
+    if (by > model.settings.lengths.least_separation)
       force += std::max(dot(apart, sum), 0.0) / (by * by) * apart;
     state.force[i] = turn_back(state.turns[i], force);
     state.offset[i] = turn_back(state.turns[i], d);
-    const Point led = state.x[i] - state.predicted[i];
-    state.moved[i] = norm(led);
+    state.correction[i] = norm(state.x[i] - state.predicted[i]);
     state.slip[i] = turn_back(state.turns[i], state.x[i] - state.bound[i]);
   }
 }

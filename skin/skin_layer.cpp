@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The skin is the least of an elastic energy (edges as at rest, turned with the bodies; anchors to
-// the bound shape), each node at or above its rest level of the flesh field, and free to slide on
-// it.
+// The skin minimises an elastic energy, in which edges keep their rest vectors, rotated with the
+// bodies, and anchors draw nodes to the bound shape. Each node stays at or above its rest level of
+// the flesh field and slides on it freely.
 #include "skin/skin_layer.h"
 
 #include <algorithm>
@@ -26,12 +26,12 @@ SkinSettings times(const SkinSettings& settings, double size) {
 SkinState initial_skin(const SkinModel& model) {
   const size_t nodes = model.rest.size();
   SkinState state;
-  state.x = state.bound = state.elastic = state.looked = model.rest;
+  state.x = state.bound = state.elastic = state.searched_at = model.rest;
   state.normals.resize(nodes);
   find_normals(model, state);
   state.offset.assign(nodes, Point{});
   state.force = state.slip = state.swelling = state.offset;
-  state.moved.assign(nodes, 0.0);
+  state.correction.assign(nodes, 0.0);
   state.room.resize(nodes);
   state.turned.resize(model.neighbours.size());
   state.turns.resize(nodes);
@@ -44,25 +44,26 @@ SkinState initial_skin(const SkinModel& model) {
 
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
                SkinState& state) {
-  constexpr int kLookEvery = 4;
+  constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   bind_to_pose(model, pose, state);
   solve_elastic(model, state);
   predict_skin(model, state);
-  find_normals(model, state);  // by which the first look tells the walls of a fold
+  find_normals(model, state);  // with which the first search finds the walls of folds
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
-    if (iteration % kLookEvery == 0) {
-      look_below(model, below, iteration == 0, state);
-      look_above(model, below, model.settings.lengths.cover_depth, state);
-      look_across(model, state);
+    if (iteration % kSearchEvery == 0) {
+      find_flesh_below(model, below, iteration == 0, state);
+      find_covers(model, below, model.settings.lengths.cover_depth, state);
+      find_folds(model, state);
     }
     relax(model, state);
     part_folds(model, state);
     cover_triangles(model, state);
   }
-  ease(model, state);
+  limit_corrections(model, state);
   cover_flesh(model, below, state);
   untangle(model, below, state);
-  remember(model, state);  // of the skin by itself: its volume is laid on top, anew in each step
+  store_motion(model,
+               state);  // before the volume is restored, which is done anew in each step
   if (model.settings.keeps_volume) restore_volume(model, below, state);
   refit_bvh(model.surface, state.x, state.bvh);
 }

@@ -15,40 +15,48 @@
 
 namespace thew::skin {
 
+/// Settings of a skin. Where no reason is given, a default was chosen by trial on the arm and on
+/// characters.
 struct SkinSettings {
-  double thickness = 0.002;   ///< m, least distance of the skin's nodes from muscle and bone
-  double smoothing = 0.5;     ///< 0..1, resistance to bending and stretch against the bound shape
-  int iterations = 8;         ///< projections in each step
-  double fold_gap = 5e-4;     ///< m, kept between skin and skin
-  double bridging = 0.012;    ///< m, crevices of the flesh narrower than half of it are bridged
-  double reach = 0.03;        ///< m, a skinned skin feels the muscles within it
-  bool keeps_volume = false;  ///< what the skin encloses stays what it is at rest
-  /// rad, of a joint in one step of the skin: the walls of a fold part only so fast.
-  double most_turn = 4.0 * kDegree;
+  double thickness = 0.002;  ///< m, least distance of nodes of the skin from muscle and bone
+  /// 0..1, resistance of the edges to bending and stretch, relative to the anchors of the bound
+  /// shape.
+  double smoothing = 0.5;
+  int iterations = 8;      ///< sweeps in each step
+  double fold_gap = 5e-4;  ///< m, distance kept between the walls of a fold
+  /// m, bridging radius R of the flesh field: bridges crevices narrower than R / 2.
+  double bridging = 0.012;
+  double reach = 0.03;        ///< m, distance within which muscles move a skinned skin
+  bool keeps_volume = false;  ///< the enclosed volume stays that of the rest shape
+  /// rad, most rotation of a joint in one step of the skin: in larger steps the folds of a fast
+  /// elbow crossed (skin/notes.md, "Fast folds in one step").
+  double max_turn = 4.0 * kDegree;
   Lengths lengths = {};
 };
+/// All lengths multiplied by the size of a body [1].
 SkinSettings times(const SkinSettings& settings, double size);
 
-/// What never changes: topology, rest shape, binding to the bodies.
+/// Constant data of a skin layer: topology, rest shape, binding to the bodies.
 struct SkinModel {
   Surface surface;
-  Points rest;                                ///< in the bind pose, world
-  std::vector<std::array<int, 4>> bodies;     ///< -1: unused
-  std::vector<std::array<double, 4>> shares;  ///< sum 1
+  Points rest;                             ///< m, world positions in the bind pose
+  std::vector<std::array<int, 4>> bodies;  ///< for each node the bodies that carry it; -1: unused
+  std::vector<std::array<double, 4>> shares;  ///< of these bodies, sum 1
   Pose bind_pose;
   double volume = 0.0;  ///< m^3, enclosed at rest
   SkinSettings settings;
-  std::vector<double> fat;    ///< m, level of the flesh field under each node at rest
-  std::vector<double> least;  ///< m, distance that each node keeps from the flesh
-  // The elastic energy, sum_ij w_ij |x_i - x_j - e_ij|^2 + sum_i a_i |x_i - b_i|^2.
+  std::vector<double> fat;    ///< m, level of the flesh field at each node at rest
+  std::vector<double> least;  ///< m, least distance that each node keeps from the flesh
+  // Elastic energy: sum over edges of w_ij |x_i - x_j - e_ij|^2, and over nodes of a_i |x_i -
+  // b_i|^2, with e the rotated rest vector of an edge and b the bound position of a node.
   std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
-  std::vector<double> weights;                   ///< w by neighbour
+  std::vector<double> weights;                   ///< w, by neighbour
   std::vector<double> anchor;                    ///< a
   Skyline matrix;
   SkylineFactor factor;
 };
 
-/// A point of a skin triangle and a plane: normal . point >= level.
+/// A constraint on a point of a triangle of the skin: normal . point >= level (m).
 struct SkinPlane {
   int triangle;
   std::array<double, 3> barycentric;
@@ -56,85 +64,93 @@ struct SkinPlane {
   double level;
 };
 
-/// A rigid motion, turn + eps shift, with shift = 1/2 (0, t) turn.
+/// A rigid motion as a dual quaternion turn + eps shift, with shift = 1/2 (0, t) turn and t the
+/// translation (m).
 struct DualQuaternion {
   Eigen::Vector4d turn = Eigen::Vector4d::Zero(), shift = Eigen::Vector4d::Zero();
 };
 
-/// A node and the other wall of a fold: plane.normal . (x_node - point) >= plane.level.
+/// A node of one wall of a fold against a point of the other: wall.normal . (x_node - point) >=
+/// wall.level.
 struct SkinFold {
   int node;
   SkinPlane wall;
 };
 
-/// Scratch of a skinned skin's step (skinned_skin.h), kept so that a step does not allocate.
+/// Scratch of step_skinned (skinned_skin.h), kept so that a step does not allocate.
 struct SkinnedWork {
-  /// The plane over the place of the muscle below a point that the point stays beyond.
+  /// The plane that a point of the skin stays beyond, over the site of the muscle below it. Levels
+  /// are along the normal.
   struct PlaneConstraint {
-    Vec3 normal = Vec3::Zero();  ///< unit, from the muscle to the skin as the weights turn it
-    double above = 0.0;          ///< m, of the muscle's place at rest
-    double level = 0.0;          ///< m, of the muscle's place now
-    double carried = 0.0;        ///< m, of the point as the weights have it
-    double least = 0.0;          ///< m, of the point
-    double hold = 0.0;           ///< 0..1, less where the muscle lies far or has slid away
+    Vec3 normal = Vec3::Zero();  ///< unit, from the site of the muscle to the point at rest, as the
+                                 ///< weights rotate it
+    double rest_height = 0.0;    ///< m, distance of the point from the site at rest
+    double level = 0.0;          ///< m, level of the site now
+    double carried_level = 0.0;  ///< m, level of the point as the weights alone carry it
+    double least_level = 0.0;    ///< m, least level of the point
+    double strength = 0.0;       ///< 0..1, lower where the muscle is far away or has slid aside
   };
-  /// Where a muscle's sample is now, by cells of a grid as wide as a point looks for them.
-  struct Spot {
+  /// A sample of a muscle in its present position, with its cell of a grid. The cells are as wide
+  /// as the radius of the search from a point.
+  struct PlacedSample {
     std::array<int, 3> cell;
-    Vec3 place, normal;
+    Vec3 position, normal;
   };
   std::vector<Affine> of_links;
-  Points carried;                      ///< by the weights alone
-  Points by;                           ///< m, of x from there
-  Points before;                       ///< the same, before a pass
-  std::vector<double> asked;           ///< by vertex, the weights of its points
-  std::vector<PlaneConstraint> walls;  ///< by point
-  std::vector<Spot> spots;
-  std::vector<double> folds;             ///< rad, by edge, as the weights have them
-  std::vector<double> sharp, own_sharp;  ///< 0..1 by vertex, of the edges around; of its own
+  Points carried;                       ///< m, positions by the weights alone
+  Points displacement;                  ///< m, displacement of x from `carried`
+  Points before;                        ///< m, the displacement before a pass
+  std::vector<double> weight_sum;       ///< by vertex, sum of the weights of its points
+  std::vector<PlaneConstraint> planes;  ///< by point
+  std::vector<PlacedSample> placed;
+  std::vector<double> folds;  ///< rad, by edge, angle between its triangles in `carried`
+  /// 0..1 by vertex, sharpness of the edges of the neighbours, and of its own.
+  std::vector<double> sharp, own_sharp;
 };
 
-/// What a step reads of the step before, and a failed one takes back.
+/// State of a skin that goes from step to step; a step that fails restores it.
 struct SkinMotion {
   Points x;
-  // Turned back to the bind pose:
-  Points offset;              ///< m, of x from the elastic shape
-  Points force;               ///< of the flesh on each node, in m of stretch of an edge of weight 1
-  Points slip;                ///< m, of x from the bound shape
-  std::vector<double> moved;  ///< m, how far the passes led from the prediction
+  // Rotated back to the bind pose:
+  Points offset;  ///< m, x less the elastic shape
+  /// Of the flesh on each node, in m (force over the stiffness of an edge of weight 1).
+  Points force;
+  Points slip;                     ///< m, x less the bound shape
+  std::vector<double> correction;  ///< m, distance of x from the prediction in the last step
 };
 
 struct SkinState : SkinMotion {
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
-  Points bound;        ///< carried by the bodies alone
-  Points elastic;      ///< least elastic energy, without the flesh
-  Points turned;       ///< e by neighbour
+  Points bound;        ///< m, as the bodies alone carry the nodes
+  Points elastic;      ///< m, positions of least elastic energy, without the flesh
+  Points turned;       ///< m, rotated rest vector e of an edge, by neighbour
   Points own_normals;  ///< of the skin
-  Points normals;      ///< the same, averaged with those around
-  Points predicted;    ///< x before the passes
-  Points looked;       ///< x when the flesh below was last looked up
+  Points normals;      ///< unit normals, averaged with those of the neighbours
+  Points predicted;    ///< m, x before the passes
+  Points searched_at;  ///< m, x at the last search for the flesh below
   std::vector<Mat3> turns;
   FleshPlanes planes;
   std::vector<SkinPlane> covers;
   std::vector<SkinFold> folds;
-  Points parted;             ///< m, by which the walls of folds were last moved apart
-  std::vector<double> room;  ///< m, how far a node may go inwards, up to what is plenty
-  Points swelling;           ///< m^2, the way of a unit of the volume's multiplier
+  Points separation;         ///< m, by which the walls of folds were last moved apart, by node
+  std::vector<double> room;  ///< m, how far a node may move inwards, at most Lengths::yielding_fat
+  Points swelling;           ///< displacement of the nodes by a volume multiplier of 1
   std::vector<int> hints, nearby;
-  std::vector<DualQuaternion> motions;        ///< by body, since the bind pose
+  std::vector<DualQuaternion> motions;        ///< motion of each body since the bind pose
   std::vector<std::array<int, 2>> crossings;  ///< triangles
-  std::vector<char> marked, held;             ///< nodes
-  Points unswollen;                           ///< x before its volume is restored
+  std::vector<char> marked, frozen;           ///< nodes
+  Points unswollen;                           ///< m, x before the volume is restored
   PointPairs solution;
   SkinnedWork skinned;
 };
 
 struct SkinMetrics {
-  double max_penetration = 0.0;   ///< m, skin nodes inside muscle or bone
-  double max_poke_through = 0.0;  ///< m, muscle or (of our own skin) bone nodes outside the skin
-  int intersecting_pairs = 0;     ///< skin with itself
-  double volume_error = 0.0;      ///< |V - V0| / V0 of what it encloses
+  double max_penetration = 0.0;  ///< m, largest depth of nodes of the skin in muscle or bone
+  /// m, largest height over the skin of nodes of muscles and, for a skin layer, of bones.
+  double max_poke_through = 0.0;
+  int intersecting_pairs = 0;  ///< pairs of triangles of the skin that cross
+  double volume_error = 0.0;   ///< |V - V0| / V0 of the enclosed volume
 };
 
 }  // namespace thew::skin

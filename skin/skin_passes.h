@@ -7,62 +7,70 @@ namespace thew::skin {
 
 // The passes of one step of the skin, in the order in which step_skin calls them.
 
-/// Sets turns and bound: each node's rotation and place as its bodies carry it.
+/// Sets turns and bound: the rotation and position of each node as its bodies carry it, by dual
+/// quaternion blending (Kavan et al. 2008).
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
-/// Sets elastic; turns force into the displacement that it would cause.
+/// Sets elastic to the positions of least elastic energy, and force to the displacement that the
+/// forces of the step before cause.
 void solve_elastic(const SkinModel& model, SkinState& state);
-/// Sets x: where the step before left it, relative to the elastic shape.
+/// Sets x to the elastic shape plus the offset that the step before left.
 void predict_skin(const SkinModel& model, SkinState& state);
 
-/// Flesh under each node that has moved since it was looked up; all of them at first.
-void look_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
-                SkinState& state);
-/// Flesh nodes within `depth` (m) of a skin triangle from within, or through it.
-void look_above(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                SkinState& state);
-/// Skin nodes that come near the other wall of a fold, or through it.
-void look_across(const SkinModel& model, SkinState& state);
+/// Searches for the flesh below each node that has moved by Lengths::lookup_motion since its last
+/// search; below all nodes if `first`.
+void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
+                      SkinState& state);
+/// Finds nodes of the flesh that lie within `depth` (m) below a triangle of the skin or have come
+/// through it.
+void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
+                 SkinState& state);
+/// Finds nodes of the skin that are near the other wall of a fold or have come through it.
+void find_folds(const SkinModel& model, SkinState& state);
 
-/// Sets normals: of the skin, averaged over a ring so that no single triangle can turn one over.
+/// Sets own_normals and normals: the latter are averaged over the neighbours, so that no single
+/// triangle can reverse one.
 void find_normals(const SkinModel& model, SkinState& state);
-/// One sweep there and back: each node to its elastic balance, then onto its level of the flesh.
+/// One sweep forwards and one backwards over the nodes: each goes to its elastic equilibrium, then
+/// out to its level of the flesh field.
 void relax(const SkinModel& model, SkinState& state);
-/// Moves apart what look_across found.
+/// Moves apart the walls that find_folds found.
 void part_folds(const SkinModel& model, SkinState& state);
-/// Moves triangles out over what look_above found.
+/// Moves triangles out over the nodes of the flesh that find_covers found.
 void cover_triangles(const SkinModel& model, SkinState& state);
 
-/// No node leaves its prediction by more than twice what it did a step before: what snaps, as the
-/// walls of a fold do when they let go, gathers speed instead of jumping.
-void ease(const SkinModel& model, SkinState& state);
+/// Limits how far each node is from its prediction, to twice the distance of the step before plus
+/// Lengths::free_correction. So skin that snaps, such as the walls of a fold as they come apart,
+/// gathers speed instead of jumping.
+void limit_corrections(const SkinModel& model, SkinState& state);
 
-/// Moves nodes that are too near the flesh out of it.
-void clear_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
-/// Both ways, until no node of the skin is too near the flesh and none of the flesh pierces the
-/// skin.
+/// Moves nodes that are nearer to the flesh than their least distance out of it.
+void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+/// Moves nodes of the skin out of the flesh and triangles over nodes of the flesh in turn, until no
+/// node is too near and none pierces the skin, or the rounds are over.
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
-/// Evens out what still crosses, with the ring around it, until nothing does.
+/// Smooths triangles of the skin that cross each other, and their neighbours, until none cross or
+/// the rounds are over.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 
-/// Sets force, slip and offset for the step to come.
-void remember(const SkinModel& model, SkinState& state);
+/// Sets force, slip, offset and correction for the next step.
+void store_motion(const SkinModel& model, SkinState& state);
 
-/// Sets room by the fat that is left under each node and over each node of the flesh, by the planes
-/// and covers that were last looked up.
+/// Sets room: the fat that is left below each node and over each node of the flesh, by the planes
+/// and covers of the last search.
 void find_room(const SkinModel& model, SkinState& state);
-/// Marks the nodes that are too near the flesh or in a triangle that the flesh pierces, and those
-/// in and around triangles that cross.
+/// Marks nodes that are too near the flesh, nodes of triangles that the flesh pierces, and nodes in
+/// and around triangles that cross.
 void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,
                  std::vector<char>& marked);
-/// Moves the skin to the volume that it has at rest, to rounding error; where there is no room, as
-/// near as the fat allows; and not at all where it would leave the skin too near the flesh, pierced
-/// or crossing whatever part of it is held.
+/// Moves the skin to the volume of its rest shape, to rounding error, or as near as the fat allows.
+/// Nodes at which this causes a fault (find_faults) keep their position, and the others move
+/// farther. If there are still faults at the end, the skin stays as it was.
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 
-/// Out of the flesh, a unit vector: along the field's gradient, with a little of the skin's normal
-/// for where the gradient vanishes.
-Vec3 way_out(const FleshValue& flesh, const Point& normal);
-/// How far a node is moved along `way` for its field to rise by `lack` (m).
-double climb(const FleshValue& flesh, const Vec3& way, double lack);
+/// Unit vector out of the flesh: along the gradient of the field, plus a little of the normal of
+/// the skin, because the gradient vanishes in the middle of a crevice.
+Vec3 outward_direction(const FleshValue& flesh, const Point& normal);
+/// How far (m) a node has to move along `direction` for the field to rise by `lack` (m).
+double climb_distance(const FleshValue& flesh, const Vec3& direction, double lack);
 
 }  // namespace thew::skin

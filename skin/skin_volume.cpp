@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the skin encloses keeps its volume by the multiplier of the muscles (Hong et al. 2006, eqs.
-// 9 to 14, its cubic solved exactly), where a scene asks for it: [skin] volume = "exact".
+// If a scene has [skin] volume = "exact", the skin keeps its enclosed volume by the same multiplier
+// as the muscles: Hong et al. 2006, eqs 9 to 14, with the cubic solved exactly.
 #include <algorithm>
 
 #include "muscles/volume.h"
@@ -10,8 +10,9 @@
 namespace thew::skin {
 namespace {
 
-// The way of the multiplier: what least stretches the skin for a change of volume, the elastic
-// matrix' inverse on dV/dx, each node as freely as it has room.
+// Sets the direction of the multiplier, R A^-1 R dV/dx, with A the elastic matrix and R the
+// diagonal matrix of the room: it stretches the skin least for a change of volume, and each node
+// moves in proportion to its room.
 void find_swelling(const SkinModel& model, SkinState& state) {
   const std::vector<int>& order = model.matrix.order;
   volume_gradient(state.x, model.surface.triangles, state.swelling);
@@ -26,7 +27,8 @@ void find_swelling(const SkinModel& model, SkinState& state) {
   }
 }
 
-// Along that way to the volume of rest; false where a node would take more than half of its room.
+// Moves the skin along that direction to its rest volume. If a node would use more than half of its
+// room, the step is shortened and the result is false.
 bool swell(const SkinModel& model, SkinState& state) {
   const VolumeCubic cubic = volume_along(state.x, state.swelling, model.surface.triangles);
   const VolumeRoot root = nearest_root(cubic, model.volume);
@@ -43,26 +45,26 @@ bool swell(const SkinModel& model, SkinState& state) {
 }  // namespace
 
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  constexpr int kRounds = 10, kPasses = 10;
-  look_below(model, below, false, state);
-  look_above(model, below, 2.0 * model.settings.lengths.plenty, state);
+  constexpr int kRounds = 10, kPasses = 10;  // chosen by trial
+  find_flesh_below(model, below, false, state);
+  find_covers(model, below, 2.0 * model.settings.lengths.yielding_fat, state);
   state.unswollen = state.x;
-  // Where something goes wrong the skin stays as it was, and the rest goes the farther.
-  std::vector<char>&held = state.held, &faulty = state.marked;
-  held.assign(state.x.size(), 0);
+  // Nodes with faults keep their positions from then on, and the others move farther.
+  std::vector<char>&frozen = state.frozen, &faulty = state.marked;
+  frozen.assign(state.x.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {
       find_room(model, state);
-      for (size_t i = 0; i < held.size(); ++i) {
-        if (held[i]) state.room[i] = 0.0;
+      for (size_t i = 0; i < frozen.size(); ++i) {
+        if (frozen[i]) state.room[i] = 0.0;
       }
       find_swelling(model, state);
       if (swell(model, state)) break;
     }
-    faulty = held;
+    faulty = frozen;
     find_faults(model, below, state, faulty);
-    if (faulty == held) return;
-    held = faulty;
+    if (faulty == frozen) return;
+    frozen = faulty;
     state.x = state.unswollen;
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a skinned skin keeps of the rest pose: its points, their levels and their muscles.
+// Binds a character's own skin in the rest pose: its points, and the sites of the muscles below
+// them.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -11,12 +12,13 @@
 namespace thew::skin {
 namespace {
 
-constexpr int kMostPasses = 50;
-constexpr int kMostOfCreases = 200;   // a bound of the price
-constexpr int kFewestOfCreases = 10;  // a coarser mesh has to fold, or muscle stands out of it
-constexpr int kFewestPasses = 4;      // neighbours may be anchored to muscles that part
-constexpr double kFlattened = 1e-6;   // determinant of a blend that has no inverse worth having
-constexpr int kMostAlong = 16;        // points that an edge of a triangle gets
+constexpr int kMaxPasses = 50;         // bounds the time
+constexpr int kMaxCreasePasses = 200;  // bounds the time
+// With fewer the mesh is so coarse that it needs its creases to enclose the muscles.
+constexpr int kMinCreasePasses = 10;
+constexpr int kMinPasses = 4;             // neighbours may be tied to muscles that move apart
+constexpr double kMinDeterminant = 1e-6;  // least determinant of a blend that is inverted
+constexpr int kMaxAlong = 16;             // most parts of an edge of a triangle; bounds the time
 
 void find_neighbours(SkinnedSkin& skin) {
   std::vector<std::set<int>> around(skin.mesh.vertices.size());
@@ -55,13 +57,13 @@ void find_edges(SkinnedSkin& skin) {
   };
   for (int t = 0; t < static_cast<int>(skin.surface.triangles.size()); ++t) {
     for (const int u : skin.surface.neighbours[t]) {
-      if (u < 0 || !is_near(t) || (u < t && is_near(u))) continue;  // there already
+      if (u < 0 || !is_near(t) || (u < t && is_near(u))) continue;  // the edge is listed already
       skin.edges.push_back({t, u});
     }
   }
 }
 
-// m, the mean edge near the muscles; 0 where there are none.
+// Mean length (m) of the edges near the muscles; 0 if there are none.
 double mean_edge(const SkinnedSkin& skin) {
   double sum = 0.0;
   int count = 0;
@@ -75,16 +77,16 @@ double mean_edge(const SkinnedSkin& skin) {
   return count > 0 ? sum / count : 0.0;
 }
 
-// n passes of half its own, half its neighbours' mean spread a value over e sqrt(n / 2), e the mean
-// edge: none where the mesh is coarser than that.
+// Number of smoothing passes for a width (m). n passes, each half the own value and half the mean
+// of the neighbours, spread a value over edge sqrt(n / 2); 0 if the mesh is coarser than that.
 int passes_over(double width, double edge, int most) {
   if (edge <= 0.0) return 0;
   const double ratio = width / edge;
   return static_cast<int>(std::min(2.0 * ratio * ratio, 1.0 * most));
 }
 
-// Vertices, then what lies between them: a triangle's points on the grid that its longest edge asks
-// for, those on an edge with one of its two triangles.
+// Adds all vertices, then points between them: those of a triangle lie on a grid whose spacing
+// follows from its longest edge. Points on an edge are added by one of its two triangles.
 void add_points(SkinnedSkin& skin) {
   const auto add = [&](const Triangle& corners, const std::array<double, 3>& shares) {
     skin.points.push_back({corners, shares});
@@ -101,7 +103,7 @@ void add_points(SkinnedSkin& skin) {
       longest = std::max(longest, to_vec(skin.rest[c[k]] - skin.rest[c[(k + 1) % 3]]).norm());
     }
     const int along = std::min(
-        static_cast<int>(std::ceil(longest / skin.settings.lengths.point_spacing)), kMostAlong);
+        static_cast<int>(std::ceil(longest / skin.settings.lengths.point_spacing)), kMaxAlong);
     for (int i = 0; i < along; ++i) {
       for (int j = 0; i + j <= along; ++j) {
         const int k = along - i - j;
@@ -115,16 +117,16 @@ void add_points(SkinnedSkin& skin) {
   }
 }
 
-// Halves of halves of a triangle, across the longest side, until they are small.
+// Halves a triangle across its longest side again and again, until all pieces are small enough.
 void add_samples(const Vec3 (&corner)[3], const std::array<Vec3, 3>& shares,
-                 const SkinnedSkin::Place& of, double longest_edge,
-                 std::vector<SkinnedSkin::Place>& samples) {
-  Vec3 place[3];
+                 const SkinnedSkin::SurfaceSite& of, double longest_edge,
+                 std::vector<SkinnedSkin::SurfaceSite>& samples) {
+  Vec3 position[3];
   for (int k = 0; k < 3; ++k) {
-    place[k] = shares[k][0] * corner[0] + shares[k][1] * corner[1] + shares[k][2] * corner[2];
+    position[k] = shares[k][0] * corner[0] + shares[k][1] * corner[1] + shares[k][2] * corner[2];
   }
   int longest = 0;
-  const auto length = [&](int k) { return (place[(k + 1) % 3] - place[k]).norm(); };
+  const auto length = [&](int k) { return (position[(k + 1) % 3] - position[k]).norm(); };
   for (int k = 1; k < 3; ++k) {
     if (length(k) > length(longest)) longest = k;
   }
@@ -147,26 +149,27 @@ void sample_muscles(const std::vector<Collider>& below, SkinnedSkin& skin) {
       Vec3 corner[3];
       for (int k = 0; k < 3; ++k) corner[k] = to_vec((*below[m].x)[triangles[t][k]]);
       add_samples(corner, whole, {static_cast<int>(m), static_cast<int>(t), {}},
-                  skin.settings.lengths.sampled, skin.samples);
+                  skin.settings.lengths.sample_edge, skin.muscle_samples);
     }
   }
 }
 
-// Drops points that no muscle can come near.
+// Ties each point to the nearest site of a muscle at rest, and drops points that no muscle can
+// reach.
 void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& below,
                   SkinnedSkin& skin) {
   std::vector<Affine> of_links;
   link_transforms(skin.weights, rest, of_links);
   skin.from_rest.assign(skin.rest.size(), Mat3::Identity());
-  std::vector<char> known(skin.rest.size(), 0);  // 2: has no inverse
-  std::vector<SkinnedSkin::Sample> anchored;
-  for (SkinnedSkin::Sample& point : skin.points) {
+  std::vector<char> known(skin.rest.size(), 0);  // 2: the blend has no inverse
+  std::vector<SkinnedSkin::SkinPoint> anchored;
+  for (SkinnedSkin::SkinPoint& point : skin.points) {
     const double reach = skin.settings.reach;
-    double nearest = kMostNear * reach;
+    double nearest = kAnchorReach * reach;
     SkinnedSkin::Anchor& anchor = point.anchor;
     for (size_t m = 0; m < below.size(); ++m) {
       const ClosestPoint near = closest_point(*below[m].surface, *below[m].bvh, *below[m].x,
-                                              place_of(point, skin.rest), nearest);
+                                              position_of(point, skin.rest), nearest);
       if (near.triangle < 0) continue;
       nearest = std::abs(near.distance);
       anchor.muscle = static_cast<int>(m), anchor.triangle = near.triangle;
@@ -174,11 +177,11 @@ void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& 
     }
     if (anchor.muscle < 0) continue;
     point.share = 1.0 - smoothstep(0.5 * reach, reach, nearest);
-    anchor.out = place_of(point, skin.rest) - place_of(anchor, below);
+    anchor.out = position_of(point, skin.rest) - position_of(anchor, below);
     for (const int v : point.corners) {
       if (known[v] == 0) {
         const Mat3 blend = blended_transform(skin.weights, of_links, v).linear();
-        known[v] = std::abs(blend.determinant()) < kFlattened ? 2 : 1;
+        known[v] = std::abs(blend.determinant()) < kMinDeterminant ? 2 : 1;
         if (known[v] == 1) skin.from_rest[v] = blend.inverse();
       }
       if (known[v] == 2) anchor.muscle = -1;
@@ -201,21 +204,21 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   add_points(skin);
   bind_anchors(rest, below, skin);
   sample_muscles(below, skin);
-  find_lacks(below, skin);
+  find_rest_lacks(below, skin);
   skin.share.assign(skin.rest.size(), 0.0);
-  for (const SkinnedSkin::Sample& point : skin.points) {
+  for (const SkinnedSkin::SkinPoint& point : skin.points) {
     if (point.corners[0] == point.corners[1]) skin.share[point.corners[0]] = point.share;
   }
   skin.near.assign(skin.rest.size(), 0);
-  for (const SkinnedSkin::Sample& point : skin.points) {
+  for (const SkinnedSkin::SkinPoint& point : skin.points) {
     for (const int v : point.corners) skin.near[v] = 1;
   }
   find_edges(skin);
   const double edge = mean_edge(skin);
-  skin.passes = std::max(passes_over(settings.lengths.smoothed, edge, kMostPasses),
-                         passes_over(settings.lengths.spread, edge, kFewestPasses));
-  skin.crease_passes = passes_over(settings.lengths.crease, edge, kMostOfCreases);
-  if (skin.crease_passes < kFewestOfCreases) skin.crease_passes = 0;
+  skin.passes = std::max(passes_over(settings.lengths.smoothing_width, edge, kMaxPasses),
+                         passes_over(settings.lengths.max_spread, edge, kMinPasses));
+  skin.crease_passes = passes_over(settings.lengths.crease_width, edge, kMaxCreasePasses);
+  if (skin.crease_passes < kMinCreasePasses) skin.crease_passes = 0;
   return skin;
 }
 

@@ -9,69 +9,79 @@
 
 namespace thew::skin {
 
-/// A skin that its user has skinned already: carried by its own weights, with what the muscles
-/// below do on top. A point near muscle first goes as far out or in as the place of the muscle
-/// under it did against what the weights would have made of that place, which keeps it on its side
-/// of the muscle, however far the weights sink in; and then out of what else comes up through it.
-/// All that it goes by are places fixed to the muscles: the nearest ones leap, and so would the
-/// skin.
+/// A character's own skin: it is carried by the weights of its artist, with the displacement by the
+/// muscles added. Each point of the skin near a muscle is tied to the site of the muscle below it
+/// at rest. It moves out or in by as much as that site has moved against where the weights alone
+/// would have carried it. That keeps the point on its side of the muscle, however far the weights
+/// sink in. Then it moves out of other flesh that comes up through it. The skin depends only on
+/// sites that are fixed to the muscles: the nearest site jumps as the pose changes, and so would
+/// the skin.
 struct SkinnedSkin {
-  struct Place {
+  struct SurfaceSite {
     int muscle = -1, triangle = -1;  ///< -1: none within reach
-    std::array<double, 3> share{};   ///< of the triangle's corners
+    std::array<double, 3> share{};   ///< barycentric coordinates in the triangle
   };
-  /// The place of a muscle that is nearest to a point at rest.
-  struct Anchor : Place {
-    Vec3 out = Vec3::Zero();  ///< m, from there to the point at rest
+  /// The site of a muscle that is nearest to a point at rest.
+  struct Anchor : SurfaceSite {
+    Vec3 out = Vec3::Zero();  ///< m, from the site to the point at rest
   };
-  /// A place of the skin that is looked after: a vertex, or one of those that fill a triangle wide
-  /// enough for a muscle to come through between its vertices.
-  struct Sample {
-    Triangle corners;              ///< vertices, the first of their place; of a vertex all the same
-    std::array<double, 3> shares;  ///< of the corners, sum 1
-    double share = 0.0;            ///< of the muscles' displacement: 1 near them, 0 beyond reach
-    double lack = 0.0;             ///< m, that it has at rest of lying over all flesh
+  /// A point of the skin that is kept out of the muscles: a vertex, or a point of a triangle that
+  /// is so wide that a muscle could come through between its vertices.
+  struct SkinPoint {
+    Triangle corners;  ///< first vertices of their positions; for a vertex three times that vertex
+    std::array<double, 3> shares;  ///< barycentric coordinates, sum 1
+    /// Share of the muscles' displacement that it takes: 1 near them, 0 beyond reach.
+    double share = 0.0;
+    double lack = 0.0;  ///< m, by which it lies too low over the flesh at rest; this much is
+                        ///< allowed in any pose
     Anchor anchor = {};
   };
-  TriMesh mesh;     ///< in the bind pose, the user's vertex order
-  Surface surface;  ///< of the first vertices of their places, outwards
+  TriMesh mesh;     ///< m, in the bind pose, in the vertex order of the file
+  Surface surface;  ///< of the first vertices of their positions, facing outwards
   SkinWeights weights;
-  std::vector<int> map_back;  ///< of each vertex the first one at the same place
-  Points rest;                ///< in the muscles' rest pose
-  std::vector<Sample> points;
-  std::vector<Place> samples;   ///< all over the muscles
-  std::vector<double> share;    ///< by vertex, of its point, or 0
-  std::vector<char> near;       ///< by vertex, whether it is a corner of a point
-  std::vector<Mat3> from_rest;  ///< by vertex, directions to the bind pose; where points need it
-  std::vector<int> first_neighbour, neighbours;  ///< over the welded mesh, by first vertex
+  std::vector<int> map_back;  ///< for each vertex, the first vertex of the same position
+  Points rest;                ///< m, in the rest pose of the muscles
+  std::vector<SkinPoint> points;
+  std::vector<SurfaceSite> muscle_samples;  ///< sites all over the muscles
+  std::vector<double> share;                ///< by vertex, the share of its point, or 0
+  std::vector<char> near;       ///< by vertex, whether it is a corner of a point of `points`
+  std::vector<Mat3> from_rest;  ///< by vertex, takes directions from the rest pose to the bind
+                                ///< pose; set where points need it
+  std::vector<int> first_neighbour, neighbours;  ///< of the welded mesh: neighbours of i are
+                                                 ///< neighbours[first[i]] to [first[i + 1]]
   SkinSettings settings;
-  std::vector<std::array<int, 2>> edges;  ///< triangles of the surface that share one near muscles
-  // By the mesh's fineness:
-  int passes = 0;         ///< of smoothing
-  int crease_passes = 0;  ///< of evening out creases
+  /// Pairs of triangles that share an edge near the muscles.
+  std::vector<std::array<int, 2>> edges;
+  // Set by the mean edge of the mesh near the muscles:
+  int passes = 0;         ///< number of passes of smoothing the displacement
+  int crease_passes = 0;  ///< number of passes of smoothing creases
 };
 
-/// Reaches from a muscle at rest within which it may ever come near.
-inline constexpr double kMostNear = 2.0;
+/// Points farther from the muscles at rest than this, in multiples of SkinSettings::reach, are not
+/// tied to one. Chosen by trial.
+inline constexpr double kAnchorReach = 2.0;
 
-Vec3 place_of(const SkinnedSkin::Place& of, const std::vector<Collider>& below);
-Vec3 place_of(const SkinnedSkin::Sample& point, const Points& x);
+/// Present position (m) of a site of a muscle, or of a point of a skin whose vertices are at x.
+Vec3 position_of(const SkinnedSkin::SurfaceSite& of, const std::vector<Collider>& below);
+Vec3 position_of(const SkinnedSkin::SkinPoint& point, const Points& x);
 
-/// `below` are the muscles at rest, `rest` the bodies there.
+/// Binds a skin: `below` are the muscles in the rest pose, `rest` the transforms of the bodies
+/// there, scale included.
 SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const SkinWeights& weights, const std::vector<Affine>& rest,
                          const std::vector<Collider>& below, const SkinSettings& settings);
-/// Of the points of a skin all else of which is there.
-void find_lacks(const std::vector<Collider>& below, SkinnedSkin& skin);
+/// Sets `lack` of all points of a skin whose other data are set.
+void find_rest_lacks(const std::vector<Collider>& below, SkinnedSkin& skin);
 SkinState initial_skinned(const SkinnedSkin& skin);
-/// The result depends on bodies and muscles alone.
+/// One step. The result depends only on `bodies` (world transforms, scale included) and on the
+/// muscles `below`, not on the state before.
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, SkinState& state);
 
-/// Evens out the displacement from `work.carried` to x where it folds triangles that share an edge
-/// by much more than they are folded there: fins, which the elbow's fold raises where neighbours go
-/// different ways. What the weights alone fold stays, and a coarse mesh, which cannot enclose the
-/// muscles without, stays almost as it is.
+/// Smooths the displacement from `work.carried` to x at edges that it folds much more sharply than
+/// `work.carried` folds them. Such fins rise in the fold of an elbow where neighbours move in
+/// different directions. Folds by the weights alone stay. A coarse mesh is not smoothed, because it
+/// needs its creases to enclose the muscles.
 void even_creases(const SkinnedSkin& skin, SkinnedWork& work, Points& x);
 
 }  // namespace thew::skin

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file read as a whole: assimp never holds a handle.
+// The bytes of a file that was read as a whole, so that assimp never has a handle.
 class Bytes : public Assimp::IOStream {
  public:
   explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
@@ -36,7 +36,9 @@ class Bytes : public Assimp::IOStream {
   size_t Write(const void*, size_t, size_t) override { return 0; }
   aiReturn Seek(size_t offset, aiOrigin origin) override {
     const size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
-    const size_t target = base + offset;  // a negative offset arrives wrapped, and wraps back
+    const size_t target =
+        base +
+        offset;  // a negative offset arrives as a large unsigned number, and the sum wraps around
     if (target > bytes_.size()) return aiReturn_FAILURE;
     at_ = target;
     return aiReturn_SUCCESS;
@@ -50,8 +52,8 @@ class Bytes : public Assimp::IOStream {
   size_t at_ = 0;
 };
 
-// The files that a child may open, and nothing else: glTF buffers and OBJ material libraries may
-// name any path.
+// Gives assimp the files that the child may open and no others, because glTF buffers and OBJ
+// material libraries may name any path.
 class ConfinedFiles : public Assimp::IOSystem {
  public:
   explicit ConfinedFiles(std::string& refused) : refused_(refused) {}
@@ -83,7 +85,7 @@ bool serves(const Assimp::BaseImporter& importer, const std::string& ending) {
   return false;
 }
 
-// Only the importers of the file's own ending remain: no guessing by content.
+// Keeps only the importers for the ending of the file, so that assimp does not guess by content.
 void keep_importers(Assimp::Importer& importer, const std::string& ending) {
   for (size_t i = importer.GetImporterCount(); i-- > 0;) {
     Assimp::BaseImporter* candidate = importer.GetImporter(i);
@@ -93,12 +95,12 @@ void keep_importers(Assimp::Importer& importer, const std::string& ending) {
   }
 }
 
-// FBX says in its header which axes point to the right, up and to the front, and assimp 5.2 leaves
-// them as they are: turned, so that they are X, Y and Z.
+// The header of an FBX file tells which axes point right, up and to the front. assimp 5.2 ignores
+// it, so the scene is turned here until these are X, Y and Z.
 void turn_upright(const aiScene& scene) {
   aiMatrix4x4 turn;
   int row = 0;
-  unsigned seen = 0;
+  unsigned axes_found = 0;
   for (const char* axis : {"CoordAxis", "UpAxis", "FrontAxis"}) {
     int along = -1, sign = 0;
     if (!scene.mMetaData || !scene.mMetaData->Get(axis, along) ||
@@ -106,10 +108,10 @@ void turn_upright(const aiScene& scene) {
       return;
     }
     for (int k = 0; k < 3; ++k) turn[row][k] = k != along ? 0.0f : sign < 0 ? -1.0f : 1.0f;
-    seen |= 1u << along;
+    axes_found |= 1u << along;
     ++row;
   }
-  if (seen != 7) return;  // two of one axis
+  if (axes_found != 7) return;  // two directions name one axis
   scene.mRootNode->mTransformation = turn * scene.mRootNode->mTransformation;
 }
 
@@ -140,8 +142,9 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
   keep_importers(importer, ending);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // FBX says its unit, usually the centimetre, in its header. Never JoinIdenticalVertices: it joins
-  // by nearness, the weld by equality.
+  // The header of an FBX file gives its unit, usually the centimetre, which GlobalScale applies.
+  // JoinIdenticalVertices is not used, because it joins vertices that are near, and weld() those
+  // that are equal.
   const unsigned steps = (with_meshes ? aiProcess_Triangulate | aiProcess_SortByPType : 0u) |
                          (ending == "fbx" ? unsigned{aiProcess_GlobalScale} : 0u);
   const aiScene* scene = nullptr;
@@ -152,7 +155,7 @@ const aiScene& read_assimp_scene(const fs::path& file, bool with_meshes,
   } catch (const std::exception& error) {
     cause = error.what();
   }
-  if (cause == "std::bad_alloc") throw std::bad_alloc();  // assimp has caught it
+  if (cause == "std::bad_alloc") throw std::bad_alloc();  // assimp caught the exception
   if (scene && scene->mRootNode && (!with_meshes || scene->HasMeshes())) {
     if (ending == "fbx") turn_upright(*scene);
     return *scene;

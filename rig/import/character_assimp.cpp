@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What assimp makes of a file, as a Character. Runs in the child process.
+// Converts the scene that assimp reads to a Character. Runs in the child process.
 #include <assimp/anim.h>
 #include <assimp/commonMetaData.h>
 #include <assimp/config.h>
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kTicksPerSecond = 25.0;  // where a file names no rate, assimp's convention
+constexpr double kTicksPerSecond = 25.0;  // 1/s, for files that name no rate; assimp uses the same
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ErrorCode::kInput, file.string() + ": " + what + "; export the character again");
 }
@@ -40,7 +40,7 @@ struct Nodes {
   std::vector<Affine> world;  // at rest
 };
 
-// Where a mesh and a bone share a name, as Blender lets them, the bone is meant.
+// Where a mesh and a bone share a name, which Blender allows, the name stands for the bone.
 void name_nodes(Nodes& nodes, Skeleton& skeleton) {
   std::vector<std::string> names;
   std::vector<char> has_mesh;
@@ -66,8 +66,7 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
     const auto [node, parent] = open.back();
     open.pop_back();
     const int index = static_cast<int>(out.nodes.size());
-    if (index > kMostBodies)
-      refuse(file, "has more than " + std::to_string(kMostBodies) + " nodes");
+    if (index > kMaxBodies) refuse(file, "has more than " + std::to_string(kMaxBodies) + " nodes");
     Affine local = to_affine(node->mTransformation);
     if (parent < 0) local = Eigen::Scaling(scale) * local;
     if (!local.matrix().allFinite() || local.linear().determinant() == 0.0) {
@@ -83,10 +82,11 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
   return out;
 }
 
-// `place`: of the mesh, in the bind pose.
+// Appends the weights of a mesh. `to_world` takes the mesh to its position in the bind pose.
 void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes,
-                    const Affine& place, int first, Influences& influences, Character& character) {
-  const Affine to_mesh = place.inverse();
+                    const Affine& to_world, int first, Influences& influences,
+                    Character& character) {
+  const Affine to_mesh = to_world.inverse();
   for (unsigned b = 0; b < part.mNumBones; ++b) {
     const aiBone& bone = *part.mBones[b];
     const auto found = nodes.by_name.find(bone.mName.C_Str());
@@ -110,18 +110,18 @@ void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes
   }
 }
 
-// Where the joints at rest put what is bound to the first of them, root before limbs: the bind pose
-// stands as the rest pose does.
-Affine place_by_joints(const aiMesh& part, const Nodes& nodes) {
+// The transform of a skinned mesh by its joints: that of the joint nearest to the root at rest,
+// times the bind matrix of that joint. So the bind pose stands where the rest pose stands.
+Affine transform_by_joints(const aiMesh& part, const Nodes& nodes) {
   int first = static_cast<int>(nodes.nodes.size());
-  Affine place = Affine::Identity();
+  Affine to_world = Affine::Identity();
   for (unsigned b = 0; b < part.mNumBones; ++b) {
     const auto joint = nodes.by_name.find(part.mBones[b]->mName.C_Str());
     if (joint == nodes.by_name.end() || joint->second >= first) continue;
     first = joint->second;
-    place = nodes.world[first] * to_affine(part.mBones[b]->mOffsetMatrix);
+    to_world = nodes.world[first] * to_affine(part.mBones[b]->mOffsetMatrix);
   }
-  return place;
+  return to_world;
 }
 
 bool is_of_blender(const aiScene& scene) {
@@ -130,10 +130,10 @@ bool is_of_blender(const aiScene& scene) {
          std::string_view(tool.C_Str()).starts_with("Blender");
 }
 
-// A mesh at a node: its vertices go to where the bind pose has them. FBX's skinned meshes are
-// placed by their node, as their clusters are, Collada's by their joints alone (1.4.1, 4-7). But
-// Blender, of 3.4, writes as bind shape not where a mesh lies but where it lies on its parent: of
-// its files, the node's own place comes before that.
+// Appends a mesh of a node, its vertices in the bind pose. In FBX the transform of the node places
+// a skinned mesh, in Collada its joints alone (Collada 1.4.1, page 4-7). Blender (checked with 3.4)
+// writes the transform of the mesh in its parent as the bind shape matrix, so for its Collada files
+// the transform of the node is applied in addition.
 void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part, const Nodes& nodes,
                  int node, Influences& influences, Character& character) {
   MeshPart about;
@@ -147,14 +147,15 @@ void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part,
   std::vector<Triangle> triangles;
   append_triangles(file, part, false, 0, triangles);
   const bool by_joints = part.mNumBones > 0 && lower_ending(file) == "dae";
-  const Affine bound = by_joints ? place_by_joints(part, nodes) : nodes.world[node];
-  Affine place = bound;
+  const Affine bound = by_joints ? transform_by_joints(part, nodes) : nodes.world[node];
+  Affine to_world = bound;
   if (by_joints && is_of_blender(scene)) {
-    place = nodes.world[node] * nodes.world[0].inverse() * bound;
+    to_world = nodes.world[node] * nodes.world[0].inverse() * bound;
   }
-  const int first = append_part(file, about, vertices, triangles, place, influences, character);
+  const int first = append_part(file, about, vertices, triangles, to_world, influences, character);
   append_weights(file, part, nodes, bound, first, influences, character);
-  hold_unweighted(file, first, node, nodes.world[node], part.mNumBones > 0, influences, character);
+  attach_unweighted(file, first, node, nodes.world[node], part.mNumBones > 0, influences,
+                    character);
 }
 
 void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes,
@@ -169,8 +170,8 @@ void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes
   put_weights(file, influences, character);
 }
 
-// Bodies that bones of the skin name are where their bind matrices say, the others as at rest from
-// there.
+// Bodies that are bones of the skin get the pose of their bind matrices; the others keep their rest
+// transform relative to the parent.
 void set_bind_pose(const Nodes& nodes, Character& character) {
   Skeleton& skeleton = character.skeleton;
   character.bind.resize(skeleton.size());
@@ -193,7 +194,8 @@ Curve<Value> to_curve(const Key* keys, unsigned count, double seconds, Convert c
   for (unsigned k = 0; k < count; ++k) {
     const double time = keys[k].mTime * seconds;
     if (!(std::abs(time) < 1e9)) continue;
-    if (!curve.times.empty() && time <= curve.times.back()) continue;  // a second key at one time
+    if (!curve.times.empty() && time <= curve.times.back())
+      continue;  // a second key at the same time
     curve.times.push_back(time);
     curve.values.push_back(convert(keys[k].mValue));
   }
@@ -221,10 +223,11 @@ void collect_animations(const fs::path& file, const aiScene& scene, const Nodes&
     for (unsigned c = 0; c < animation.mNumChannels; ++c) {
       const aiNodeAnim& channel = *animation.mChannels[c];
       const auto found = nodes.by_name.find(channel.mNodeName.C_Str());
-      if (found == nodes.by_name.end()) continue;  // a camera's or a light's
+      if (found == nodes.by_name.end()) continue;  // that of a camera or a light
       BodyTrack track;
       track.body = found->second;
-      const double size = found->second == 0 ? scale : 1.0;  // the root bears the file's scale
+      // The scale of the file is applied at the root.
+      const double size = found->second == 0 ? scale : 1.0;
       track.translation =
           to_curve<Vec3>(channel.mPositionKeys, channel.mNumPositionKeys, seconds,
                          [&](const aiVector3D& v) { return Vec3(size * to_vec(v)); });

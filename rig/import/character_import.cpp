@@ -43,7 +43,7 @@ template <typename Archive, typename Value>
 void walk(Archive& archive, Curve<Value>& curve) {
   archive.list(curve.times);
   walk_values(archive, curve.values);
-  archive.number(curve.way);
+  archive.number(curve.interpolation);
   walk_values(archive, curve.slopes_in);
   walk_values(archive, curve.slopes_out);
 }
@@ -96,7 +96,8 @@ void walk(Archive& archive, Character& c) {
   archive.list(c.size_doubt);
 }
 
-// What the child sent is no better than what it may have become: indices within their lists.
+// The file may have taken over the child, so nothing in its answer is trusted: all lists must have
+// matching sizes, and all indices must lie within their lists.
 bool is_sound(const Character& c) {
   const size_t bodies = c.skeleton.body_names.size(), vertices = c.mesh.vertices.size();
   const auto within = [](const std::vector<int>& list, size_t size) {
@@ -104,9 +105,10 @@ bool is_sound(const Character& c) {
                        [&](int i) { return i >= 0 && static_cast<size_t>(i) < size; });
   };
   const auto curve_sound = [](const auto& curve) {
-    const size_t slopes = curve.way == CurveWay::kCubic ? curve.times.size() : 0;
-    const auto way = static_cast<int>(curve.way);
-    return way >= 0 && way <= 2 && curve.values.size() == curve.times.size() &&
+    const size_t slopes =
+        curve.interpolation == CurveInterpolation::kCubic ? curve.times.size() : 0;
+    const auto kind = static_cast<int>(curve.interpolation);
+    return kind >= 0 && kind <= 2 && curve.values.size() == curve.times.size() &&
            curve.slopes_in.size() == slopes && curve.slopes_out.size() == slopes;
   };
   const auto body_known = [&](const auto& one) {
@@ -135,11 +137,12 @@ bool is_sound(const Character& c) {
   return sound;
 }
 
-// A frame near enough, neither flat nor stretched beyond what a unit may be.
+// Whether a frame lies within `farthest` (m) of the origin along each axis and its scale is one
+// that a unit may have (limits.h).
 bool is_frame(const Affine& transform, double farthest) {
-  constexpr double kFlattest = kLeastScale * kLeastScale * kLeastScale;
-  return is_place(transform.translation(), farthest) &&
-         (transform.linear().array().abs() <= kMostScale).all() &&
+  constexpr double kFlattest = kMinScale * kMinScale * kMinScale;
+  return is_bounded(transform.translation(), farthest) &&
+         (transform.linear().array().abs() <= kMaxScale).all() &&
          std::abs(transform.linear().determinant()) >= kFlattest;
 }
 
@@ -150,7 +153,8 @@ bool all_values(const Curve<Value>& curve, const Check& check) {
          std::all_of(curve.slopes_out.begin(), curve.slopes_out.end(), check);
 }
 
-// A track's places are in its parent's frame, which may be stretched, as from centimetres.
+// The positions of a track are in the frame of the parent, which may be scaled, for instance from
+// centimetres.
 void check_animations(const fs::path& file, const Character& c, double farthest) {
   for (const BodyClip& clip : c.animations) {
     for (const BodyTrack& track : clip.tracks) {
@@ -158,10 +162,10 @@ void check_animations(const fs::path& file, const Character& c, double farthest)
       const double stretch = parent < 0 ? 1.0 : c.bind[parent].linear().norm();
       const bool good =
           all_values(track.translation,
-                     [&](const Vec3& p) { return is_place(stretch * p, farthest); }) &&
-          all_values(track.scale, [](const Vec3& p) { return is_place(p, kMostScale); }) &&
+                     [&](const Vec3& p) { return is_bounded(stretch * p, farthest); }) &&
+          all_values(track.scale, [](const Vec3& p) { return is_bounded(p, kMaxScale); }) &&
           all_values(track.rotation, [](const Eigen::Quaterniond& q) {
-            return (q.coeffs().array().abs() <= kMostTurn).all();
+            return (q.coeffs().array().abs() <= kMaxAngle).all();
           });
       if (good) continue;
       throw Error(ErrorCode::kInput, file.string() + ": animation \"" + clip.name + "\" moves \"" +
@@ -171,9 +175,10 @@ void check_animations(const fs::path& file, const Character& c, double farthest)
   }
 }
 
-// Motion alone has no unit, and places that nothing takes over: it may be in millimetres.
+// A motion without a mesh has no unit, and only its rotations are used. So its positions may be a
+// thousand times farther away, as if in millimetres.
 void check_numbers(const fs::path& file, const Character& c, bool with_mesh) {
-  const double farthest = with_mesh ? kFarthest : 1e3 * kFarthest;
+  const double farthest = with_mesh ? kMaxCoordinate : 1e3 * kMaxCoordinate;
   const auto fail = [&](const std::string& what) {
     throw Error(ErrorCode::kInput,
                 file.string() + ": " + what +
@@ -195,14 +200,14 @@ void check_numbers(const fs::path& file, const Character& c, bool with_mesh) {
          "\" leads farther than 10 km, or is flat or stretched");
   }
   for (size_t i = 0; i < c.mesh.vertices.size(); ++i) {
-    if (is_place(c.mesh.vertices[i])) continue;
-    check_place(c.mesh.vertices[i], file.string() + ": vertex " + std::to_string(i),
-                "export the character again, or give its unit by [rig] scale");
+    if (is_bounded(c.mesh.vertices[i])) continue;
+    check_position(c.mesh.vertices[i], file.string() + ": vertex " + std::to_string(i),
+                   "export the character again, or give its unit by [rig] scale");
   }
   check_animations(file, c, farthest);
 }
 
-// The bind pose as a skeleton whose joints are all fixed.
+// Fills the skeleton from the bind pose, with all joints fixed.
 void complete_skeleton(Character& character) {
   Skeleton& skeleton = character.skeleton;
   std::vector<Transform> rigid;
@@ -238,7 +243,7 @@ Character import_any(const fs::path& file, double scale, bool with_mesh) {
   if (!unpacker.finished() || !is_sound(character)) child.refuse("its reader sent nonsense");
   check_numbers(file, character, with_mesh);
   complete_skeleton(character);
-  character.map_back = first_at_place(character.mesh);
+  character.map_back = first_at_position(character.mesh);
   return character;
 }
 

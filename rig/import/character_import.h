@@ -7,16 +7,17 @@
 
 namespace thew::rig {
 
-/// Whether the file's ending is that of a character: gltf, glb, vrm, fbx or dae; or of a motion of
-/// bodies: bvh as well.
+/// Whether the ending of the file is that of a character (gltf, glb, vrm, fbx, dae), or of a motion
+/// of bodies (the same, and bvh).
 bool names_character(const std::filesystem::path& file);
 bool names_motion(const std::filesystem::path& file);
 
 /// Reads skeleton, skin and animations of a glTF, FBX or Collada file, or skeleton and motion of a
 /// BVH, in a child process. `scale` multiplies all lengths of the file. Throws Error(kInput) with
-/// file, cause and next move.
+/// the file, the cause and what the user can do.
 Character import_character(const std::filesystem::path& file, double scale = 1.0);
-/// The same for its skeleton and animations, whose places have no unit: it needs no mesh.
+/// The same for skeleton and animations alone. The file needs no mesh, and its positions have no
+/// unit.
 Character import_motion(const std::filesystem::path& file);
 
 }  // namespace thew::rig

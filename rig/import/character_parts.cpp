@@ -27,20 +27,20 @@ void name_bodies(const std::vector<std::string>& plain, const std::vector<char>&
 }
 
 int append_part(const fs::path& file, const MeshPart& about, const std::vector<Vec3>& vertices,
-                const std::vector<Triangle>& triangles, const Affine& place, Influences& influences,
-                Character& character) {
+                const std::vector<Triangle>& triangles, const Affine& to_world,
+                Influences& influences, Character& character) {
   const auto fail = [&](const std::string& what) {
     throw Error(ErrorCode::kInput, file.string() + ": mesh \"" + about.mesh + "\"" + what +
                                        "; export the character again");
   };
-  const double turned = place.linear().determinant();
-  if (!place.matrix().allFinite() || turned == 0.0) fail(" has no sound bind matrices");
+  const double turned = to_world.linear().determinant();
+  if (!to_world.matrix().allFinite() || turned == 0.0) fail(" has no sound bind matrices");
   TriMesh& mesh = character.mesh;
   const int first = static_cast<int>(mesh.vertices.size());
   character.parts.push_back(about);
   character.parts.back().first_vertex = first;
   for (size_t i = 0; i < vertices.size(); ++i) {
-    mesh.vertices.push_back(place * vertices[i]);
+    mesh.vertices.push_back(to_world * vertices[i]);
     if (!mesh.vertices.back().allFinite()) fail(", vertex " + std::to_string(i) + " is not finite");
   }
   for (Triangle t : triangles) {
@@ -52,8 +52,8 @@ int append_part(const fs::path& file, const MeshPart& about, const std::vector<V
   return first;
 }
 
-void hold_unweighted(const fs::path& file, int first, int body, const Affine& bind, bool skinned,
-                     Influences& influences, Character& character) {
+void attach_unweighted(const fs::path& file, int first, int body, const Affine& bind, bool skinned,
+                       Influences& influences, Character& character) {
   int own = -1;
   for (size_t i = first; i < influences.size(); ++i) {
     if (!influences[i].empty()) continue;

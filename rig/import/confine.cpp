@@ -10,7 +10,8 @@
 namespace thew::rig {
 namespace {
 
-// What a reader does: it reads from and writes to what it holds, asks for memory, and ends.
+// Calls that a reader needs: to read and write descriptors that are open, to get memory, and to
+// end.
 constexpr const char* kAllowed[] = {"read",           "readv",           "pread64",
                                     "preadv",         "write",           "writev",
                                     "lseek",          "close",           "recvfrom",
@@ -25,7 +26,8 @@ constexpr const char* kAllowed[] = {"read",           "readv",           "pread6
                                     "rt_sigprocmask", "rt_sigreturn",    "sigaltstack",
                                     "exit",           "exit_group",      "restart_syscall"};
 
-// What no library does by the way, as it looks for a file or asks for the time zone.
+// Calls that end the process. Others that are not allowed fail with EPERM, because libraries make
+// some harmlessly, such as looking for a file or asking for the time zone.
 constexpr const char* kEnds[] = {
     "socket",         "socketpair", "connect",          "bind",
     "listen",         "accept",     "accept4",          "fork",
@@ -35,7 +37,8 @@ constexpr const char* kEnds[] = {
     "io_uring_setup", "bpf",        "unshare",          "setns",
     "mount",          "keyctl",     "userfaultfd"};
 
-// The number of a call on this machine; some have no `fork` or `poll`.
+// Adds a rule for a call by its name. Machines lack some calls, such as `fork` or `poll`; these
+// need no rule.
 template <typename... Arguments>
 bool rule(scmp_filter_ctx filter, unsigned action, const char* name, Arguments... arguments) {
   const int call = seccomp_syscall_resolve_name(name);
@@ -47,7 +50,8 @@ bool fill(scmp_filter_ctx filter) {
   bool good = true;
   for (const char* name : kAllowed) good = rule(filter, SCMP_ACT_ALLOW, name) && good;
   for (const char* name : kEnds) good = rule(filter, SCMP_ACT_KILL_PROCESS, name) && good;
-  // abort() signals itself; a reader counts its seconds anew for each answer.
+  // abort() sends a signal to its own process, and a reader sets its limit of CPU seconds anew for
+  // each answer.
   const auto self = static_cast<scmp_datum_t>(::getpid());
   good = rule(filter, SCMP_ACT_ALLOW, "tgkill", SCMP_A0(SCMP_CMP_EQ, self)) && good;
   return rule(filter, SCMP_ACT_ALLOW, "prlimit64", SCMP_A0(SCMP_CMP_EQ, 0),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// glTF 2.0 as a Character; numbers of sections are the specification's.
+// Reads glTF 2.0 as a Character. Numbers such as 3.5.2 are sections of its specification.
 #include "rig/import/gltf_character.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr size_t kNone = static_cast<size_t>(-1);
 
 std::string nodes_at(size_t node) { return "nodes[" + std::to_string(node) + "]"; }
 
-// 3.5.2: a matrix, or translation, rotation and scale.
+// 3.5.2: the transform of a node, given as a matrix or as translation, rotation and scale.
 Affine local_of(const GltfFile& gltf, const Json& node, const std::string& location) {
   double m[16], t[3] = {0, 0, 0}, r[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
   Affine out = Affine::Identity();
@@ -43,10 +43,10 @@ Affine local_of(const GltfFile& gltf, const Json& node, const std::string& locat
   return out;
 }
 
-// Bodies, parents before children, and the file's nodes.
+// Which node of the file is which body. Bodies are ordered parents before children.
 struct Nodes {
-  std::vector<int> body;     // by node; -1: in no tree that counts
-  std::vector<size_t> node;  // by body; kNone: the root above several
+  std::vector<int> body;     // by node; -1: neither in the scene nor a joint
+  std::vector<size_t> node;  // by body; kNone: the body that was added above several roots
 };
 
 std::vector<size_t> children_of(const GltfFile& gltf, const Json& of, const char* key,
@@ -62,7 +62,7 @@ std::vector<size_t> children_of(const GltfFile& gltf, const Json& of, const char
   return out;
 }
 
-// Those of the scene, then the trees of joints that lie in no scene.
+// The root nodes of the scene, then the roots of joints that are not in the scene.
 std::vector<size_t> root_nodes(const GltfFile& gltf) {
   const size_t count = gltf.list("nodes").size();
   std::vector<size_t> parent(count, kNone), roots;
@@ -125,8 +125,8 @@ Nodes collect_bodies(const GltfFile& gltf, double scale, Character& character) {
     const Json& about = gltf.item("nodes", node, "the file");
     const int body = static_cast<int>(out.node.size());
     if (out.body[node] >= 0) gltf.refuse(nodes_at(node) + " stands in the scene twice");
-    if (body > kMostBodies) {
-      gltf.refuse("has more than " + std::to_string(kMostBodies) + " nodes");
+    if (body > kMaxBodies) {
+      gltf.refuse("has more than " + std::to_string(kMaxBodies) + " nodes");
     }
     out.body[node] = body;
     const std::string name = GltfFile::text_of(about, "name");
@@ -139,12 +139,12 @@ Nodes collect_bodies(const GltfFile& gltf, double scale, Character& character) {
   return out;
 }
 
-// A skin: its joints as bodies, and what takes its meshes into each of them.
+// A skin: the bodies of its joints, and for each the transform from the mesh into it.
 struct Skin {
   std::vector<int> joints;
   std::vector<Affine> into;
-  int first = 0;      // place in `joints` of the one nearest to the root
-  Affine bind_shape;  // of its meshes in the bind pose
+  int first = 0;      // index in `joints` of the one nearest to the root
+  Affine bind_shape;  // transform of its meshes in the bind pose
 };
 
 Skin read_skin(GltfFile& gltf, size_t index, const Nodes& nodes) {
@@ -174,9 +174,10 @@ Skin read_skin(GltfFile& gltf, size_t index, const Nodes& nodes) {
   return out;
 }
 
-// The bind pose of all bodies, and where it has each skin's meshes. A skin, those nearer to the
-// root first, stands where its first joint does: as an earlier skin has bound it, else as at rest
-// from the nearest body that is known. Its other joints are where its matrices say.
+// Sets the bind pose of all bodies and the bind shape of each skin. Skins are taken in the order of
+// their first joint, the one nearest to the root. A skin is placed by its first joint: as an
+// earlier skin has bound it, else by its rest transform relative to the nearest ancestor that is
+// bound. Its matrices then give its other joints.
 std::vector<Skin> bind_skins(GltfFile& gltf, const Nodes& nodes, Character& character) {
   std::vector<Skin> skins;
   for (size_t i = 0; i < gltf.list("skins").size(); ++i) {
@@ -189,7 +190,7 @@ std::vector<Skin> bind_skins(GltfFile& gltf, const Nodes& nodes, Character& char
                    [&](size_t a, size_t b) { return first_of(a) < first_of(b); });
   const std::vector<int>& parent = character.skeleton.parent;
   std::vector<char> known(parent.size(), 0);
-  const auto fill = [&] {  // those that no skin knows
+  const auto fill = [&] {  // bodies of no skin
     for (size_t i = 0; i < parent.size(); ++i) {
       if (known[i]) continue;
       character.bind[i] =
@@ -211,7 +212,7 @@ std::vector<Skin> bind_skins(GltfFile& gltf, const Nodes& nodes, Character& char
   return skins;
 }
 
-// 3.7.2.1: triangles, a strip of them or a fan.
+// The triangles of a primitive: a list, a strip or a fan of them (3.7.2.1).
 std::vector<Triangle> triangles_of(GltfFile& gltf, const Json& primitive, size_t vertices,
                                    const std::string& location) {
   const size_t mode = gltf.index_or(primitive, "mode", 4, location);
@@ -236,7 +237,8 @@ std::vector<Triangle> triangles_of(GltfFile& gltf, const Json& primitive, size_t
   return out;
 }
 
-// JOINTS_n and WEIGHTS_n, four to a set. Repeated joints of a vertex are one.
+// Appends the weights of JOINTS_n and WEIGHTS_n, which have four for each vertex. Weights of one
+// joint are added up.
 void append_weights(GltfFile& gltf, const Json& attributes, const Skin& skin, int first, int link,
                     const std::string& location, Influences& influences) {
   const size_t count = influences.size() - first;
@@ -269,8 +271,9 @@ void append_weights(GltfFile& gltf, const Json& attributes, const Skin& skin, in
   }
 }
 
-// 3.7.3.3: joints, inverse bind matrices and weights alone place a skinned mesh; the transform of
-// its own node is to be ignored. Blender hangs it under its armature, of any scale and turn.
+// 3.7.3.3: a skinned mesh is placed by joints, inverse bind matrices and weights alone, and the
+// transform of its own node is to be ignored. That matters, because Blender puts the mesh under its
+// armature, which may have any scale and rotation.
 void append_primitive(GltfFile& gltf, const Json& primitive, const MeshPart& about, int body,
                       const Skin* skin, const std::string& location, Influences& influences,
                       Character& character) {
@@ -300,8 +303,8 @@ void append_primitive(GltfFile& gltf, const Json& primitive, const MeshPart& abo
     append_weights(gltf, attributes, *skin, first, link, location, influences);
     body = skin->joints[skin->first];
   }
-  hold_unweighted(gltf.file(), first, body, character.bind[body], skin != nullptr, influences,
-                  character);
+  attach_unweighted(gltf.file(), first, body, character.bind[body], skin != nullptr, influences,
+                    character);
 }
 
 void collect_meshes(GltfFile& gltf, const Nodes& nodes, const std::vector<Skin>& skins,
@@ -346,7 +349,7 @@ void collect_meshes(GltfFile& gltf, const Nodes& nodes, const std::vector<Skin>&
   put_weights(gltf.file(), influences, character);
 }
 
-// VRM's own words for the bones: of 1.0 by name, of 0.x in a list.
+// The bones that VRM names: VRM 1.0 has an object by name, VRM 0.x a list.
 void collect_humanoid(const GltfFile& gltf, const Nodes& nodes, Character& character) {
   const auto bones_in = [&](const char* extension) -> const Json* {
     const Json* at = &gltf.json();

@@ -12,9 +12,10 @@ namespace thew::rig {
 /// Whether the file's ending is glTF's: gltf, glb or vrm.
 bool names_gltf(const std::filesystem::path& file);
 
-/// A character as glTF 2.0 has it: nodes, skins, meshes, animations, VRM's bones. The frames of
-/// the skeleton come from `bind`. In metres times `scale`. `with_mesh`: without one it is
-/// Error(kInput).
+/// Reads nodes, skins, meshes, animations and VRM's bones of a glTF 2.0 file, all lengths
+/// multiplied by `scale`. Of the skeleton only names and parents are set; the caller makes its
+/// frames from `bind`. Throws Error(kInput) if the file is not sound, or has no mesh and
+/// `with_mesh` is true.
 Character read_gltf_character(const std::filesystem::path& file, double scale, bool with_mesh);
 
 }  // namespace thew::rig

@@ -9,20 +9,21 @@ namespace {
 
 using Json = GltfFile::Json;
 
-constexpr double kLongest = 1e9;  // s, either way
+constexpr double kMaxTime = 1e9;  // s, before or after 0
 
 Vec3 value_at(const double* from, const Vec3*) { return {from[0], from[1], from[2]}; }
 Eigen::Quaterniond value_at(const double* from, const Eigen::Quaterniond*) {
   return {from[3], from[0], from[1], from[2]};
 }
 
-// A key that is not after the one before, or lies beyond any time, is left out.
+// Reads one curve, its values multiplied by `size`. A key that is not after the one before or lies
+// beyond kMaxTime is left out.
 template <typename Value>
-Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, double size,
-                        const std::string& location) {
+Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveInterpolation interpolation,
+                        double size, const std::string& location) {
   const Value* const kind = nullptr;
   constexpr size_t kWidth = std::is_same_v<Value, Vec3> ? 3 : 4;
-  const bool cubic = way == CurveWay::kCubic;
+  const bool cubic = interpolation == CurveInterpolation::kCubic;
   const std::vector<double> times = gltf.numbers(gltf.index_of(sampler, "input", location), 1);
   std::vector<double> flat =
       gltf.numbers(gltf.index_of(sampler, "output", location), kWidth, kWidth == 4);
@@ -33,9 +34,9 @@ Curve<Value> read_curve(GltfFile& gltf, const Json& sampler, CurveWay way, doubl
   }
   for (double& number : flat) number *= size;
   Curve<Value> curve;
-  curve.way = way;
+  curve.interpolation = interpolation;
   for (size_t k = 0; k < times.size(); ++k) {
-    if (!(std::abs(times[k]) < kLongest)) continue;
+    if (!(std::abs(times[k]) < kMaxTime)) continue;
     if (!curve.times.empty() && times[k] <= curve.times.back()) continue;
     const double* from = flat.data() + k * stride;
     if (cubic) {
@@ -59,10 +60,11 @@ struct Channel {
   const Json* sampler;
   std::string location, path;
   int body;
-  CurveWay way;
+  CurveInterpolation interpolation;
 };
 
-// False for what moves no body: morph targets, what an extension means.
+// Reads one channel. False if it moves no body, such as a morph target or the target of an
+// extension. Counts interpolations that glTF does not have in `strange`.
 bool read_channel(const GltfFile& gltf, const Json& animation, const std::string& location,
                   const Json& channel, const std::vector<int>& body, Channel& out, int& strange) {
   const auto target = channel.is_object() ? channel.find("target") : channel.end();
@@ -84,11 +86,12 @@ bool read_channel(const GltfFile& gltf, const Json& animation, const std::string
   }
   out.sampler = &(*samplers)[index];
   out.location = location + ".samplers[" + std::to_string(index) + "]";
-  const std::string way = GltfFile::text_of(*out.sampler, "interpolation");
-  out.way = way == "STEP"          ? CurveWay::kStep
-            : way == "CUBICSPLINE" ? CurveWay::kCubic
-                                   : CurveWay::kLinear;
-  strange += out.way == CurveWay::kLinear && way != "LINEAR" && !way.empty();
+  const std::string named = GltfFile::text_of(*out.sampler, "interpolation");
+  out.interpolation = named == "STEP"          ? CurveInterpolation::kStep
+                      : named == "CUBICSPLINE" ? CurveInterpolation::kCubic
+                                               : CurveInterpolation::kLinear;
+  strange +=
+      out.interpolation == CurveInterpolation::kLinear && named != "LINEAR" && !named.empty();
   return out.body >= 0;
 }
 
@@ -116,10 +119,12 @@ void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double s
         clip.tracks.emplace_back().body = channel.body;
       }
       BodyTrack& track = clip.tracks[track_of[channel.body]];
-      const double size = channel.body == 0 ? scale : 1.0;  // the root bears the file's scale
+      // The scale of the file is applied at the root.
+      const double size = channel.body == 0 ? scale : 1.0;
       const auto put = [&](auto& curve, double by) {
         using Value = std::decay_t<decltype(curve.values[0])>;
-        curve = read_curve<Value>(gltf, *channel.sampler, channel.way, by, channel.location);
+        curve =
+            read_curve<Value>(gltf, *channel.sampler, channel.interpolation, by, channel.location);
         if (!curve.times.empty()) clip.duration = std::max(clip.duration, curve.times.back());
       };
       if (channel.path == "rotation") put(track.rotation, 1.0);

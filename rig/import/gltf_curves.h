@@ -10,9 +10,9 @@ namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
-/// The animations of a glTF: linear, STEP and CUBICSPLINE curves (glTF 2.0, appendix C). A curve of
-/// another interpolation is taken for a linear one, with a warning. `body` tells the body of a
-/// node, -1 for none; lengths of the first body are multiplied by `scale`.
+/// Reads the animations of a glTF: LINEAR, STEP and CUBICSPLINE curves (glTF 2.0, appendix C). A
+/// curve of another interpolation is read as a linear one, with a warning. `body` has the body of
+/// each node, -1 for none; lengths of body 0, the root, are multiplied by `scale`.
 void read_gltf_animations(GltfFile& gltf, const std::vector<int>& body, double scale,
                           Character& character);
 

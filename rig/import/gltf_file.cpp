@@ -57,7 +57,7 @@ T value_at(const char* at) {
   return value;
 }
 
-// glTF 2.0, 3.11: a normalised integer is a share of its largest.
+// glTF 2.0, 3.11: a normalised integer is divided by the largest of its type.
 double number_at(const char* at, size_t kind, bool as_share) {
   switch (kind) {
     case kByte:
@@ -108,7 +108,7 @@ std::optional<std::string> from_base64(std::string_view text) {
   return out;
 }
 
-// "my%20mesh.bin" is a file with a blank in its name.
+// A URI with its percent codes resolved: "my%20mesh.bin" names a file with a blank in its name.
 std::string decoded_uri(const std::string& uri) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'
@@ -136,7 +136,7 @@ struct GltfFile::Layout {
   std::string location;  // "accessors[3]"
   size_t count = 0, width = 0, kind = 0;
   bool as_shares = false;
-  const char* first = nullptr;  // null: zeros, but for what is sparse
+  const char* first = nullptr;  // null: all items are 0, except those of `sparse`
   size_t stride = 0;            // bytes
   const Json* sparse = nullptr;
 };
@@ -145,7 +145,8 @@ GltfFile::GltfFile(std::filesystem::path file)
     : file_(std::move(file)), bytes_(read_in_child(file_of_child(), kFileLimit)) {
   constexpr size_t kHead = 12, kChunkHead = 8;  // bytes
   std::string_view text = bytes_;
-  if (text.starts_with("glTF")) {  // then version, length, and chunks: length, kind, bytes
+  if (text.starts_with(
+          "glTF")) {  // version and length follow, then chunks of length, kind and bytes
     std::string_view json;
     for (size_t at = kHead; at + kChunkHead <= text.size();) {
       const size_t length = value_at<std::uint32_t>(text.data() + at);
@@ -165,7 +166,7 @@ GltfFile::GltfFile(std::filesystem::path file)
   try {
     json_ = Json::parse(text);
   } catch (const Json::exception& error) {
-    const std::string what = error.what();  // it goes on with all that was last read
+    const std::string what = error.what();  // the message ends with all that was last read
     refuse("is no glTF, its JSON cannot be read (" +
            printable(what.substr(0, std::min<size_t>(what.find("; last read"), 300))) + ")");
   }
@@ -263,7 +264,8 @@ std::string_view GltfFile::view(size_t index, const std::string& from) {
   const std::string location = location_of("bufferViews", index);
   const size_t of = index_of(entry, "buffer", location);
   const Json& in = item("buffers", of, location);
-  // The buffer of a packed view may hold its bytes unpacked as well, for readers like this one.
+  // A file may also have the uncompressed bytes of a compressed view, for readers that do not know
+  // the extension.
   const auto packed = [](const Json& of_what) {
     return of_what.contains("extensions") &&
            of_what["extensions"].contains("EXT_meshopt_compression");
@@ -298,7 +300,8 @@ GltfFile::Layout GltfFile::layout_of(size_t accessor, size_t width) {
   }
   if (!a.contains("bufferView")) {
     if (!out.sparse) refuse(out.location + " has no data, as where an extension holds it");
-    // Zeros but for what is sparse: no bytes of the file stand for them, so its size is the limit.
+    // All items are 0 except the sparse ones. No bytes of the file back their count, so it is
+    // compared with the limit of a file.
     if (out.count > kFileLimit / size) refuse(out.location + " has too many items");
     return out;
   }
@@ -316,7 +319,7 @@ GltfFile::Layout GltfFile::layout_of(size_t accessor, size_t width) {
   return out;
 }
 
-// Items that are given one by one, over those of the accessor.
+// Replaces the items that the accessor lists one by one (3.6.2.3).
 template <typename Number, typename Read>
 void GltfFile::put_sparse(const Layout& layout, std::vector<Number>& items, const Read& read) {
   const std::string location = layout.location + ".sparse";

@@ -15,9 +15,10 @@ namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
-/// A .gltf, .glb or .vrm: its JSON, and numbers out of its buffers, which are read when they are
-/// asked for. Nothing is set aside before it has been compared with the bytes that are there. What
-/// does not hold is Error(kInput) with the file, the place in its JSON and the next move.
+/// A .gltf, .glb or .vrm file: its JSON, and the numbers of its buffers, which are read on demand.
+/// No memory is allocated for a count before the count has been compared with the bytes that exist.
+/// Whatever is not sound is Error(kInput) with the file, the location in its JSON and what the user
+/// can do.
 class GltfFile {
  public:
   using Json = nlohmann::json;
@@ -26,28 +27,29 @@ class GltfFile {
 
   const std::filesystem::path& file() const { return file_; }
   const Json& json() const { return json_; }
-  /// The list of that name at the top, an empty one where there is none.
+  /// The list of that name in the root object; an empty one if there is none.
   const Json& list(const char* name) const;
-  /// An item of such a list. `from` says in messages who names it.
+  /// An item of such a list. `from` tells in messages where it is referred to.
   const Json& item(const char* name, size_t index, const std::string& from) const;
 
-  /// Numbers of an accessor, `width` to an item (1 to 4, 16); integers are shares of their largest
-  /// where the file says so, or where `as_shares`.
+  /// The numbers of an accessor, `width` for each item (1 to 4, 16). Integers are divided by their
+  /// largest value if the accessor is normalised or `as_shares` is true (glTF 2.0, 3.11).
   std::vector<double> numbers(size_t accessor, size_t width, bool as_shares = false);
-  /// Whole numbers of at least 0: indices.
+  /// The same as unsigned integers: indices.
   std::vector<std::uint32_t> indices(size_t accessor, size_t width);
 
   static constexpr const char* kUncompressed = "export the character again, without compression";
   [[noreturn]] void refuse(const std::string& what,
                            const char* next = "export the character again") const;
-  /// A member of an object: a whole number of at least 0, or `otherwise` where there is none.
+  /// A member of an object that is a whole number of at least 0. Where it is missing, index_of
+  /// throws and index_or returns `otherwise`.
   size_t index_of(const Json& object, const char* key, const std::string& location) const;
   size_t index_or(const Json& object, const char* key, size_t otherwise,
                   const std::string& location) const;
-  /// A member: so many numbers. False where there is none.
+  /// Reads a member that is a list of `count` finite numbers; false if it is missing.
   bool numbers_of(const Json& object, const char* key, size_t count, const std::string& location,
                   double* to) const;
-  /// A member: a text; "" where there is none or it is none.
+  /// A member that is a text; "" if it is missing or no text.
   static std::string text_of(const Json& object, const char* key);
 
  private:

@@ -7,8 +7,8 @@
 
 namespace thew::rig {
 
-/// A whole number of a foreign file, of at most 2^53; nothing for all else. The library's own
-/// conversion takes every number, and for one that no integer holds it is undefined.
+/// The value as a whole number within +-2^53, or nothing. The conversion of the JSON library
+/// accepts every number, and its result is undefined for one that does not fit an integer.
 inline std::optional<std::int64_t> whole_number(const nlohmann::json& value) {
   constexpr std::int64_t kMost = std::int64_t{1} << 53;
   if (!value.is_number_integer()) return {};

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes
+constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes; real headers have some hundred
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
   throw Error(ErrorCode::kInput, file.string() + ": " + what);
@@ -31,7 +31,8 @@ struct Raw {
   int coloured = 0;                           // vertices that have one
 };
 
-// Appends the triangles of one mesh under its node's transform; a mirroring one turns them round.
+// Appends the triangles of one mesh under the transform m of its node; one that mirrors reverses
+// their winding.
 void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, Raw& raw) {
   TriMesh& mesh = raw.mesh;
   const int first = static_cast<int>(mesh.vertices.size());
@@ -76,27 +77,29 @@ Raw collect(const fs::path& file, const aiScene& scene) {
   return mesh;
 }
 
-using Place = std::array<float, 3>;
+using Position = std::array<float, 3>;
 
-// What assimp's inline reader of numbers throws; its own type is not exported.
+// The exception that assimp's inline reader of numbers throws here; its own type is not exported.
 struct NoNumber {
   template <typename... What>
   explicit NoNumber(const What&...) {}
 };
 
 struct ObjLines {
-  std::vector<Place> places;  // of the vertices in the file's order
-  std::vector<int> corners;   // of the faces in the file's order, the vertex of each
+  std::vector<Position> positions;  // of the vertices, in the order of the file
+  std::vector<int> corners;         // vertex of each corner of the faces, in the order of the file
 };
 
-// By assimp's own reading of numbers; nothing where a vertex is not understood.
+// Reads vertices and faces of an OBJ, its numbers as assimp reads them, so that positions compare
+// equal. Empty if a vertex is not understood.
 ObjLines read_obj_lines() {
   const std::string bytes = read_in_child(file_of_child(), kAssimpFileLimit);
   ObjLines lines;
   const auto add_face = [&](const std::vector<std::string_view>& words) {
     for (size_t k = 1; k < words.size(); ++k) {
-      const int number = std::atoi(std::string(words[k]).c_str());  // from 1, or back from -1
-      const int count = static_cast<int>(lines.places.size());
+      const int number =
+          std::atoi(std::string(words[k]).c_str());  // counts from 1, or from -1 backwards
+      const int count = static_cast<int>(lines.positions.size());
       lines.corners.push_back(number < 0 ? count + number : number - 1);
     }
   };
@@ -107,50 +110,51 @@ ObjLines read_obj_lines() {
     if (!words.empty() && words[0] == "f") add_face(words);
     if (words.empty() || words[0] != "v") continue;
     if (words.size() < 4) return {};
-    Place p;
+    Position p;
     for (int k = 0; k < 3; ++k) {
       if (!parse_number(words[k + 1])) return {};
       p[k] = Assimp::fast_atof<NoNumber>(std::string(words[k + 1]).c_str());
     }
-    lines.places.push_back(p);
+    lines.positions.push_back(p);
   }
   return lines;
 }
 
-// assimp makes a vertex of each corner of an OBJ's faces, in their order. Back to the file's
-// vertices in the file's order, by place, without those of no face; a corner is its own vertex's
-// where the file's faces are assimp's, else the first's at its place.
+// assimp makes a vertex of each corner of the faces of an OBJ, in their order. This restores the
+// vertices of the file in their order, by position, without those that no face uses. A corner gets
+// the vertex that its face names if assimp kept the faces of the file, else the first vertex of its
+// position.
 void restore_order(Raw& raw) {
   const std::vector<Vec3>& corners = raw.mesh.vertices;
-  const auto place_of = [&](size_t i) {
+  const auto position_of = [&](size_t i) {
     const Eigen::Vector3f p = corners[i].cast<float>();
-    return Place{p.x(), p.y(), p.z()};
+    return Position{p.x(), p.y(), p.z()};
   };
-  std::map<Place, size_t> corner_at;
-  for (size_t i = 0; i < corners.size(); ++i) corner_at.emplace(place_of(i), i);
+  std::map<Position, size_t> corner_at;
+  for (size_t i = 0; i < corners.size(); ++i) corner_at.emplace(position_of(i), i);
   Raw ordered;
-  std::map<Place, int> vertex_at;
-  const auto add = [&](const Place& place, size_t corner) {
+  std::map<Position, int> vertex_at;
+  const auto add = [&](const Position& position, size_t corner) {
     const int vertex = static_cast<int>(ordered.mesh.vertices.size());
-    vertex_at.emplace(place, vertex);
+    vertex_at.emplace(position, vertex);
     ordered.mesh.vertices.push_back(corners[corner]);
     ordered.colours.push_back(raw.colours[corner]);
     return vertex;
   };
   const ObjLines lines = read_obj_lines();
   std::vector<int> of_line;
-  for (const Place& place : lines.places) {
-    const auto corner = corner_at.find(place);
-    of_line.push_back(corner == corner_at.end() ? -1 : add(place, corner->second));
+  for (const Position& position : lines.positions) {
+    const auto corner = corner_at.find(position);
+    of_line.push_back(corner == corner_at.end() ? -1 : add(position, corner->second));
   }
   std::vector<int> of_corner;
   for (size_t i = 0; i < corners.size(); ++i) {
-    const Place place = place_of(i);
-    if (vertex_at.count(place) == 0) add(place, i);
+    const Position position = position_of(i);
+    if (vertex_at.count(position) == 0) add(position, i);
     const int line = lines.corners.size() == corners.size() ? lines.corners[i] : -1;
     const bool own =
-        line >= 0 && line < static_cast<int>(of_line.size()) && lines.places[line] == place;
-    of_corner.push_back(own ? of_line[line] : vertex_at.at(place));
+        line >= 0 && line < static_cast<int>(of_line.size()) && lines.positions[line] == position;
+    of_corner.push_back(own ? of_line[line] : vertex_at.at(position));
   }
   for (const Triangle& t : raw.mesh.triangles) {
     ordered.mesh.triangles.push_back({of_corner[t[0]], of_corner[t[1]], of_corner[t[2]]});
@@ -167,7 +171,8 @@ Raw read_through_assimp(const fs::path& file) {
   return raw;
 }
 
-// assimp searches a header without an end for ever, and sets aside what a header claims.
+// assimp 5.2 never stops searching for the end of a header, and allocates whatever number of
+// elements the header claims. So both are checked first.
 void check_ply_header(const fs::path& file) {
   const std::string bytes = read_whole(file, kAssimpFileLimit);
   const std::string_view head = std::string_view(bytes).substr(0, kPlyHeaderLimit);
@@ -194,7 +199,8 @@ void walk(Archive& archive, Raw& raw) {
   archive.number(raw.coloured);
 }
 
-// assimp 5.2 hangs and crashes on some damaged files of all formats.
+// Reads the file in a child process, because assimp 5.2 hangs or crashes on some damaged files of
+// all formats.
 Raw read_in_child(const fs::path& file) {
   Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
     Raw mesh = read_through_assimp(file);
@@ -214,9 +220,9 @@ Raw read_in_child(const fs::path& file) {
         return std::all_of(t.begin(), t.end(), [&](int i) { return i >= 0 && i < nodes; });
       });
   if (!sound) child.refuse("its reader sent nonsense");
-  // In whatever unit.
+  // The unit is not known here, so the bound is that of the smallest unit.
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (is_place(mesh.vertices[i], kFarthest / kLeastScale)) continue;
+    if (is_bounded(mesh.vertices[i], kMaxCoordinate / kMinScale)) continue;
     refuse(file, "vertex " + std::to_string(i) + " lies at " + point_text(mesh.vertices[i]) +
                      ", which is no place in any unit; export the mesh again");
   }
@@ -258,26 +264,26 @@ ImportedMesh import_mesh(const fs::path& file) {
   }
   if (raw.coloured == 0) return out;
   out.colours.resize(out.mesh.vertices.size());
-  for (size_t i = out.map_back.size(); i-- > 0;) {  // the first vertex of a place has the last word
+  for (size_t i = out.map_back.size(); i-- > 0;) {  // of vertices of one position the first decides
     out.colours[out.map_back[i]] = raw.colours[i];
   }
   return out;
 }
 
-void check_places(const fs::path& file, const std::vector<Vec3>& places) {
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (is_place(places[i])) continue;
-    check_place(places[i], file.string() + ": vertex " + std::to_string(i),
-                "export the mesh in metres, or scale it");
+void check_positions(const fs::path& file, const std::vector<Vec3>& positions) {
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (is_bounded(positions[i])) continue;
+    check_position(positions[i], file.string() + ": vertex " + std::to_string(i),
+                   "export the mesh in metres, or scale it");
   }
 }
 
-ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& place) {
+ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world) {
   ImportedMesh imported = import_mesh(file);
-  if (!place.matrix().isIdentity(0.0)) {
-    for (Vec3& p : imported.mesh.vertices) p = place * p;
+  if (!to_world.matrix().isIdentity(0.0)) {
+    for (Vec3& p : imported.mesh.vertices) p = to_world * p;
   }
-  check_places(file, imported.mesh.vertices);
+  check_positions(file, imported.mesh.vertices);
   const std::vector<Defect> defects = find_defects(imported.mesh);
   if (defects.empty()) return imported;
   std::string message = "is not a sound closed surface";
@@ -288,8 +294,8 @@ ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3
   refuse(file, message);
 }
 
-TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& place) {
-  return std::move(import_closed_mesh_whole(file, place).mesh);
+TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& to_world) {
+  return std::move(import_closed_mesh_whole(file, to_world).mesh);
 }
 
 }  // namespace thew::rig

@@ -11,25 +11,27 @@ namespace thew::rig {
 
 struct ImportedMesh {
   TriMesh mesh;               ///< welded by exact position
-  std::vector<int> map_back;  ///< index in `mesh` of each vertex of the file, FBX's and Collada's
-                              ///< as assimp has them
+  std::vector<int> map_back;  ///< for each vertex of the file, its index in `mesh`; for FBX and
+                              ///< Collada, for each vertex as assimp returns them
   int imported_vertices = 0;
-  std::vector<std::array<float, 4>> colours;  ///< by vertex of `mesh`; empty: the file has none
-  FileOrder order;  ///< of OBJ, PLY and glTF, whose vertices come as the file has them
+  std::vector<std::array<float, 4>> colours;  ///< by vertex of `mesh`; empty if the file has none
+  FileOrder order;  ///< for OBJ, PLY and glTF, whose vertices are known in the order of the file
 };
 
 /// Reads all triangles of a file (OBJ, STL, PLY, glTF, FBX, Collada) through assimp, in a child
-/// process with limits, and welds them. Throws Error(kInput) with file, cause and next move.
+/// process with limits, and welds them. Throws Error(kInput) with the file, the cause and what the
+/// user can do.
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
-/// Error(kInput) with file and vertex for what is farther than kFarthest.
-void check_places(const std::filesystem::path& file, const std::vector<Vec3>& places);
+/// Throws Error(kInput) with file and vertex if a coordinate is beyond kMaxCoordinate.
+void check_positions(const std::filesystem::path& file, const std::vector<Vec3>& positions);
 
-/// import_mesh, and Error(kInput) listing every defect when the mesh is not a sound closed surface.
-/// `place` takes the file's metres (or millimetres) to where the mesh belongs; it is checked there.
+/// Imports a mesh and applies `to_world`, the transform from the units and axes of the file to
+/// metres in the world. Throws Error(kInput) with all defects if it is then no sound closed
+/// surface.
 TriMesh import_closed_mesh(const std::filesystem::path& file,
-                           const Eigen::Affine3d& place = Eigen::Affine3d::Identity());
+                           const Eigen::Affine3d& to_world = Eigen::Affine3d::Identity());
 ImportedMesh import_closed_mesh_whole(const std::filesystem::path& file,
-                                      const Eigen::Affine3d& place);
+                                      const Eigen::Affine3d& to_world);
 
 }  // namespace thew::rig

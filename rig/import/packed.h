@@ -10,8 +10,9 @@
 
 namespace thew::rig {
 
-// Numbers, lists and texts as one string of bytes, and back, both directed by one function
-// `walk(archive, value)` so that they cannot differ. Private to the libraries.
+// Packs numbers, lists and texts into one string of bytes and unpacks them again. One function
+// `walk(archive, value)` visits the fields for both, so that they cannot differ. Private to the
+// libraries.
 
 struct Packer {
   std::string bytes;
@@ -20,7 +21,7 @@ struct Packer {
   void number(const T& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  /// A text, or numbers in a row.
+  /// A text or a list of numbers.
   template <typename List>
   void list(const List& values) {
     number(std::uint64_t{values.size()});
@@ -33,10 +34,10 @@ struct Packer {
   }
 };
 
-/// `good` is false from the first value on for which too few bytes are left; no length is believed
-/// before it is compared with them.
+/// `good` becomes false at the first value for which too few bytes are left. Every length is
+/// compared with the remaining bytes before memory is allocated for it.
 struct Unpacker {
-  std::string_view rest;
+  std::string_view remaining;
   bool good = true;
 
   template <typename T>
@@ -51,22 +52,22 @@ struct Unpacker {
   }
   template <typename T, typename Walk>
   void each(std::vector<T>& values, Walk walk) {
-    values.resize(take_count(sizeof(std::uint64_t)));  // each begins with a length at least
+    values.resize(take_count(sizeof(std::uint64_t)));  // each item has a length of its own at least
     for (T& value : values) walk(*this, value);
   }
-  bool finished() const { return good && rest.empty(); }
+  bool finished() const { return good && remaining.empty(); }
 
  private:
   void take(void* to, std::size_t bytes) {
-    good = good && bytes <= rest.size();
+    good = good && bytes <= remaining.size();
     if (!good || bytes == 0) return;
-    std::memcpy(to, rest.data(), bytes);
-    rest.remove_prefix(bytes);
+    std::memcpy(to, remaining.data(), bytes);
+    remaining.remove_prefix(bytes);
   }
   std::uint64_t take_count(std::size_t smallest) {
     std::uint64_t count = 0;
     number(count);
-    good = good && count <= rest.size() / smallest;
+    good = good && count <= remaining.size() / smallest;
     return good ? count : 0;
   }
 };

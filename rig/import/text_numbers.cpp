@@ -38,17 +38,18 @@ struct TextFile {
   }
 };
 
-void for_each_line(TextFile& text, const std::function<void(const Words&)>& look) {
+void for_each_line(TextFile& text, const std::function<void(const Words&)>& visit) {
   for (size_t begin = 0; begin < text.bytes.size();) {
     const size_t end = std::min(text.bytes.find('\n', begin), text.bytes.size());
     ++text.row;
     const Words words = split_words(text.bytes.substr(begin, end - begin));
-    if (!words.empty()) look(words);
+    if (!words.empty()) visit(words);
     begin = end + 1;
   }
 }
 
-// "3", "3/1", "3//2", "3/1/2", each of them perhaps from the end back, "-3".
+// Whether a word is a corner of a face: "3", "3/1", "3//2" or "3/1/2", where a negative index
+// counts from the end.
 bool is_corner(std::string_view word) {
   int parts = 0;
   while (true) {
@@ -65,7 +66,7 @@ bool is_corner(std::string_view word) {
 }
 
 void check_obj(TextFile& text) {
-  std::string_view kind;  // of a line, and of those that a backslash joins to it
+  std::string_view kind;  // first word of a line and of those that a backslash joins to it
   bool goes_on = false;
   for_each_line(text, [&](Words words) {
     if (!goes_on) kind = words[0];

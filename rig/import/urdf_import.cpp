@@ -21,10 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kFileLimit = size_t{16} << 20;  // bytes
-constexpr double kUnitTolerance = 1e-3;          // axes printed with few digits are normalised
+constexpr size_t kFileLimit = size_t{16} << 20;  // bytes; bounds memory and time
+// Of the length of an axis: one printed with few digits is normalised.
+constexpr double kUnitTolerance = 1e-3;
 
-// urdfdom reports to console_bridge only, and goes on: every logged error counts.
+// Collects the errors of urdfdom. It only logs them through console_bridge and goes on, so every
+// logged error counts as a failure.
 class ErrorLog : public console_bridge::OutputHandler {
  public:
   ErrorLog() : former_(console_bridge::getOutputHandler()), level_(console_bridge::getLogLevel()) {
@@ -60,8 +62,8 @@ urdf::ModelInterfaceSharedPtr parse(const fs::path& file, const std::string& tex
 
 Vec3 to_vec3(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 
-// R = Rz(yaw) Ry(pitch) Rx(roll), from the text: urdfdom's own rotation depends on the C library's
-// sine, whose last bit differs between processors.
+// Reads an <origin>, R = Rz(yaw) Ry(pitch) Rx(roll), from its text, because the rotation of urdfdom
+// uses the sine of the C library, whose last bit differs between processors.
 Transform read_origin(const UrdfTree& tree, const TiXmlElement& parent, const std::string& what) {
   Transform origin = Transform::Identity();
   const TiXmlElement* element = parent.FirstChildElement("origin");
@@ -83,16 +85,16 @@ Transform read_origin(const UrdfTree& tree, const TiXmlElement& parent, const st
     return value;
   };
   origin.translation() = read("xyz");
-  if (!is_place(origin.translation())) {
+  if (!is_bounded(origin.translation())) {
     refuse(tree, element->Row(),
            what + ": origin xyz=\"" + element->Attribute("xyz") +
                "\" is farther than 10 km; give metres");
   }
   const Vec3 rpy = read("rpy");
-  if (!is_place(rpy, kMostTurn)) {
+  if (!is_bounded(rpy, kMaxAngle)) {
     refuse(tree, element->Row(),
            what + ": origin rpy=\"" + element->Attribute("rpy") + "\" turns by more than " +
-               number_text(kMostTurn) + " rad; give what is left of it");
+               number_text(kMaxAngle) + " rad; give what is left of it");
   }
   origin.linear() = rotation_about(Vec3::UnitZ(), rpy.z()) *
                     rotation_about(Vec3::UnitY(), rpy.y()) * rotation_about(Vec3::UnitX(), rpy.x());
@@ -131,7 +133,7 @@ void read_limits(const UrdfTree& tree, const UrdfTree::Joint& at, const urdf::Jo
     refuse(tree, at.row, "joint \"" + at.name + "\": a limit is not finite; use type continuous");
   }
   const bool turns = joint.type == urdf::Joint::REVOLUTE;
-  const double most = turns ? kMostTurn : kFarthest;
+  const double most = turns ? kMaxAngle : kMaxCoordinate;
   if (std::fabs(lower) > most || std::fabs(upper) > most) {
     refuse(tree, at.row,
            "joint \"" + at.name + "\": a limit is beyond " + number_text(most) +
@@ -179,7 +181,7 @@ std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree:
     visual.in_body = read_origin(tree, *at.visuals[i], "link \"" + at.name + "\"");
     visual.scale = to_vec3(mesh.scale);
     const auto size = visual.scale.array().abs();
-    if (!((size >= kLeastScale).all() && (size <= kMostScale).all())) {
+    if (!((size >= kMinScale).all() && (size <= kMaxScale).all())) {
       refuse(tree, row,
              "link \"" + at.name + "\": mesh scale " + point_text(visual.scale) +
                  " is zero, not finite or no unit's; write scale=\"1 1 1\"");
@@ -189,7 +191,8 @@ std::vector<Skeleton::Visual> read_visuals(const UrdfTree& tree, const UrdfTree:
   return visuals;
 }
 
-// What the child finds: the names of meshes as the file has them, and the lines they stand in.
+// The result of the child: the skeleton with the names of meshes as in the file, and the line of
+// each.
 struct ParsedUrdf {
   Skeleton skeleton;
   std::vector<int> rows;
@@ -269,18 +272,19 @@ bool is_sound(const ParsedUrdf& parsed) {
 }
 
 // The absolute path of a visual's mesh; `root` and `folder` (the URDF's) are canonical.
-std::string resolve_mesh(const std::string& place, const std::string& name, const fs::path& root,
+std::string resolve_mesh(const std::string& location, const std::string& name, const fs::path& root,
                          const fs::path& folder) {
   const auto fail = [&](const std::string& what) {
-    throw Error(ErrorCode::kInput, place + ": mesh \"" + name + "\" " + what);
+    throw Error(ErrorCode::kInput, location + ": mesh \"" + name + "\" " + what);
   };
   constexpr std::string_view kPackage = "package://", kFile = "file://";
   fs::path path;
-  if (name.starts_with(kPackage)) {  // package://NAME/rest: NAME is a folder of the root or itself
-    const fs::path rest = name.substr(kPackage.size());
-    path = root / rest;
+  if (name.starts_with(
+          kPackage)) {  // package://NAME/path: NAME is a folder of the root or the root itself
+    const fs::path relative = name.substr(kPackage.size());
+    path = root / relative;
     std::error_code error;
-    if (!fs::exists(path, error)) path = root / rest.lexically_relative(*rest.begin());
+    if (!fs::exists(path, error)) path = root / relative.lexically_relative(*relative.begin());
   } else if (name.starts_with(kFile)) {
     path = name.substr(kFile.size());
   } else if (name.find("://") != name.npos) {
@@ -298,18 +302,18 @@ std::string resolve_mesh(const std::string& place, const std::string& name, cons
   return real.string();
 }
 
-// Each joint's origin is near; a chain of them may still lead far away.
+// The origin of each joint was checked alone, but a chain of joints may still lead too far away.
 void check_rest_pose(const fs::path& file, const Skeleton& skeleton) {
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);
   for (int b = 0; b < skeleton.size(); ++b) {
-    check_place(rest[b].translation(),
-                file.string() + ": link \"" + skeleton.body_names[b] + "\" at rest",
-                "give the origins in metres");
+    check_position(rest[b].translation(),
+                   file.string() + ": link \"" + skeleton.body_names[b] + "\" at rest",
+                   "give the origins in metres");
   }
 }
 
-// Here and not in the child, which sees no files.
+// Runs in the parent process, because the child cannot look up files.
 void resolve_meshes(const fs::path& file, const fs::path& allowed_root, ParsedUrdf& parsed) {
   std::error_code error;
   const fs::path root = fs::canonical(allowed_root, error);
@@ -321,8 +325,8 @@ void resolve_meshes(const fs::path& file, const fs::path& allowed_root, ParsedUr
   size_t next = 0;
   for (auto& visuals : parsed.skeleton.visuals) {
     for (Skeleton::Visual& visual : visuals) {
-      const std::string place = file.string() + ":" + std::to_string(parsed.rows[next++]);
-      visual.mesh_file = resolve_mesh(place, visual.mesh_file, root, folder);
+      const std::string location = file.string() + ":" + std::to_string(parsed.rows[next++]);
+      visual.mesh_file = resolve_mesh(location, visual.mesh_file, root, folder);
     }
   }
 }

@@ -11,10 +11,10 @@ namespace thew::rig {
 namespace {
 
 constexpr int kDepthLimit = 200;  // tinyxml recurses: some ten thousand levels overflow the stack
-constexpr size_t kLinkLimit = 4096;  // searches below are linear
+constexpr size_t kLinkLimit = 4096;  // far above any rig; the searches below are linear
 
-// Deepest nesting of elements, read as tinyxml does: quotes count inside a tag only, comments end
-// at -->, character data at ]]>, other declarations at the first >.
+// The depth to which elements are nested, by the rules of tinyxml: quotes count inside a tag only,
+// comments end at -->, character data at ]]>, and other declarations at the first >.
 int nesting_depth(const std::string& text) {
   int depth = 0, deepest = 0;
   const auto after = [&](const char* end, size_t from) {
@@ -22,14 +22,14 @@ int nesting_depth(const std::string& text) {
     return at == text.npos ? text.size() : at + std::string_view(end).size();
   };
   for (size_t i = text.find('<'); i < text.size(); i = text.find('<', i)) {
-    const std::string_view rest = std::string_view(text).substr(i, 9);
-    if (rest.starts_with("<!--")) {
+    const std::string_view begin = std::string_view(text).substr(i, 9);
+    if (begin.starts_with("<!--")) {
       i = after("-->", i);
-    } else if (rest.starts_with("<![CDATA[")) {
+    } else if (begin.starts_with("<![CDATA[")) {
       i = after("]]>", i);
-    } else if (rest.starts_with("<!") || rest.starts_with("<?")) {
+    } else if (begin.starts_with("<!") || begin.starts_with("<?")) {
       i = after(">", i);
-    } else if (rest.starts_with("</")) {
+    } else if (begin.starts_with("</")) {
       depth = std::max(0, depth - 1);
       i = after(">", i);
     } else {
@@ -71,7 +71,7 @@ void read_links(UrdfTree& tree, const TiXmlElement& robot) {
 }
 
 int link_of(const UrdfTree& tree, const TiXmlElement& joint, const char* side) {
-  const std::string place = "joint \"" + attribute(joint, "name") + "\": ";
+  const std::string subject = "joint \"" + attribute(joint, "name") + "\": ";
   const TiXmlElement* element = joint.FirstChildElement(side);
   const std::string name = element ? attribute(*element, "link") : "";
   std::vector<std::string> names;
@@ -79,9 +79,9 @@ int link_of(const UrdfTree& tree, const TiXmlElement& joint, const char* side) {
     if (tree.links[i].name == name) return static_cast<int>(i);
     names.push_back(tree.links[i].name);
   }
-  if (name.empty()) refuse(tree, joint.Row(), place + "has no <" + side + " link=...>; add it");
+  if (name.empty()) refuse(tree, joint.Row(), subject + "has no <" + side + " link=...>; add it");
   refuse(tree, element->Row(),
-         place + side + " link \"" + name + "\" does not exist" + did_you_mean(name, names) +
+         subject + side + " link \"" + name + "\" does not exist" + did_you_mean(name, names) +
              "; add it or correct the name");
 }
 
@@ -89,20 +89,20 @@ void read_joints(UrdfTree& tree, const TiXmlElement& robot) {
   for (auto* e = robot.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
     UrdfTree::Joint joint{attribute(*e, "name"), e->Row(), e, -1, -1};
     if (joint.name.empty()) refuse(tree, joint.row, "a joint has no name; give it one");
-    const std::string place = "joint \"" + joint.name + "\": ";
+    const std::string subject = "joint \"" + joint.name + "\": ";
     if (e->FirstChildElement("mimic")) {
-      refuse(tree, joint.row, place + "mimic is not supported; drive the joint by the clip");
+      refuse(tree, joint.row, subject + "mimic is not supported; drive the joint by the clip");
     }
     joint.parent = link_of(tree, *e, "parent");
     joint.child = link_of(tree, *e, "child");
     for (const UrdfTree::Joint& other : tree.joints) {
       if (other.name == joint.name) {
         refuse(tree, joint.row,
-               place + "is also at line " + std::to_string(other.row) + "; rename one");
+               subject + "is also at line " + std::to_string(other.row) + "; rename one");
       }
       if (other.child == joint.child) {
         refuse(tree, joint.row,
-               place + "link \"" + tree.links[joint.child].name + "\" hangs on joint \"" +
+               subject + "link \"" + tree.links[joint.child].name + "\" hangs on joint \"" +
                    other.name + "\" already; remove one");
       }
     }
@@ -110,7 +110,8 @@ void read_joints(UrdfTree& tree, const TiXmlElement& robot) {
   }
 }
 
-// Every link hangs on one joint at most here: one root, and all reached from it, is a tree.
+// Each link is the child of at most one joint here, so the links form a tree if there is one root
+// and all are reached from it.
 void order_bodies(UrdfTree& tree) {
   std::vector<int> joint_above(tree.links.size(), -1);
   for (size_t j = 0; j < tree.joints.size(); ++j) {

@@ -11,8 +11,8 @@ class TiXmlElement;
 
 namespace thew::rig {
 
-/// What urdfdom does not tell: the lines of a URDF's links and joints, and whether they form one
-/// tree. Private to the library.
+/// The links and joints of a URDF with their lines, and the tree that they form, which urdfdom does
+/// not check. Private to the library.
 struct UrdfTree {
   struct Link {
     std::string name;
@@ -37,7 +37,8 @@ struct UrdfTree {
   std::vector<Body> bodies;  ///< breadth first from the root, joints in the file's order
 };
 
-/// Throws Error(kInput): nested too deep, not XML, a name twice or unknown, mimic, no tree.
+/// Throws Error(kInput) if the text is no XML or nested too deeply, a name is unknown or used
+/// twice, a joint has a mimic, or the links form no tree.
 UrdfTree read_urdf_tree(const std::filesystem::path& file, const std::string& text);
 
 /// Throws Error(kInput): "file:row: what".

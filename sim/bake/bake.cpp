@@ -28,7 +28,7 @@ BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const S
   BakeFrame frame;
   frame.frame = number;
   for (size_t m = 0; m < state.muscles.size(); ++m) {
-    frame.positions.push_back(by_file(model.muscles[m].order, to_points(state.muscles[m].x)));
+    frame.positions.push_back(in_file_order(model.muscles[m].order, to_points(state.muscles[m].x)));
   }
   for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
@@ -47,13 +47,13 @@ BakeMesh bake_mesh(const Muscle& muscle) {
                 muscle.rest,
                 normalised_weights(muscle.authored_weights, all_free),
                 {}};
-  for (size_t i = 0; muscle.shape.held.empty() && i < muscle.rest.vertices.size(); ++i) {
+  for (size_t i = 0; muscle.shape.fixed_to.empty() && i < muscle.rest.vertices.size(); ++i) {
     mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
   }
-  mesh.rest.vertices = by_file(order, std::move(mesh.rest.vertices));
+  mesh.rest.vertices = in_file_order(order, std::move(mesh.rest.vertices));
   if (!order.node.empty()) mesh.rest.triangles = order.triangles;
-  mesh.weights = by_file(order, std::move(mesh.weights));
-  mesh.coordinates = by_file(order, std::move(mesh.coordinates));
+  mesh.weights = in_file_order(order, std::move(mesh.weights));
+  mesh.coordinates = in_file_order(order, std::move(mesh.coordinates));
   return mesh;
 }
 

@@ -62,7 +62,7 @@ Points free_nodes(const Muscle& muscle, const Points& x) {
 
 double attachment_gap(const Muscle& muscle, const State& state, const Points& x) {
   double gap = 0.0;
-  if (!muscle.shape.held.empty()) return gap;
+  if (!muscle.shape.fixed_to.empty()) return gap;
   for (const PathPoint* end :
        {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
     const Vec3 anchor = state.pose[end->body] * end->position;
@@ -95,7 +95,7 @@ double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Poin
 }
 
 double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x) {
-  if (!muscle.shape.held.empty()) return 1.0;  // no path, no sections
+  if (!muscle.shape.fixed_to.empty()) return 1.0;  // no path, no sections
   double sum = 0.0;
   for (int k = 0; k < kSections; ++k) {
     sum += section_area_at(muscle, pose, x, (k + 0.5) / kSections);
@@ -113,7 +113,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
 }
 
 std::vector<std::string> rest_overlaps(const Model& model) {
-  const double told = model.lengths.told_overlap;
+  const double told = model.lengths.reported_overlap;
   std::vector<std::string> lines;
   if (!model.contact.enabled) return lines;
   State state = initial_state(model);

@@ -63,7 +63,7 @@ void check_frame(const BakeInfo& info, const BakeFrame& frame) {
       refuse("mesh \"" + info.meshes[m].name + "\" changed its number of nodes");
     }
     const auto bad = std::find_if(positions.begin(), positions.end(),
-                                  [](const Vec3& p) { return !is_place(p); });
+                                  [](const Vec3& p) { return !is_bounded(p); });
     if (bad != positions.end()) {
       refuse("mesh \"" + info.meshes[m].name + "\", node " +
              std::to_string(bad - positions.begin()) +

@@ -212,7 +212,7 @@ void check_mesh(const Child& child, const BakeMesh& mesh) {
       }
     }
   }
-  if (!std::all_of(rest.begin(), rest.end(), [](const Vec3& p) { return is_place(p); })) {
+  if (!std::all_of(rest.begin(), rest.end(), [](const Vec3& p) { return is_bounded(p); })) {
     child.refuse(mesh.name + " lies at rest where no place is, or farther than 10 km");
   }
   if (std::all_of(rest.begin(), rest.end(), [&](const Vec3& p) { return p == rest[0]; })) {
@@ -220,7 +220,7 @@ void check_mesh(const Child& child, const BakeMesh& mesh) {
   }
   if (!all_within(mesh.weights, 0.0, kMostWeight) ||
       !std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
-                   [](const auto& c) { return all_within(c, -kFarthest, kFarthest); })) {
+                   [](const auto& c) { return all_within(c, -kMaxCoordinate, kMaxCoordinate); })) {
     child.refuse(mesh.name + " has weights or coordinates that are none");
   }
 }
@@ -303,7 +303,7 @@ BakeFrame BakeReader::read(int index) const {
   if (!good) data.child.refuse("its reader sent nonsense");
   for (std::size_t m = 0; m < frame.positions.size(); ++m) {
     const auto& x = frame.positions[m];
-    const auto bad = std::find_if(x.begin(), x.end(), [](const Vec3& p) { return !is_place(p); });
+    const auto bad = std::find_if(x.begin(), x.end(), [](const Vec3& p) { return !is_bounded(p); });
     if (bad == x.end()) continue;
     data.child.refuse(data.info.meshes[m].name + ", frame " + std::to_string(frame.frame) +
                       ", vertex " + std::to_string(bad - x.begin()) +

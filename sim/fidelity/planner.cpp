@@ -102,7 +102,7 @@ void choose(Planner& planner) {
     }
     const Trial& trial = *find_trial(planner, m, fidelity.substeps);
     muscle = {trial.level, trial.iterations, {}};
-    const bool has_axis = planner.model.muscles[m].shape.held.empty();
+    const bool has_axis = planner.model.muscles[m].shape.fixed_to.empty();
     said.because = has_axis ? "the carried shape is " + millimetres(geometric_error[m]) + " off"
                             : std::string("it has no axis to be carried along");
     if (&trial != &planner.trials.front()) {

@@ -24,10 +24,10 @@ struct Motion {
 // World places of what moves a muscle.
 void add_places(const Muscle& muscle, const Pose& pose, std::vector<Vec3>& places) {
   for (const PathPoint& point : muscle.shape.path.points) {
-    places.push_back(place_of(point, pose) * point.position);
+    places.push_back(frame_of_point(point, pose) * point.position);
   }
-  for (size_t i = 0; i < muscle.shape.held.size(); ++i) {
-    const int body = muscle.shape.held[i];
+  for (size_t i = 0; i < muscle.shape.fixed_to.size(); ++i) {
+    const int body = muscle.shape.fixed_to[i];
     if (body >= 0) places.push_back(pose[body] * muscle.shape.offset[i]);
   }
 }
@@ -45,7 +45,7 @@ Motion motion_of(const Model& model) {
       const Muscle& muscle = model.muscles[m];
       add_places(muscle, state.pose, places);
       motion.length[m].push_back(
-          muscle.shape.held.empty() ? trace_path(muscle.shape.path, state.pose).length : 0.0);
+          muscle.shape.fixed_to.empty() ? trace_path(muscle.shape.path, state.pose).length : 0.0);
     }
     double most = 0.0;
     for (size_t i = 0; i < places.size() && frame > 0; ++i) {

@@ -170,7 +170,7 @@ void run_trial(Planner& planner, Trial trial) {
 
 bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double& error) {
   const Muscle& muscle = planner.model.muscles[m];
-  if (!muscle.shape.held.empty()) return false;  // no axis to be carried along
+  if (!muscle.shape.fixed_to.empty()) return false;  // no axis to be carried along
   Knots probes;
   for (const Window& window : planner.windows) {
     if (!planner.is_check(window)) probes.push_back(&window);

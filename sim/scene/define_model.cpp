@@ -103,7 +103,7 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
   std::vector<double> u(def.mesh.vertices.size(), 0.0);
   if (has_path) u = belly_coordinates(def.mesh, def.path, bind_pose, def.belly, lengths);
   def.weights = authored_weights(scene, def.mesh, u, imported, location);
-  if (!has_path) def.held = held_nodes(skeleton, scene, def.mesh);
+  if (!has_path) def.fixed_to = held_nodes(skeleton, scene, def.mesh);
   return def;
 }
 
@@ -117,7 +117,7 @@ std::vector<Bone> bones_of(const Skeleton& skeleton) {
       bone.name = skeleton.body_names[body] + (k == 0 ? "" : "_" + std::to_string(k));
       bone.in_body = import_closed_mesh(visual.mesh_file);
       for (Vec3& p : bone.in_body.vertices) p = visual.in_body * Vec3(visual.scale.cwiseProduct(p));
-      check_places(visual.mesh_file, bone.in_body.vertices);
+      check_positions(visual.mesh_file, bone.in_body.vertices);
       bones.push_back(std::move(bone));
     }
   }

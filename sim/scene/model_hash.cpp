@@ -31,8 +31,8 @@ void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
     for (const auto& q : list) hash.add(q.coeffs().data(), 4 * sizeof(double));
   };
   const auto bent = [&](const auto& curve, const auto& add) {
-    if (curve.way == CurveWay::kLinear) return;
-    hash.add(&curve.way, sizeof curve.way);
+    if (curve.interpolation == CurveInterpolation::kLinear) return;
+    hash.add(&curve.interpolation, sizeof curve.interpolation);
     add(curve.slopes_in);
     add(curve.slopes_out);
   };
@@ -174,8 +174,8 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
   }
   for (const auto& key : muscle.settings.activation) hash.list({key[0], key[1]});
   hash.list(muscle.shape.bulge);
-  if (!muscle.shape.held.empty()) {
-    hash.add(muscle.shape.held.data(), muscle.shape.held.size() * sizeof(int));
+  if (!muscle.shape.fixed_to.empty()) {
+    hash.add(muscle.shape.fixed_to.data(), muscle.shape.fixed_to.size() * sizeof(int));
     hash.points(muscle.shape.offset);
   }
   if (muscle.zones.count() > 0) hash.list(muscle.zones.rest_before);

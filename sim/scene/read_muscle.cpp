@@ -99,7 +99,7 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
       const auto number = parse_number(words[k]);
       const bool weight = k + 1 == width;
       good = number && (weight ? *number >= 0.0 && *number <= kNotNegative.most
-                               : std::abs(*number) <= kFarthest);
+                               : std::abs(*number) <= kMaxCoordinate);
       if (good) values[k] = *number;
     }
     if (!good) {
@@ -125,7 +125,7 @@ ZoneSettings read_zone(TomlValue& table) {
   read(table, "smallest_radius", zone.smallest_radius, kLength);
   read(table, "per_impulse", zone.per_impulse, kNotNegative);
   read(table, "along_load", zone.along_load, kShare);
-  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, kFarthest});
+  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, kMaxCoordinate});
   return zone;
 }
 
@@ -237,7 +237,7 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   read(table, "damping", muscle.damping, kNotNegative);
   if (TomlValue* material = find(table, "material")) read_material(*material, muscle.material);
   read(table, "colour", muscle.colour, kShare);
-  read(table, "zones", muscle.zones, 1, kMostZones);
+  read(table, "zones", muscle.zones, 1, kMaxZones);
   return muscle;
 }
 

@@ -102,7 +102,7 @@ Clip read_keys(TomlValue& keys, double unit, Clip::Interpolation interpolation,
     curve.joints = {keys.keys[j]};
     curve.interpolation = interpolation;
     for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kFrames,
-                                               {-kMostTurn / kDegree, kMostTurn / kDegree})) {
+                                               {-kMaxAngle / kDegree, kMaxAngle / kDegree})) {
       curve.times.push_back((frame - scene.first_frame) / scene.fps);
       curve.values.push_back({value * unit});
     }

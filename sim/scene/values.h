@@ -20,9 +20,9 @@ struct Range {
 };
 inline constexpr Range kPositive{1e-12, 1e12}, kNotNegative{0.0, 1e12}, kShare{0.0, 1.0};
 /// m: where a point is; a length; one that has to be longer than what float32 rounds off.
-inline constexpr Range kPlace{-kFarthest, kFarthest}, kLength{0.0, kFarthest},
-    kSize{1e-6, kFarthest};
-inline constexpr Range kScale{kLeastScale, kMostScale};
+inline constexpr Range kPlace{-kMaxCoordinate, kMaxCoordinate}, kLength{0.0, kMaxCoordinate},
+    kSize{1e-6, kMaxCoordinate};
+inline constexpr Range kScale{kMinScale, kMaxScale};
 /// What a direction is given by; it is made unit.
 inline constexpr Range kDirection{-1e6, 1e6};
 inline constexpr int kLastFrame = 1000000;

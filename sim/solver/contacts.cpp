@@ -76,7 +76,7 @@ void refit_all(const Model& model, Parallel& parallel, State& state) {
 
 namespace {
 
-Followed& followed(State& state, int c) {
+MotionHistory& followed(State& state, int c) {
   return c < state.count() ? state.muscles[c].followed : state.bones[c - state.count()].followed;
 }
 
@@ -94,8 +94,8 @@ void place_colliders(const Model& model, State& state) {
     const int body = model.surfaces[c].body;
     if (it.soft || !state.body_moved[body] || state.pose_before.size() != state.pose.size())
       continue;
-    it.back = state.pose_before[body] * state.pose[body].inverse();
-    it.forth = it.back.inverse();
+    it.to_start = state.pose_before[body] * state.pose[body].inverse();
+    it.from_start = it.to_start.inverse();
   }
 }
 
@@ -134,26 +134,26 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   }
   settings.margin += 2.0 * thickest;
   for (int c = 0; c < model.colliders(); ++c) {
-    Followed& body = followed(state, c);
-    body.go_on(*state.colliders[c].x);
-    state.colliders[c].followed = &body;
+    MotionHistory& body = followed(state, c);
+    body.advance(*state.colliders[c].x);
+    state.colliders[c].history = &body;
   }
-  find_near_pairs(state.colliders, settings, state.near);
+  find_candidate_pairs(state.colliders, settings, state.near);
   std::vector<std::vector<int>>& near = state.near.near;
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
-    bool& wanted = state.colliders[m].wanted;
+    bool& wanted = state.colliders[m].searched;
     wanted = wanted || !model.ignore[m][m];
     std::erase_if(near[m], [&](int other) {
       return model.ignore[m][other] != 0 || lets_pass(state, m, other);
     });
-    for (const int other : near[m]) wanted = state.colliders[other].wanted = true;
+    for (const int other : near[m]) wanted = state.colliders[other].searched = true;
   }
   parallel.each(model.colliders(), [&](int c) {
     const Collider& it = state.colliders[c];
-    if (!it.wanted) return;
+    if (!it.searched) return;
     refit(model, c, state);
-    Followed& body = followed(state, c);
+    MotionHistory& body = followed(state, c);
     note_parts(*it.surface, *it.bvh, *it.x, body.before, body.parts);
   });
   parallel.each(state.count(), [&](int m) {
@@ -168,14 +168,15 @@ std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state) {
   for (int m = 0; m < state.count(); ++m) {
     const MuscleState& now = state.muscles[m];
     if (!has_forces(now.level)) continue;
-    const BodyWay way = way_of(now.start, now.x);
+    const BodyMotion way = body_motion(now.start, now.x);
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const int c = state.count() + static_cast<int>(b);
       if (model.ignore[m][c] || lets_pass(state, m, c)) continue;
       if (!may_tunnel(way, state.colliders[c], state.bones[b].moved, depth)) continue;
       fit_bone(model, static_cast<int>(b), state);
-      const Tunnelling tunnelling = find_tunnelling(now.start, now.x, model.muscles[m].free_nodes,
-                                                    state.colliders[c], depth, model.lengths.march);
+      const Tunnelling tunnelling =
+          find_tunnelling(now.start, now.x, model.muscles[m].free_nodes, state.colliders[c], depth,
+                          model.lengths.march_step);
       if (tunnelling.inside <= (worst ? worst->value : depth)) continue;
       worst = StepDiagnosis{"muscle \"" + model.muscles[m].name + "\"",
                             tunnelling.node,
@@ -184,8 +185,8 @@ std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state) {
                             depth,
                             m,
                             c};
-      worst->way = tunnelling.way;
-      worst->parts = static_cast<int>(std::ceil(std::min(tunnelling.way / depth, 1e6)));
+      worst->way = tunnelling.distance;
+      worst->parts = static_cast<int>(std::ceil(std::min(tunnelling.distance / depth, 1e6)));
     }
   }
   return worst;

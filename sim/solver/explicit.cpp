@@ -58,7 +58,7 @@ template <bool kVolume>
   const Muscle& muscle = kick.muscle;
   const MuscleState& now = body.now;
   ExplicitWork& work = body.work;
-  const bool has_path = muscle.shape.held.empty();
+  const bool has_path = muscle.shape.fixed_to.empty();
   const double h = kick.h, damping = kick.damping, guide = muscle.settings.guide;
   const Point gravity = kick.gravity, origin = now.x[0];
   const char* const driven = muscle.driven.data();
@@ -134,7 +134,7 @@ VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, con
 THEW_VECTORISED
 void set_direction(bool whole, const Body& body) {
   auto& [now, work, volume] = body;
-  for (const Touch* touch : work.near.shared) {
+  for (const ContactPlane* touch : work.near.shared) {
     volume.direction[touch->node] = work.mobility[touch->node] * volume.gradient[touch->node];
   }
   for (size_t i = 0; whole && i < now.x.size(); ++i) {
@@ -262,7 +262,8 @@ double volume_frequency_squared(const Muscle& muscle, double bulk) {
 void carry_within(double t, const RingSprings& rings, const MuscleState& now, ExplicitWork& work) {
   work.rest_length.resize(now.rest_length.size());
   for (size_t k = 0; k < work.rest_length.size(); ++k) {
-    work.rest_length[k] = now.rest_before[k] + t * (now.rest_length[k] - now.rest_before[k]);
+    work.rest_length[k] =
+        now.rest_length_before[k] + t * (now.rest_length[k] - now.rest_length_before[k]);
   }
   for (size_t i = 0; i < work.target.size(); ++i) {
     work.target[i] = now.target[i] - (1.0 - t) * work.frame * now.target_velocity[i];
@@ -309,7 +310,7 @@ void begin_explicit(const Model& model, int m, double h, State& state) {
     work.inverse_mass[i] = 1.0 / muscle.mass[i];
     work.mobility[i] = now.weights[i] / muscle.mass[i];
   }
-  find_touches(contact_solve(model, m, state), now.contacts, work.touches);
+  find_contact_planes(contact_solve(model, m, state), now.contacts, work.touches);
 }
 
 void iterate_explicit(const Model& model, int m, State& state) {
@@ -329,8 +330,8 @@ void iterate_explicit(const Model& model, int m, State& state) {
     const bool last = step == substeps;
     if (has_path) carry_within(t, muscle.rings, now, work);
     if (step % kLookEvery == 1 || last) {
-      look_for_near(t - 1.0 / substeps, work.frame, kLookEvery * h, now.x, now.v, work.touches,
-                    work.near);
+      find_near_planes(t - 1.0 / substeps, work.frame, kLookEvery * h, now.x, now.v, work.touches,
+                       work.near);
     }
     const bool exactly = rule.substeps == VolumeRule::Exact::kEach ||
                          (rule.substeps == VolumeRule::Exact::kLast && last);
@@ -352,7 +353,7 @@ void iterate_explicit(const Model& model, int m, State& state) {
 void finish_explicit(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
-  const Touches& touches = std::get<ExplicitWork>(now.work).touches;
+  const ContactPlanes& touches = std::get<ExplicitWork>(now.work).touches;
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) now.x[i] = now.target[i];  // without the substeps' rounding
   }
@@ -360,7 +361,7 @@ void finish_explicit(const Model& model, int m, double h, State& state) {
     restore_exactly(muscle, now.volume.direction, now.x);  // that moved it
   }
   for (size_t c = 0; c < touches.size(); ++c) {
-    const double pushed = touches[c].pushed;
+    const double pushed = touches[c].impulse;
     now.normal_multiplier[c] =
         pushed == 0.0 ? 0.0 : pushed / (h * muscle.contact_stiffness[touches[c].node]);
   }

@@ -22,7 +22,7 @@ constexpr double kEnergy = 2.0;      // times what went in
 double squared(const Point& r) { return dot(r, r); }
 
 double extent_of(const Model& model, const State& state) {
-  double extent = model.lengths.least_rig;
+  double extent = model.lengths.least_rig_size;
   for (const Transform& body : state.pose) extent = std::max(extent, body.translation().norm());
   return extent;
 }
@@ -216,9 +216,9 @@ std::optional<StepDiagnosis> find_bad_shape(const Model& model, double h, const 
   const Muscle& muscle = model.muscles[m];
   const MuscleState& now = state.muscles[m];
   const Springs& springs = muscle.springs;
-  const bool has_path = muscle.shape.held.empty();
+  const bool has_path = muscle.shape.fixed_to.empty();
   const EdgeStrain strain = strain_of_edges(springs, now.rest_length, now.x, now.target, kStretch);
-  if (!strain.within) return find_long_edge(model, state, m);
+  if (!strain.within_limit) return find_long_edge(model, state, m);
   const double energy = strain.energy + kinetic_energy(muscle, now);
   if (now.volume_error >= 1.0) {  // an empty muscle, or one of twice its volume
     const double volume = enclosed_volume(now.x, muscle.rest.triangles);
@@ -234,7 +234,7 @@ std::optional<StepDiagnosis> find_bad_shape(const Model& model, double h, const 
                           kTurnedOver);
     }
   }
-  if (!(energy <= strain.usual)) {
+  if (!(energy <= strain.reference_energy)) {
     const double limit = energy_limit(model, h, state);
     if (!(energy <= limit)) {
       return diagnosis_at(model, state, m, most_strained(muscle, now), Cause::kEnergy, energy,
@@ -348,8 +348,9 @@ std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& stat
       if (i >= rows->size() || !is_beyond(norm((*rows)[i]))) continue;
       return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
     }
-    if (i < skin.moved.size() && is_beyond(skin.moved[i])) {
-      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, skin.moved[i], reach};
+    if (i < skin.correction.size() && is_beyond(skin.correction[i])) {
+      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, skin.correction[i],
+                           reach};
     }
   }
   return {};

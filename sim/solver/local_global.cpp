@@ -127,7 +127,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
     work.diagonal[i] = muscle.mass[matrix.order[i]] * (inertia + drag + guide);
     if (still) work.diagonal[i] += kNearness * muscle.mass[matrix.order[i]];
   }
-  for (size_t c = 0; c < now.contacts.size(); c = end_of_one(now.contacts, c)) {
+  for (size_t c = 0; c < now.contacts.size(); c = group_end(now.contacts, c)) {
     const int node = now.contacts[c].node;
     work.diagonal[matrix.position[node]] += muscle.contact_stiffness[node];
   }

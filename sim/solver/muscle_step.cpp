@@ -33,7 +33,7 @@ bool has_come_to_rest(const Model& model, int iterations, const State& state) {
   if (model.fidelity) return true;
   for (int m = 0; m < state.count(); ++m) {
     const double moved = state.muscles[m].moved;
-    if (!has_forces(state.muscles[m].level) || moved <= model.lengths.converged) continue;
+    if (!has_forces(state.muscles[m].level) || moved <= model.lengths.converged_motion) continue;
     if (iterations < kMost && std::isfinite(moved)) return false;
     char numbers[200];
     std::snprintf(numbers, sizeof numbers,
@@ -145,7 +145,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
       zoned ? std::span(work.zone_directions) : std::span(&work.gradient, 1);
   freed.back() = work.direction;
   // Rounds, since the volume moves other nodes into bone; two soft surfaces share the way, once.
-  bool moves = push_out(solve, now.contacts, true, freed, now.x);
+  bool moves = project_out(solve, now.contacts, true, freed, now.x);
   for (int round = 0; exact && (moves || round == 0) && round < kRounds; ++round) {
     if (zoned) restore_zones(muscle, now);
     if (!restore_exactly(muscle, freed.back(), now.x)) {
@@ -153,7 +153,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
       moves = false;
       break;
     }
-    moves = push_out(solve, now.contacts, false, freed, now.x);
+    moves = project_out(solve, now.contacts, false, freed, now.x);
   }
   // Pinched between two there is no end to the rounds: the volume has the last word.
   if (exact && moves) restore_exactly(muscle, work.direction, now.x);

@@ -52,7 +52,7 @@ struct MuscleMotion : NodeMotion, CarriedMotion, ContactMotion, SolverMeasures {
 /// itself may tell what they find. Saved with the motion; after a failed step it starts anew.
 struct MuscleSearches {
   ContactMemory memory, face_memory;
-  Followed followed;
+  MotionHistory followed;
 };
 
 struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
@@ -74,7 +74,7 @@ struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
 
 struct BoneState {
   Points x;
-  Followed followed;
+  MotionHistory followed;
   Bvh bvh;
   bool fitted = true;  ///< the tree is of x
   double moved = 0.0;  ///< m, the most that a node moved in the last step
@@ -91,7 +91,7 @@ struct State {
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   std::vector<Collider> colliders;  ///< of the step: they point into this state
-  NearPairs near;                   ///< of them
+  CandidatePairs near;              ///< of them
   SkinState skin;
   SkinMotion skin_before;   ///< to go back to
   Pose frame_pose;          ///< the same

@@ -128,7 +128,7 @@ void walk(Archive& archive, SkinMotion& motion) {
 
 // What each search finds out anew of where all are is left out.
 template <typename Archive>
-void walk(Archive& archive, Followed& followed) {
+void walk(Archive& archive, MotionHistory& followed) {
   walk_all(archive, followed.x, followed.travelled);
 }
 
@@ -138,7 +138,7 @@ void walk(Archive& archive, ContactMemory& memory) {
   archive.count(others);
   memory.others.resize(others);
   for (ContactMemory::Other& other : memory.others) {
-    walk_all(archive, other.triangle, other.clear, other.travelled);
+    walk_all(archive, other.triangle, other.distance_bound, other.travelled);
   }
 }
 
@@ -187,7 +187,7 @@ State initial_state(const Model& model) {
     now.target_velocity = now.v;
     now.start = now.previous_iterate = now.x;
     now.weights = model.muscles[m].weights;
-    now.rest_length = now.rest_before = model.muscles[m].springs.rest_length;
+    now.rest_length = now.rest_length_before = model.muscles[m].springs.rest_length;
     now.bvh = build_bvh(model.surfaces[m].surface, now.x);
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
     now.path_length = now.pose.path_length;
@@ -227,8 +227,9 @@ bool fits(const MuscleMotion& motion, const Model& model, const Muscle& muscle) 
 bool fits(const ContactMemory& memory, const Model& model) {
   const size_t others = memory.others.size();
   return (others == 0 || others == static_cast<size_t>(model.colliders())) &&
-         std::all_of(memory.others.begin(), memory.others.end(),
-                     [](const auto& other) { return other.triangle.size() == other.clear.size(); });
+         std::all_of(memory.others.begin(), memory.others.end(), [](const auto& other) {
+           return other.triangle.size() == other.distance_bound.size();
+         });
 }
 
 // What is read back was written for these meshes, or by no one.
@@ -246,7 +247,7 @@ bool fits(const State& state, const Model& model) {
   const SkinState& skin = state.skin;
   return skin.x.size() == rest.x.size() && skin.offset.size() == rest.offset.size() &&
          skin.force.size() == rest.force.size() && skin.slip.size() == rest.slip.size() &&
-         skin.moved.size() == rest.moved.size();
+         skin.correction.size() == rest.correction.size();
 }
 
 }  // namespace

@@ -55,8 +55,8 @@ struct ExplicitWork {
   Points target;                     ///< within the frame, m
   std::vector<double> rest_length;   ///< the same
   RingSprings::BySlot rest_by_slot;  ///< the same, of the rings
-  Touches touches;
-  Near near;
+  ContactPlanes touches;
+  NearPlanes near;
 };
 
 /// Of the integrator in use alone.

@@ -13,34 +13,40 @@ struct SurfacePoint {
   double barycentric[3] = {0, 0, 0};
 };
 
-/// How a body's nodes have moved from search to search for contacts.
-struct Followed {
-  Points x, before;  ///< at the last search and the one before; empty or of another size: not known
-  double travelled = 0.0, travelled_before = 0.0;  ///< m, the most that a node moved, all in all
+/// How the nodes of a body have moved from search to search for contacts.
+struct MotionHistory {
+  /// m, at the last search and the one before; empty or of another size: not known.
+  Points x, before;
+  /// m, sum over searches of the largest motion of a node.
+  double travelled = 0.0, travelled_before = 0.0;
   MovedParts parts;
-  void go_on(const Points& now);
+  /// Takes over the positions of a new search.
+  void advance(const Points& now);
 };
 
-/// A surface as contact sees it. Rigid bones have no free node.
+/// A surface that takes part in contact. Rigid bones have no free nodes.
 struct Collider {
   const Surface* surface = nullptr;
   const Bvh* bvh = nullptr;
   const Points* x = nullptr;
-  const std::vector<char>* free_nodes = nullptr;  ///< null: none is free
-  const Followed* followed = nullptr;             ///< null: it may have been anywhere
-  NodeBox box = {};                               ///< of the nodes; what is not near needs no tree
-  const std::vector<SurfacePoint>* rigid_points = nullptr;  ///< see face_contact.h
-  double thickness = 0.0;  ///< m, of what covers it: kept free beside the gap
+  const std::vector<char>* free_nodes = nullptr;  ///< null: no node is free
+  const MotionHistory* history = nullptr;         ///< null: its motion is not known
+  NodeBox box = {};  ///< box of the nodes; a collider that is near no other needs no tree
+  /// Points that are kept out of faces, see face_contact.h.
+  const std::vector<SurfacePoint>* rigid_points = nullptr;
+  double thickness = 0.0;  ///< m, of tissue on the surface; added to the gap that contact keeps
 
-  bool wanted = false;  ///< searched for in this step
+  bool searched = false;  ///< whether it takes part in the searches of this step
 
-  // In a step's solve.
-  bool soft = false;  ///< gives way itself, and goes half of the way
-  const Points* previous_iterate =
-      nullptr;  ///< where the others see it: in the iteration before, if it is soft
-  const Points* start = nullptr;  ///< soft: when the step began
-  /// Rigid: from where its points are to where they were when the step began, and from there.
-  Transform back = Transform::Identity(), forth = Transform::Identity();
+  // For the solve of a step.
+  /// Gives way itself; a contact moves each of two soft surfaces half of the distance.
+  bool soft = false;
+  /// Positions that the others use: of the iteration before, if it is soft.
+  const Points* previous_iterate = nullptr;
+  const Points* start = nullptr;  ///< positions at the begin of the step, for a soft one
+  /// For a rigid one: the motion from its present position to that at the begin of the step, and
+  /// its inverse.
+  Transform to_start = Transform::Identity(), from_start = Transform::Identity();
 };
 
 }  // namespace thew::skin

@@ -8,7 +8,7 @@
 namespace thew::skin {
 namespace {
 
-// Whether the surface is flat round a point of a triangle, as far as `reach` (m).
+// Whether the surface is flat around a point of a triangle, up to the distance `reach` (m).
 bool is_flat(const Surface& surface, const Points& x, int triangle, const Vec3& face,
              const double* barycentric, double reach) {
   const Triangle& t = surface.triangles[triangle];
@@ -25,9 +25,9 @@ bool is_flat(const Surface& surface, const Points& x, int triangle, const Vec3& 
 
 }  // namespace
 
-// Halfway between the other surface's normal and straight back into the mover. Past the middle of
-// something thin (a tendon, an edge of bone) the nearest way out flips to the far side; the mover's
-// own normal does not, so contacts neither tunnel nor flicker.
+// Past the middle of something thin (a tendon, an edge of bone) the direction to the nearest point
+// of the surface jumps to the far side. The own normal of the mover does not, so contacts neither
+// tunnel nor flicker.
 Vec3 steady_normal(const Vec3& own, const Vec3& normal) {
   const Vec3 sum = normal - own;
   const double length = sum.norm();
@@ -41,8 +41,8 @@ ContactSettings times(const ContactSettings& settings, double size) {
   return out;
 }
 
-void find_near_pairs(const std::vector<Collider>& colliders, const ContactSettings& settings,
-                     NearPairs& pairs) {
+void find_candidate_pairs(const std::vector<Collider>& colliders, const ContactSettings& settings,
+                          CandidatePairs& pairs) {
   const double reach = std::max(settings.margin, settings.max_depth) + kBoxRounding;
   auto& [near, order] = pairs;
   near.resize(colliders.size());
@@ -78,7 +78,7 @@ void order_contacts(std::vector<Contact>& contacts) {
   });
 }
 
-size_t end_of_one(const std::vector<Contact>& contacts, size_t c) {
+size_t group_end(const std::vector<Contact>& contacts, size_t c) {
   const auto key = [&](size_t i) {
     return std::tuple(contacts[i].node, contacts[i].other, contacts[i].of_face);
   };
@@ -87,10 +87,10 @@ size_t end_of_one(const std::vector<Contact>& contacts, size_t c) {
   return end;
 }
 
-size_t pressing_one(const std::vector<double>& push, size_t c, size_t end) {
+size_t active_in_group(const std::vector<double>& multipliers, size_t c, size_t end) {
   const auto presses = [](double p) { return p > 0.0; };
-  const auto found = std::find_if(push.begin() + c, push.begin() + end, presses);
-  return found == push.begin() + end ? c : found - push.begin();
+  const auto found = std::find_if(multipliers.begin() + c, multipliers.begin() + end, presses);
+  return found == multipliers.begin() + end ? c : found - multipliers.begin();
 }
 
 Vec3 smooth_normal(const Surface& surface, const Points& x, int triangle,
@@ -103,14 +103,15 @@ Vec3 smooth_normal(const Surface& surface, const Points& x, int triangle,
   return sum.normalized();
 }
 
-Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double touching) {
-  if (std::abs(near.distance) < touching) return near.normal;
+Vec3 contact_normal(const ClosestPoint& near, const Vec3& p, double least_direction) {
+  if (std::abs(near.distance) < least_direction) return near.normal;
   return (p - near.point) / near.distance;
 }
 
 namespace {
 
-// Whether a node's normal points against `n`: surely where all its faces do, which takes no angle.
+// Whether the normal of a node points against n. It does if the normals of all its faces do, which
+// is cheaper to test.
 bool points_against(const Collider& self, int node, const Vec3& n) {
   const Points& x = *self.x;
   const auto faces_against = [&](int triangle) {
@@ -123,12 +124,12 @@ bool points_against(const Collider& self, int node, const Vec3& n) {
          node_normal(*self.surface, x, node).dot(n) < 0.0;
 }
 
-// What gives way is met along its smooth normal. On a wide flat face of a bone its own counts, so
-// that nothing is left inside it when it slides along; not where the node has come from the other
-// side.
+// The contact normal. Soft surfaces have their interpolated normal. A wide flat face of a bone has
+// its own normal, so that nodes that slide along it do not sink in, unless the node has come from
+// the other side.
 Vec3 normal_against(const Collider& self, int node, const Collider& target,
                     const ClosestPoint& found, const Vec3& p, const ContactSettings& settings) {
-  const double touching = settings.lengths.touching;
+  const double least_direction = settings.lengths.least_direction;
   const Surface& surface = *target.surface;
   const Points& x = *target.x;
   const auto own_normal = [&] { return node_normal(*self.surface, *self.x, node); };
@@ -138,10 +139,10 @@ Vec3 normal_against(const Collider& self, int node, const Collider& target,
   }
   Vec3 face = face_normal(surface, x, found.triangle);
   if (is_flat(surface, x, found.triangle, face, found.barycentric, settings.margin) &&
-      (found.distance > -touching || points_against(self, node, face))) {
+      (found.distance > -least_direction || points_against(self, node, face))) {
     return face;
   }
-  return steady_normal(own_normal(), contact_normal(found, p, touching));
+  return steady_normal(own_normal(), contact_normal(found, p, least_direction));
 }
 
 }  // namespace
@@ -153,8 +154,8 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const int nodes = static_cast<int>(self.x->size());
-  constexpr double kSoft = 2.0;  // two that give way may lie so much deeper in each other
-  const double let_go = std::max(settings.margin, settings.max_depth);
+  constexpr double kSoftDepth = 2.0;  // of max_depth, between two soft surfaces
+  const double release = std::max(settings.margin, settings.max_depth);
   memory.others.resize(colliders.size());
   for (const int other : near) {
     const Collider& target = colliders[other];
@@ -164,24 +165,25 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
     const auto is_passed = [&](const Contact& contact, int node) {
       return contact.node < node || contact.other != other || contact.of_face;
     };
-    const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoft) * settings.max_depth;
+    const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoftDepth) * settings.max_depth;
     const double reach = std::max(settings.margin, deepest);
     for (int node = 0; node < nodes; ++node) {
       if (!(*self.free_nodes)[node]) continue;
-      double& clear = known.clear[node];
-      const double before = clear;
-      clear = lowered(approach, approach.by_parts ? self.followed->parts.of_node[node] : 0, clear);
-      if (clear >= let_go) continue;
+      double& bound = known.distance_bound[node];
+      const double before = bound;
+      bound = advanced_bound(approach, approach.by_parts ? self.history->parts.of_node[node] : 0,
+                             bound);
+      if (bound >= release) continue;
       while (pressed != pressing.end() && is_passed(*pressed, node)) ++pressed;
       const bool goes_on = pressed != pressing.end() && pressed->node == node;
-      const double margin = goes_on ? let_go : settings.margin;
-      if (clear >= margin) continue;
+      const double margin = goes_on ? release : settings.margin;
+      if (bound >= margin) continue;
       const Point x = (*self.x)[node];
-      const Point way = approach.by_parts ? x - self.followed->before[node] : Point{};
-      if (!may_be_near(approach, x, way, margin, before, clear)) continue;
+      const Point motion = approach.by_parts ? x - self.history->before[node] : Point{};
+      if (!may_be_within(approach, x, motion, margin, before, bound)) continue;
       const Vec3 p = to_vec(x);
       ++memory.searches;
-      const ClosestPoint found = look(target, p, margin, reach, node, known);
+      const ClosestPoint found = find_closest(target, p, margin, reach, node, known);
       if (found.triangle < 0 || found.distance >= margin || found.distance <= -deepest) continue;
       const Vec3 normal = normal_against(self, node, target, found, p, settings);
       Contact contact{node, other, found.triangle, -1, {}, normal, normal.dot(p - found.point)};

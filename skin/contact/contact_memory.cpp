@@ -9,13 +9,14 @@
 namespace thew::skin {
 namespace {
 
-constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-constexpr double kEnough = 2.0;  // margins; what is so far apart need not be followed
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+// In margins: parts that stay farther apart need no motion bound; chosen by trial.
+constexpr double kFarMargins = 2.0;
 
 }  // namespace
 
-void Followed::go_on(const Points& now) {
-  constexpr double kFar = 1e12;  // times rounding: anywhere, before the first search
+void MotionHistory::advance(const Points& now) {
+  constexpr double kFar = 1e12;  // times kRounding: as good as unbounded, before the first search
   travelled_before = travelled;
   travelled += x.size() == now.size() ? largest_distance(now, x) : kFar * kRounding;
   before.swap(x);
@@ -24,54 +25,55 @@ void Followed::go_on(const Points& now) {
 
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known) {
-  const Followed *a = points_of.followed, *b = surface.followed;
+  const MotionHistory *a = points_of.history, *b = surface.history;
   const double travelled = a && b ? a->travelled + b->travelled : 0.0;
-  Approach approach{a && b ? travelled - known.travelled + kRounding : kAnywhere, surface};
+  Approach approach{a && b ? travelled - known.travelled + kRounding : kUnbounded, surface};
   if (a && b && a->parts.known && b->parts.known &&
       known.travelled == a->travelled_before + b->travelled_before) {
     approach.by_parts = true;
-    find_motion_bounds(b->parts, a->parts, kEnough * margin, approach.motion_bound);
+    find_motion_bounds(b->parts, a->parts, kFarMargins * margin, approach.motion_bound);
   }
   known.travelled = travelled;
   known.triangle.resize(points, -1);
-  known.clear.resize(points, -kAnywhere);
+  known.distance_bound.resize(points, -kUnbounded);
   return approach;
 }
 
-double lowered(const Approach& approach, int part, double clear) {
-  if (!(clear > 0.0) || !approach.by_parts) return clear - approach.owed;
+double advanced_bound(const Approach& approach, int part, double bound) {
+  if (!(bound > 0.0) || !approach.by_parts) return bound - approach.distance;
   const MotionBound& motion_bound = approach.motion_bound[part];
-  return std::min(clear - motion_bound.owed, motion_bound.apart);
+  return std::min(bound - motion_bound.approach, motion_bound.separation);
 }
 
-void note_box(const Bvh& bvh, const Point& p, double& clear) {
+void raise_by_box(const Bvh& bvh, const Point& p, double& bound) {
   const double distance = box_distance(bvh, p);
-  if (distance > 0.0) clear = std::max(clear, distance);
+  if (distance > 0.0) bound = std::max(bound, distance);
 }
 
-bool may_be_near(const Approach& approach, const Point& p, const Point& way, double margin,
-                 double before, double& clear) {
+bool may_be_within(const Approach& approach, const Point& p, const Point& motion, double margin,
+                   double before, double& bound) {
   if (approach.surface.bvh->order.empty()) return false;
   if (before > 0.0 && approach.by_parts) {
-    const MotionBound at =
-        motion_bound(approach.surface.followed->parts, {p, p}, {way, way}, kEnough * margin);
-    clear = std::max(clear, std::min(before - at.owed, at.apart));
+    const MotionBound at = motion_bound(approach.surface.history->parts, {p, p}, {motion, motion},
+                                        kFarMargins * margin);
+    bound = std::max(bound, std::min(before - at.approach, at.separation));
   } else {
-    note_box(*approach.surface.bvh, p, clear);
+    raise_by_box(*approach.surface.bvh, p, bound);
   }
-  return clear < margin;
+  return bound < margin;
 }
 
-ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double reach, int i,
-                  ContactMemory::Other& known) {
-  constexpr double kAhead = 3.0;  // margins, so that the next steps need not look
-  double& clear = known.clear[i];
-  // What may lie deeper than that is looked for anywhere, to learn its side.
-  const double within =
-      clear < -reach ? kAnywhere : std::min(reach, std::max(kAhead * margin, -clear));
+ClosestPoint find_closest(const Collider& surface, const Vec3& p, double margin, double reach,
+                          int i, ContactMemory::Other& known) {
+  // In margins: a larger search, so that the next steps need none; chosen by trial.
+  constexpr double kAheadMargins = 3.0;
+  double& bound = known.distance_bound[i];
+  // A point that may be deeper than `reach` is searched for without a bound, to find its side.
+  const double radius =
+      bound < -reach ? kUnbounded : std::min(reach, std::max(kAheadMargins * margin, -bound));
   ClosestPoint found =
-      closest_point(*surface.surface, *surface.bvh, *surface.x, p, within, known.triangle[i]);
-  clear = found.triangle < 0 ? within : found.distance;
+      closest_point(*surface.surface, *surface.bvh, *surface.x, p, radius, known.triangle[i]);
+  bound = found.triangle < 0 ? radius : found.distance;
   if (found.triangle >= 0) known.triangle[i] = found.triangle;
   return found;
 }

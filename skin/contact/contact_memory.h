@@ -9,43 +9,45 @@
 
 namespace thew::skin {
 
-/// What a search for contacts leaves to the next, only to speed it up: the last triangle of each
-/// point and collider, and a bound of its signed distance (m): it surely has so much or more, of a
-/// surface that does not cross itself.
+/// What a search for contacts keeps for the next one, only to speed it up: for each point and
+/// collider the nearest triangle found last, and a lower bound of the signed distance (m). The
+/// bound holds for surfaces that do not cross themselves.
 struct ContactMemory {
-  /// By node of the mover, or by held point of the other; empty until the two have been near each
-  /// other once.
+  /// Indexed by node of the mover, or by rigid point of the other; empty until the two have been
+  /// near each other once.
   struct Other {
     std::vector<int> triangle;
-    std::vector<double> clear;
-    double travelled = 0.0;  ///< m, of both, when `clear` was last looked at
+    std::vector<double> distance_bound;
+    double travelled = 0.0;  ///< m, sum of both histories when distance_bound was last updated
   };
   std::vector<Other> others;  ///< by collider
-  std::int64_t searches = 0;  ///< made since the start
+  std::int64_t searches = 0;  ///< number of nearest-point searches since the start
 };
 
-/// What may have come of the bounds of a collider's points against a surface since they were looked
-/// at last.
+/// How far the points of a collider may have approached a surface since the bounds were last
+/// updated (conservative advancement).
 struct Approach {
-  double owed = 0.0;  ///< m, what the two can have come nearer at most
+  double distance = 0.0;  ///< m, most by which the two can have approached each other
   const Collider& surface;
-  bool by_parts = false;  ///< the next is known
-  std::array<MotionBound, MovedParts::kParts> motion_bound =
-      {};  ///< by part of the points' collider
+  bool by_parts = false;  ///< whether motion_bound is known
+  /// For each part of the collider of the points.
+  std::array<MotionBound, MovedParts::kParts> motion_bound = {};
 };
+/// The approach since the last call for the same pair, and sizes `known` for so many points.
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known);
-/// The bound of a point of a part, lowered by that.
-double lowered(const Approach& approach, int part, double clear);
-/// What lies outside of a surface's box is outside of the surface, by as much at least.
-void note_box(const Bvh& bvh, const Point& p, double& clear);
-/// Whether a point may lie within `margin` (m) of the surface or inside it, having gone `way` to p;
-/// raises the bound, which was `before`, where that tells more.
-bool may_be_near(const Approach& approach, const Point& p, const Point& way, double margin,
-                 double before, double& clear);
-/// The nearest point of the surface, of a point `i` that may be within `margin`: none where it is
-/// neither, nor inside. Beyond `reach` it may be missed.
-ClosestPoint look(const Collider& surface, const Vec3& p, double margin, double reach, int i,
-                  ContactMemory::Other& known);
+/// The bound of a point of a part, lowered by the approach.
+double advanced_bound(const Approach& approach, int part, double bound);
+/// Raises the bound of a point outside the box of a surface to its distance from the box.
+void raise_by_box(const Bvh& bvh, const Point& p, double& bound);
+/// Whether a point, which has moved by `motion` to p, may lie within `margin` (m) of the surface or
+/// inside it. Raises the bound, which was `before`, if the motion of the point itself gives a
+/// better one.
+bool may_be_within(const Approach& approach, const Point& p, const Point& motion, double margin,
+                   double before, double& bound);
+/// The nearest point of the surface to point i at p, if p is within `margin` of it or inside;
+/// points deeper than `reach` (m) may be missed. Updates what is known of the point.
+ClosestPoint find_closest(const Collider& surface, const Vec3& p, double margin, double reach,
+                          int i, ContactMemory::Other& known);
 
 }  // namespace thew::skin

@@ -17,46 +17,46 @@ Vec3 normal_at(const Collider& collider, const SurfacePoint& point) {
   return smooth_normal(*collider.surface, *collider.x, point.triangle, point.barycentric);
 }
 
-[[gnu::always_inline]] inline Point place_of(const Collider& collider, const Points& x,
-                                             const SurfacePoint& point) {
+[[gnu::always_inline]] inline Point position_of(const Collider& collider, const Points& x,
+                                                const SurfacePoint& point) {
   const Triangle& t = collider.surface->triangles[point.triangle];
   const auto& b = point.barycentric;
   return b[0] * x[t[0]] + b[1] * x[t[1]] + b[2] * x[t[2]];
 }
 
-/// Places taken so far, by cells of a grid: a new one has to keep `apart` (m) from those that face
-/// its way.
+/// Points taken so far, by cells of a grid. A new one is taken only if it keeps the distance
+/// `apart` (m) from points with a similar normal.
 class Taken {
  public:
   explicit Taken(double apart) : apart_(apart) {}
   bool take(const Vec3& p, const Vec3& normal) {
-    constexpr double kSameWay = 0.5;
+    constexpr double kSameDirection = 0.5;
     const auto cell = [&](int axis, int step) {
       return static_cast<std::int64_t>(std::floor(p[axis] / apart_)) + step;
     };
     for (int k = 0; k < 27; ++k) {
       const auto there =
-          places_.find({cell(0, k % 3 - 1), cell(1, k / 3 % 3 - 1), cell(2, k / 9 - 1)});
-      if (there == places_.end()) continue;
+          positions_.find({cell(0, k % 3 - 1), cell(1, k / 3 % 3 - 1), cell(2, k / 9 - 1)});
+      if (there == positions_.end()) continue;
       for (const auto& [q, facing] : there->second) {
-        if ((p - q).norm() < apart_ && facing.dot(normal) > kSameWay) return false;
+        if ((p - q).norm() < apart_ && facing.dot(normal) > kSameDirection) return false;
       }
     }
-    places_[{cell(0, 0), cell(1, 0), cell(2, 0)}].push_back({p, normal});
+    positions_[{cell(0, 0), cell(1, 0), cell(2, 0)}].push_back({p, normal});
     return true;
   }
 
  private:
   double apart_;
-  std::map<std::array<std::int64_t, 3>, std::vector<std::pair<Vec3, Vec3>>> places_;
+  std::map<std::array<std::int64_t, 3>, std::vector<std::pair<Vec3, Vec3>>> positions_;
 };
 
 }  // namespace
 
 namespace {
 
-// 1/m, across edge k of a triangle: the angle between the faces that it joins, over the way from
-// the middle of the one to the middle of the other. 0 where it is no ridge.
+// Curvature (1/m) across edge k of a triangle: the sine of the angle between its two faces over the
+// distance between their middles, across the edge. 0 where the edge is not convex.
 double curvature_across(const Surface& surface, const Points& x, int triangle, int k) {
   const int across = surface.neighbours[triangle][k];
   if (across < 0) return 0.0;
@@ -66,9 +66,9 @@ double curvature_across(const Surface& surface, const Points& x, int triangle, i
     return Vec3((to_vec(x[of[0]]) + to_vec(x[of[1]]) + to_vec(x[of[2]])) / 3.0);
   };
   const Vec3 n = face_normal(surface, x, triangle), m = face_normal(surface, x, across);
-  const Vec3 way = middle(surface.triangles[across]) - middle(t);
-  const double apart = way.cross((b - a).normalized()).norm();
-  if (way.dot(n) >= 0.0 || !(apart > 0.0)) return 0.0;
+  const Vec3 d = middle(surface.triangles[across]) - middle(t);
+  const double apart = d.cross((b - a).normalized()).norm();
+  if (d.dot(n) >= 0.0 || !(apart > 0.0)) return 0.0;
   return n.cross(m).norm() / apart;
 }
 
@@ -76,9 +76,10 @@ double curvature_across(const Surface& surface, const Points& x, int triangle, i
 
 std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& rest,
                                        const std::vector<char>* free_nodes, double spacing) {
-  constexpr double kApart = 0.7;  // of the spacing: a denser one brings no more
-  constexpr double kSharp = 0.2;  // of spacing over radius: what is flatter, nodes alone keep out
-  constexpr int kMostParts = 17;  // of an edge
+  constexpr double kApart = 0.7;  // of the spacing, least distance of two points
+  // Of spacing over radius: nodes alone keep out of flatter surfaces; by trial.
+  constexpr double kSharp = 0.2;
+  constexpr int kMaxParts = 17;  // of an edge
   std::vector<SurfacePoint> points;
   Taken taken(kApart * spacing);
   const Collider at_rest{&surface, nullptr, &rest, free_nodes};
@@ -94,7 +95,7 @@ std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& res
     }
   }
   const auto add = [&](const SurfacePoint& point) {
-    const Vec3 p = to_vec(place_of(at_rest, rest, point));
+    const Vec3 p = to_vec(position_of(at_rest, rest, point));
     if (taken.take(p, normal_at(at_rest, point))) points.push_back(point);
   };
   for (size_t node = 0; node < rest.size(); ++node) {
@@ -112,7 +113,7 @@ std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& res
       if (a > b && surface.neighbours[t][k] >= 0) continue;  // each edge once
       SurfacePoint point{.triangle = static_cast<int>(t)};
       const int parts = static_cast<int>(
-          std::min<double>(kMostParts, std::ceil(norm(rest[b] - rest[a]) / spacing)));
+          std::min<double>(kMaxParts, std::ceil(norm(rest[b] - rest[a]) / spacing)));
       for (int i = 1; i < parts; ++i) {
         point.barycentric[k] = 1.0 - static_cast<double>(i) / parts;
         point.barycentric[next] = static_cast<double>(i) / parts;
@@ -125,15 +126,19 @@ std::vector<SurfacePoint> rigid_points(const Surface& surface, const Points& res
 
 namespace {
 
-// C = n . (sum w_k x_k - y) >= gap, w of a face's point, y the held one, for each free corner as a
-// contact of its own; together they hold C. Where it is violated each goes (gap - C) w_k / sum w^2
-// along n, the shortest way; where it is open each may come nearer by (C - gap) / sum w, or corners
-// far from the point would be held back by it. `with`: all but the node and its place.
-void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
-               const Contact& with, std::vector<Contact>& contacts) {
-  constexpr double kLeast = 0.1;  // below it a corner is as good as held
-  constexpr double kHeld = 0.2;   // of the squares' sum; below it all of the face is ...
-  constexpr double kFades = 0.1;  // ... above it the share grows, without a jolt
+// Distributes the constraint C = n . (sum w_k x_k - y) >= gap, with w the barycentric coordinates
+// of the point of a face and y the rigid point, to the free corners of the face, as a contact for
+// each. If C is violated, corner k moves by (gap - C) w_k / sum w^2 along n, the smallest
+// displacement. If it is not, each corner may come nearer by (C - gap) / sum w, so that corners far
+// from the point are not held back. `with` has the data of the contact except node, distance and
+// offset.
+void distribute(const Collider& self, const ClosestPoint& face, const Vec3& y, double gap,
+                const Contact& with, std::vector<Contact>& contacts) {
+  constexpr double kLeast = 0.1;  // coordinate below which a corner is left out
+  // Sum of w^2 over the free corners, below which the face counts as fixed.
+  constexpr double kMinSquares = 0.2;
+  // Range above it in which the share grows to 1, so that it does not set in abruptly.
+  constexpr double kFades = 0.1;
   const Triangle& t = self.surface->triangles[face.triangle];
   const auto& w = face.barycentric;
   double sum = 0.0, squares = 0.0;
@@ -142,16 +147,16 @@ void share_out(const Collider& self, const ClosestPoint& face, const Vec3& y, do
     sum += w[k];
     squares += w[k] * w[k];
   }
-  if (squares < kHeld) return;
-  const double share = std::min(1.0, (squares - kHeld) / kFades);
+  if (squares < kMinSquares) return;
+  const double share = std::min(1.0, (squares - kMinSquares) / kFades);
   const double missing = gap + with.offset - with.normal.dot(face.point - y);
   for (int k = 0; k < 3; ++k) {
     if (!(*self.free_nodes)[t[k]] || w[k] < kLeast) continue;
     Contact contact = with;
     contact.node = t[k];
     contact.distance = with.normal.dot(to_vec((*self.x)[t[k]]) - y);
-    const double way = missing > 0.0 ? share * missing * w[k] / squares : missing / sum;
-    contact.offset = contact.distance - gap + way;
+    const double share_of_gap = missing > 0.0 ? share * missing * w[k] / squares : missing / sum;
+    contact.offset = contact.distance - gap + share_of_gap;
     contacts.push_back(contact);
   }
 }
@@ -165,8 +170,7 @@ void grow_over_free(const Surface& surface, const Points& x, const std::vector<c
   }
 }
 
-// Of the faces that have a free corner: no other can give way. See box_of() for why it is grown in
-// a place of its own.
+// Box of the faces that have a free corner; no others can give way. See box_of() for the copy.
 NodeBox box_of_free(const Surface& surface, const Points& x, const std::vector<char>& is_free) {
   NodeBox grown = empty_box();
   grow_over_free(surface, x, is_free, grown);
@@ -185,7 +189,7 @@ bool is_with(const Contact& contact, int other) {
   return contact.of_face && contact.other == other;
 }
 
-// Of the triangles round the nodes that press a held point of `other`, and `reach` (m) beyond.
+// Box of the triangles around the nodes that press a rigid point of `other`, larger by `reach` (m).
 NodeBox box_round(const Surface& surface, const Points& x, const std::vector<Contact>& pressing,
                   int other, double reach) {
   NodeBox box = empty_box();
@@ -216,13 +220,13 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
                         const std::vector<int>& near, const ContactSettings& settings,
                         const std::vector<Contact>& pressing, ContactMemory& memory,
                         std::vector<Contact>& contacts) {
-  // Of the depth up to which contacts are looked for: what lies deeper did not slip in between
-  // nodes.
+  // Share of max_depth up to which face contacts are found: a point that lies deeper did not slip
+  // in between nodes (skin/notes.md, "Deeper face contacts").
   constexpr double kShallow = 0.5;
   const Collider& self = colliders[mover];
   if (self.free_nodes == nullptr) return;
   const double reach = std::max(settings.margin, settings.max_depth);
-  std::optional<NodeBox> within;  // from the first that asks
+  std::optional<NodeBox> within;  // computed when it is first needed
   const auto is_in_reach = [&](const Point& p) {
     if (!within) {
       const NodeBox box = box_of_free(*self.surface, *self.x, *self.free_nodes);
@@ -244,25 +248,26 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
     });
     const NodeBox goes_on_in = box_round(*self.surface, *self.x, pressing, other, reach);
     for (size_t i = 0; i < points.size(); ++i) {
-      double& clear = known.clear[i];
-      const double before = clear;
-      clear = lowered(approach,
-                      approach.by_parts ? them.followed->parts.of_triangle[points[i].triangle] : 0,
-                      clear);
-      if (clear >= (presses ? reach : settings.margin)) continue;
-      const Point place = place_of(them, *them.x, points[i]);
-      if (!is_in_reach(place)) {
-        note_box(*self.bvh, place, clear);
+      double& bound = known.distance_bound[i];
+      const double before = bound;
+      bound = advanced_bound(
+          approach, approach.by_parts ? them.history->parts.of_triangle[points[i].triangle] : 0,
+          bound);
+      if (bound >= (presses ? reach : settings.margin)) continue;
+      const Point position = position_of(them, *them.x, points[i]);
+      if (!is_in_reach(position)) {
+        raise_by_box(*self.bvh, position, bound);
         continue;
       }
-      const double farthest = is_within(goes_on_in, place) ? reach : settings.margin;
-      if (clear >= farthest) continue;
-      const Point way =
-          approach.by_parts ? place - place_of(them, them.followed->before, points[i]) : Point{};
-      if (!may_be_near(approach, place, way, farthest, before, clear)) continue;
-      const Vec3 y = to_vec(place);
+      const double farthest = is_within(goes_on_in, position) ? reach : settings.margin;
+      if (bound >= farthest) continue;
+      const Point motion = approach.by_parts
+                               ? position - position_of(them, them.history->before, points[i])
+                               : Point{};
+      if (!may_be_within(approach, position, motion, farthest, before, bound)) continue;
+      const Vec3 y = to_vec(position);
       ++memory.searches;
-      const ClosestPoint found = look(self, y, farthest, reach, static_cast<int>(i), known);
+      const ClosestPoint found = find_closest(self, y, farthest, reach, static_cast<int>(i), known);
       if (found.triangle < 0) continue;
       const Triangle& t = self.surface->triangles[found.triangle];
       const bool goes_on = std::any_of(t.begin(), t.end(),
@@ -271,13 +276,13 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       if (found.distance <= -kShallow * settings.max_depth) continue;
       const Vec3 out = smooth_normal(*self.surface, *self.x, found.triangle, found.barycentric);
       const Vec3 own = normal_at(them, points[i]);
-      if (own.dot(out) > -0.5) continue;  // the far side of something thin
+      if (own.dot(out) > -0.5) continue;  // the other side of something thin
       Contact with{
           -1, other, points[i].triangle, static_cast<int>(i), {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
       with.offset = self.thickness + them.thickness;
-      share_out(self, found, y, settings.gap, with, contacts);
+      distribute(self, found, y, settings.gap, with, contacts);
     }
   }
   if (contacts.size() > of_nodes) order_contacts(contacts);

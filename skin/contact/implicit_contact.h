@@ -1,32 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Contact within an implicit step. By alternating directions: a stiffness in the step's matrix
-// draws each node to where it neither penetrates nor slips farther than friction (Coulomb) lets it,
-// and the multipliers accumulate over that stiffness. Or one contact after the other, as
-// constraints of extended position-based dynamics.
+// Contact within an implicit step, in one of two forms. add_contacts(): alternating directions
+// (augmented Lagrangian, ADMM). A stiffness in the matrix of the step draws each node to where it
+// neither penetrates nor slips farther than Coulomb friction allows, and scaled multipliers
+// accumulate over it. project_contacts(): one contact after the other, as constraints of extended
+// position-based dynamics.
 #pragma once
 
 #include "skin/contact/multipliers.h"
 
 namespace thew::skin {
 
-/// A body that nothing holds, had it no shape: it flies on from `start`, and where the step before
-/// pressed it on something, goes along with that or slides on it, by Coulomb's law. The contacts'
-/// stiffness would leave it where it is. Sets x.
+/// Sets x to a first guess for a body without driven nodes: it moves from `start` as a single point
+/// would. It flies on with its momentum under `gravity`, and where contact pressed it in the step
+/// before, it moves along with the other surface or slides on it by Coulomb's law. Without the
+/// guess the stiffness of the contacts would hold the body back. `h` in s.
 void guess_flight(const ContactSolve& solve, const ContactMotion& motion,
                   const std::vector<double>& mass, const Point& gravity, double h,
                   const Points& start, const Points& v, Points& x);
 
-/// By contact: the node from its point when the step began, m.
+/// Sets `apart` (m) for each contact: node less contact point at the begin of the step.
 void find_slip_origins(const ContactSolve& solve, const std::vector<Contact>& contacts,
                        const Points& start, Points& apart);
 
-/// An iteration's multipliers, and what they add to the right-hand side f, N by node.
+/// Updates the multipliers in an iteration and adds their forces to the right-hand side f (N, by
+/// node).
 void add_contacts(const ContactSolve& solve, const Points& x, const Points& apart,
                   ContactMotion& motion, Points& f);
 
-/// C = gap >= 0, no compliance; a multiplier never pulls. Two soft surfaces share the way. `h` in
-/// s.
+/// Projects each contact as an inequality C = gap >= 0 without compliance (XPBD); multipliers stay
+/// non-negative. Two soft surfaces each move half of the distance. `h` in s.
 void project_contacts(const ContactSolve& solve, const std::vector<double>& inverse_mass, double h,
                       ContactMotion& motion, Points& x);
 

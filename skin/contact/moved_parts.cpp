@@ -14,7 +14,7 @@ using Lanes = MovedParts::Lanes;
 constexpr int kParts = MovedParts::kParts;
 constexpr double kFar = 1e300;  // m^2
 
-// Level by level.
+// Cuts the tree into up to kParts parts, level by level.
 void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts) {
   std::vector<int>& roots = parts.roots;
   roots = {0};
@@ -52,23 +52,24 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
 [[gnu::always_inline]] inline Lanes less(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
 
 [[gnu::always_inline]] inline MotionBound motion_bound_of(const MovedParts& parts,
-                                                          const NodeBox& places,
-                                                          const NodeBox& ways, double enough) {
+                                                          const NodeBox& positions,
+                                                          const NodeBox& motions, double far) {
   const Lanes zero = {};
   Lanes apart = {}, nearer = {};  // squared, m^2
   for (int axis = 0; axis < 3; ++axis) {
-    // What each may have moved against the points, and all that it passed on the way.
-    const Lanes least = parts.least[axis] - ways.high[axis];
-    const Lanes most = parts.most[axis] - ways.low[axis];
-    const Lanes low = parts.low[axis] - places.high[axis] - larger(most, zero);
-    const Lanes high = parts.high[axis] - places.low[axis] - less(least, zero);
+    // The range of motions of each part relative to the points, and its distance over the whole
+    // motion.
+    const Lanes least = parts.least[axis] - motions.high[axis];
+    const Lanes most = parts.most[axis] - motions.low[axis];
+    const Lanes low = parts.low[axis] - positions.high[axis] - larger(most, zero);
+    const Lanes high = parts.high[axis] - positions.low[axis] - less(least, zero);
     const Lanes off = larger(larger(low, -high), zero), moved = larger(most, -least);
     apart += off * off;
     nearer += moved * moved;
   }
   double closest = kFar, farthest = 0.0;
   for (int k = 0; k < kParts; ++k) {
-    if (apart[k] >= enough * enough) {
+    if (apart[k] >= far * far) {
       closest = std::min(closest, apart[k]);
     } else {
       farthest = std::max(farthest, nearer[k]);
@@ -77,8 +78,8 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
   return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
 }
 
-// Not a lambda: what is not inlined, as at -O0, would return a row otherwise than a clone for wider
-// vectors takes it.
+// Not a lambda: one that is not inlined, as at -O0, would return the vector in another register
+// than a clone for wider vectors expects.
 [[gnu::always_inline]] inline Point part_of(const Lanes* lanes, int k) {
   return Point{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
 }
@@ -89,7 +90,7 @@ THEW_VECTORISED
 void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const Points& before,
                 MovedParts& parts) {
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
-  constexpr size_t kFew = 64;  // triangles: looked at as fast as this
+  constexpr size_t kFew = 64;  // triangles; a search of fewer is as fast as the bounds
   if (surface.triangles.size() < kFew) return;
   if (parts.roots.empty()) cut(surface, bvh, x.size(), parts);
   parts.known = before.size() == x.size();
@@ -100,9 +101,9 @@ void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const P
       const std::vector<int>& nodes = parts.nodes[k];
       least = most = x[nodes[0]] - before[nodes[0]];
       for (const int i : nodes) {
-        const Point way = x[i] - before[i];
-        least = way < least ? way : least;
-        most = way > most ? way : most;
+        const Point motion = x[i] - before[i];
+        least = motion < least ? motion : least;
+        most = motion > most ? motion : most;
       }
     }
     for (int axis = 0; axis < 3; ++axis) {
@@ -115,17 +116,17 @@ void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const P
 }
 
 THEW_VECTORISED
-MotionBound motion_bound(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
-                         double enough) {
-  return motion_bound_of(parts, places, ways, enough);
+MotionBound motion_bound(const MovedParts& parts, const NodeBox& positions, const NodeBox& motions,
+                         double far) {
+  return motion_bound_of(parts, positions, motions, far);
 }
 
 THEW_VECTORISED
-void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double enough,
+void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double far,
                         std::array<MotionBound, kParts>& by_part) {
   for (int k = 0; k < static_cast<int>(of.roots.size()); ++k) {
     by_part[k] = motion_bound_of(parts, {part_of(of.low, k), part_of(of.high, k)},
-                                 {part_of(of.least, k), part_of(of.most, k)}, enough);
+                                 {part_of(of.least, k), part_of(of.most, k)}, far);
   }
 }
 

@@ -8,36 +8,40 @@
 
 namespace thew::skin {
 
-/// The parts that a surface is cut into at the top of its tree: where each is, and what its nodes
-/// have moved since they were last looked at. Muscles that go along with one forearm move by 1 cm a
-/// frame and next to nothing against each other.
+/// The parts of a surface at the top of its tree: the box of each, and the range of the motions of
+/// its nodes since the last search. Motion bounds by part are useful because muscles that move
+/// along with one forearm move by 1 cm in a frame, and hardly at all against each other
+/// (skin/notes.md, "A search in every step").
 struct MovedParts {
   static constexpr int kParts = 8;
   using Lanes = double __attribute__((vector_size(8 * kParts)));
-  std::vector<int> roots;                 ///< of the parts' trees; with the next two, once
-  std::vector<std::vector<int>> nodes;    ///< by part, those on a border in both
-  std::vector<int> of_node, of_triangle;  ///< the part, one of them
-  alignas(64) Lanes low[3], high[3];      ///< m, boxes; those that are missing lie nowhere
-  Lanes least[3], most[3];                ///< m, of the nodes' ways
-  bool known = false;                     ///< the ways are of the last step
+  std::vector<int> roots;                 ///< nodes of the tree; this and the next two are set once
+  std::vector<std::vector<int>> nodes;    ///< nodes by part; those on a border are in both
+  std::vector<int> of_node, of_triangle;  ///< part of a node (one of them) and of a triangle
+  alignas(64) Lanes low[3],
+      high[3];              ///< m, boxes of the parts; at infinity for parts that do not exist
+  Lanes least[3], most[3];  ///< m, range of the motions of the nodes
+  bool known = false;       ///< whether the motions are those of the last step
 };
 
-/// Of the tree that is refitted to x. Nodes were `before`, or anywhere where it is of another size.
-/// Nothing is known of surfaces of few triangles.
+/// Sets the parts of a surface with positions x, to which its tree is refitted, and `before` at the
+/// last search; if that has another size the motions are not known. Surfaces of few triangles have
+/// no parts.
 void note_parts(const Surface& surface, const Bvh& bvh, const Points& x, const Points& before,
                 MovedParts& parts);
 
-/// What has come of points that lay outside of the surface by `clear` (m): they still do, by
-/// min(clear - owed, apart).
+/// Bounds for points outside a surface since the last search: a point that was at least b (m) away
+/// is now at least min(b - approach, separation) away.
 struct MotionBound {
-  double owed = 0.0, apart = 0.0;  ///< m
+  double approach = 0.0, separation = 0.0;  ///< m
 };
-/// Of points that are in a box and whose ways were in another, each on a straight line; parts that
-/// they were `enough` (m) apart from all the time count by that, others by how they moved.
-MotionBound motion_bound(const MovedParts& parts, const NodeBox& places, const NodeBox& ways,
-                         double enough);
-/// The same of the points of each part.
-void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double enough,
+/// Bounds for points in the box `positions` whose motions, each along a straight line, are in the
+/// box `motions`. Parts that stayed at least `far` (m) away count by that separation, the others by
+/// their relative motion.
+MotionBound motion_bound(const MovedParts& parts, const NodeBox& positions, const NodeBox& motions,
+                         double far);
+/// The same for the points of each part of another surface.
+void find_motion_bounds(const MovedParts& parts, const MovedParts& of, double far,
                         std::array<MotionBound, MovedParts::kParts>& by_part);
 
 }  // namespace thew::skin

@@ -26,7 +26,7 @@ Point contact_point(const std::vector<Collider>& colliders, const Contact& conta
 Point contact_point_before(const std::vector<Collider>& colliders, const Contact& contact) {
   const Collider& other = colliders[contact.other];
   if (other.soft) return point_at(colliders, contact, *other.start);
-  return to_point(other.back * to_vec(contact_point(colliders, contact)));
+  return to_point(other.to_start * to_vec(contact_point(colliders, contact)));
 }
 
 double contact_gap(const std::vector<Collider>& colliders, const Contact& contact, const Point& x,
@@ -46,19 +46,19 @@ void keep_multipliers(const ContactMotion& before, bool friction, ContactMotion&
   if (friction) now.friction_multiplier.assign(after.size(), Point{});
   const auto key = [](const Contact& c) { return std::tuple(c.node, c.other, c.of_face); };
   size_t o = 0;
-  for (size_t c = 0; c < after.size(); c = end_of_one(after, c)) {
+  for (size_t c = 0; c < after.size(); c = group_end(after, c)) {
     while (o < old.size() && key(old[o]) < key(after[c])) ++o;
     if (o == old.size() || key(old[o]) != key(after[c])) continue;
     now.normal_multiplier[c] =
-        before.normal_multiplier[pressing_one(before.normal_multiplier, o, end_of_one(old, o))];
+        before.normal_multiplier[active_in_group(before.normal_multiplier, o, group_end(old, o))];
     if (o < before.friction_multiplier.size()) {
       now.friction_multiplier[c] = before.friction_multiplier[o];
     }
   }
 }
 
-bool push_out(const ContactSolve& solve, const std::vector<Contact>& contacts, bool with_soft,
-              std::span<Points> freed, Points& x) {
+bool project_out(const ContactSolve& solve, const std::vector<Contact>& contacts, bool with_soft,
+                 std::span<Points> freed, Points& x) {
   bool moves = false;
   for (const Contact& contact : contacts) {
     const bool shared = is_shared(solve.colliders, contact);

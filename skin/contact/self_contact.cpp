@@ -7,9 +7,11 @@
 namespace thew::skin {
 namespace {
 
-constexpr double kFacing = -0.3;  // cosine between the node's normal and the wall's
+// Most cosine between the normals of node and wall; chosen by trial.
+constexpr double kFacing = -0.3;
 
-// The nearest wall within `reach`, in front of the node or, where it `met` one, as deep behind it.
+// The nearest triangle within `reach` (m) that faces the node and lies in front of it or, if the
+// node `met` a wall in the step before, behind it.
 ClosestPoint facing_wall(const Collider& self, const Vec3& own, int node, bool met, double reach,
                          const std::vector<int>& nearby) {
   const Vec3 p = to_vec((*self.x)[node]);
@@ -36,7 +38,7 @@ void find_self_contacts(const Collider& self, int mover, const ContactSettings& 
                         const std::vector<Contact>& before, std::vector<int>& nearby,
                         std::vector<Contact>& contacts) {
   const int nodes = static_cast<int>(self.x->size());
-  auto known = before.begin();  // of itself, and not before the node
+  auto known = before.begin();  // first self contact that is not before the node
   const size_t others = contacts.size();
   for (int node = 0; node < nodes; ++node) {
     if (!(*self.free_nodes)[node]) continue;

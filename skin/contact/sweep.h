@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Before contacts are looked for: what has gone beyond a rigid surface in one step, from where it
-// might come out on the other side. Along each way the distance is marched (sphere tracing, Hart
-// 1996), so that nothing is missed however fast it is.
+// Tunnelling check, before contacts are searched for: nodes that have gone so deep into a rigid
+// surface in one step that they might come out on the other side. The path of each node is marched
+// by its distance from the surface (sphere tracing, Hart 1996), so that none is missed however fast
+// it is.
 #pragma once
 
 #include <vector>
@@ -11,24 +12,24 @@
 
 namespace thew::skin {
 
-/// A body's way in a step, from `start` to x.
-struct BodyWay {
+/// The motion of a body in a step: its boxes at the begin and at the end.
+struct BodyMotion {
   NodeBox before, after;
-  double farthest = 0.0;  ///< m, of a node
+  double farthest = 0.0;  ///< m, longest motion of a node
 };
-BodyWay way_of(const Points& start, const Points& x);
-/// Whether a node may have gone deeper than `depth` (m) into a rigid collider, of which a node has
-/// moved by `moved` (m) at most. Looks at boxes alone.
-bool may_tunnel(const BodyWay& body, const Collider& rigid, double moved, double depth);
+BodyMotion body_motion(const Points& start, const Points& x);
+/// Whether a node may have gone deeper than `depth` (m) into a rigid collider whose nodes have
+/// moved by at most `moved` (m). Uses boxes alone.
+bool may_tunnel(const BodyMotion& body, const Collider& rigid, double moved, double depth);
 
-/// The node that has gone farthest beyond the surface, as the surface sees it.
+/// The node that has gone farthest beyond the surface, in the frame of the surface.
 struct Tunnelling {
-  int node = -1;        ///< none goes deeper than asked for
-  double inside = 0.0;  ///< m, of its way
-  double way = 0.0;     ///< m
+  int node = -1;          ///< -1: no node goes deeper than the limit
+  double inside = 0.0;    ///< m, length of its path beyond the surface
+  double distance = 0.0;  ///< m, length of its path in the step
 };
-/// Deeper than `depth` (m); the march takes steps of `least` (m) or more. Needs the collider's
-/// tree.
+/// Finds the node with the longest path beyond the surface, if longer than `depth` (m). The march
+/// takes steps of at least `least` (m). Needs the tree of the collider.
 Tunnelling find_tunnelling(const Points& start, const Points& x,
                            const std::vector<char>& free_nodes, const Collider& rigid, double depth,
                            double least);

@@ -16,7 +16,8 @@ namespace {
 
 constexpr int kBins = 16;
 constexpr int kLeaf = 4;     // triangles
-constexpr int kStack = 192;  // a split keeps an eighth on each side: 150 levels hold 2^31 triangles
+constexpr int kStack = 192;  // entries; each split leaves at least an eighth on either side, so 150
+                             // levels suffice for 2^31 triangles
 
 double half_area(const NodeBox& box) {
   const Point d = box.high - box.low;
@@ -28,7 +29,8 @@ double half_area(const NodeBox& box) {
   for (const int corner : triangle) grow(box, x[corner], x[corner]);
 }
 
-// Splits order[first, first + count) in two by the cheapest plane through the centroids' bins.
+// Splits order[first, first + count) in two by the cheapest plane between the bins of the
+// centroids.
 int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first, int count) {
   NodeBox centroids = empty_box();
   for (int i = first; i < first + count; ++i) {
@@ -75,7 +77,7 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
     const double cost = half_area(left) * n + right_cost[b + 1];
     if (n > 0 && n < count && cost < best_cost) best = b, best_cost = cost, left_count = n;
   }
-  // A lopsided split would deepen the tree without end on stretched data.
+  // A very uneven split would make the tree too deep on stretched data.
   if (left_count < count / 8 || count - left_count < count / 8) return halve();
   std::stable_partition(order.begin() + first, order.begin() + first + count,
                         [&](int t) { return bin_of(t) <= best; });
@@ -91,7 +93,8 @@ using Float4 = float __attribute__((vector_size(16)));
   above = f + by + std::numeric_limits<float>::min();
 }
 
-// A point rounded up and down, laid out as a box's lo and hi are read: lo, hi[0] and lo[2], hi.
+// A point rounded up and down, in the layout in which lo and hi of a box are read: (lo, hi[0]) and
+// (lo[2], hi).
 struct BoxQuery {
   Float4 up, down;
   explicit BoxQuery(const Vec3& p) {
@@ -121,7 +124,8 @@ struct OnTriangle {
   double distance2;
 };
 
-// Ericson, Real-Time Collision Detection, 5.1.5; corners and edges give barycentrics of exactly 0.
+// Ericson, Real-Time Collision Detection, 5.1.5. On corners and edges the other barycentric
+// coordinates are exactly 0.
 OnTriangle nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const auto at = [&](double v, double w) {
@@ -146,11 +150,14 @@ OnTriangle nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, cons
     return {{0.0, edge.b[1], edge.b[2]}, edge.distance2};
   }
   const double sum = va + vb + vc;
-  if (!(sum > 0.0)) return {{1, 0, 0}, ap.squaredNorm()};  // no area, and rounding missed its edges
+  if (!(sum > 0.0))
+    return {{1, 0, 0},
+            ap.squaredNorm()};  // the triangle has no area, and rounding missed its edges
   return at(vb / sum, vc / sum);
 }
 
-// The feature that holds the point: a face, an edge or a corner, by its barycentrics that are 0.
+// Outward unit normal at a point of a triangle: that of the face, edge or corner on which it lies,
+// which its barycentric coordinates of 0 tell.
 Vec3 pseudonormal(const Surface& surface, const Points& x, int triangle, const double* b) {
   for (int k = 0; k < 3; ++k) {
     const bool first = b[k] > 0.0, second = b[(k + 1) % 3] > 0.0, third = b[(k + 2) % 3] > 0.0;
@@ -167,19 +174,19 @@ Vec3 pseudonormal(const Surface& surface, const Points& x, int triangle, const d
   return face_normal(surface, x, triangle);
 }
 
-// Outside a convex surface, over the inside of a face: nothing else of it is as near. Not next to
-// an edge, where by rounding the face across it may be as near: which was looked at first must not
-// tell.
+// Whether p lies outside a convex surface over the inside of a face: no other face is as near then.
+// Not next to an edge, where by rounding the face across it may be as near, because the result must
+// not depend on the order of the search.
 bool is_over_face(const Surface& surface, const Points& x, const ClosestPoint& near,
                   const Vec3& p) {
-  constexpr double kBeside = 1e-6;  // of the way to p: its square is far above rounding
+  constexpr double kBeside = 1e-6;  // of the distance to p; its square is far above rounding
   const Triangle& t = surface.triangles[near.triangle];
   const Vec3 corner[3] = {to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]])};
   const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-  const double way = (p - corner[0]).norm() + (corner[1] - corner[0]).norm();
+  const double distance = (p - corner[0]).norm() + (corner[1] - corner[0]).norm();
   for (int k = 0; k < 3; ++k) {
     const double edge = (corner[(k + 2) % 3] - corner[(k + 1) % 3]).norm();
-    if (!(near.barycentric[k] * across.norm() > kBeside * way * edge)) return false;
+    if (!(near.barycentric[k] * across.norm() > kBeside * distance * edge)) return false;
   }
   return across.dot(p - corner[0]) > 0.0;
 }
@@ -191,8 +198,8 @@ void grow_over(const Points& x, NodeBox& box) {
 
 }  // namespace
 
-// Grown in a place of its own: what is returned may lie on half of a row's alignment, since the
-// compiler does not align what a call alone needs of the stack.
+// The box is grown in a variable of its own, because the compiler may align the returned one to
+// only half of what a vector needs.
 NodeBox box_of(const Points& x) {
   NodeBox grown = empty_box();
   grow_over(x, grown);
@@ -221,7 +228,8 @@ Bvh build_bvh(const Surface& surface, const Points& x) {
     add_triangle(surface.triangles[t], x, boxes[t]);
   }
   bvh.nodes.push_back({{}, {}, 0, count});
-  for (size_t n = 0; n < bvh.nodes.size(); ++n) {  // breadth first: children lie behind parents
+  for (size_t n = 0; n < bvh.nodes.size();
+       ++n) {  // breadth first, so children come after their parents
     const int first = bvh.nodes[n].first, size = bvh.nodes[n].count;
     if (size <= kLeaf) continue;
     const int middle = split(boxes, bvh.order, first, size);
@@ -273,11 +281,12 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points&
                            double bound, int hint) {
   ClosestPoint best;
   double best2 = bound * bound;
-  const auto look = [&](int t) {
+  const auto test = [&](int t) {
     const Triangle& corner = surface.triangles[t];
     const OnTriangle near =
         nearest_on_triangle(to_vec(x[corner[0]]), to_vec(x[corner[1]]), to_vec(x[corner[2]]), p);
-    // The lowest index wins a tie, so that the order of the search does not matter.
+    // Of equally near triangles the one of the lowest index wins, so that the order of the search
+    // does not matter.
     if (near.distance2 > best2 ||
         (near.distance2 == best2 && best.triangle >= 0 && best.triangle <= t)) {
       return;
@@ -286,7 +295,7 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points&
     best.triangle = t;
     std::copy(near.b, near.b + 3, best.barycentric);
   };
-  if (hint >= 0 && hint < static_cast<int>(surface.triangles.size())) look(hint);
+  if (hint >= 0 && hint < static_cast<int>(surface.triangles.size())) test(hint);
   const bool found = surface.convex && best.triangle >= 0 && is_over_face(surface, x, best, p);
   struct Entry {
     int node;
@@ -300,7 +309,7 @@ ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points&
     if (entry.distance2 > best2) continue;
     const Bvh::Node& node = bvh.nodes[entry.node];
     for (int i = node.first; i < node.first + node.count; ++i) {
-      if (bvh.order[i] != hint) look(bvh.order[i]);
+      if (bvh.order[i] != hint) test(bvh.order[i]);
     }
     if (node.count > 0) continue;
     Entry near{node.first, box_distance2(bvh.nodes[node.first], query)};

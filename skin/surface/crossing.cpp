@@ -13,7 +13,7 @@ double orientation(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
 
 bool same_sign(double a, double b) { return (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0); }
 
-// The segment pq passes through the inside of abc; touching does not count.
+// Whether the segment pq passes through the inside of a triangle; touching does not count.
 bool pierces(const Vec3& p, const Vec3& q, const Vec3* t) {
   const double at_p = orientation(p, t[0], t[1], t[2]), at_q = orientation(q, t[0], t[1], t[2]);
   if (!same_sign(at_p, -at_q)) return false;
@@ -21,7 +21,7 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3* t) {
   return same_sign(u, v) && same_sign(v, orientation(p, q, t[2], t[0]));
 }
 
-// All of t on one side of the plane of s, which then is nowhere crossed.
+// Whether all of t lies on one side of the plane of s, so that they cannot cross.
 bool one_side(const Vec3* s, const Vec3* t) {
   const Vec3 n = (s[1] - s[0]).cross(s[2] - s[0]);
   const double a = n.dot(t[0] - s[0]), b = n.dot(t[1] - s[0]), c = n.dot(t[2] - s[0]);
@@ -75,7 +75,7 @@ void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const 
     if (!cross(s, t)) return;
     pairs.push_back(itself ? std::array{std::min(i, j), std::max(i, j)} : std::array{i, j});
   };
-  // A step down either tree leaves two more at most, and no tree has more levels than 150
+  // A step down either tree adds two entries at most, and no tree has more than 150 levels
   // (bvh.cpp).
   constexpr int kStack = 1024;
   std::array<int, 2> stack[kStack];
@@ -86,7 +86,7 @@ void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const 
     const auto [n, m] = stack[--top];
     const Bvh::Node &one = bvh_a.nodes[n], &two = bvh_b.nodes[m];
     if (!overlap(one, two)) continue;
-    const bool same = itself && n == m;  // each pair within once
+    const bool same = itself && n == m;  // each pair within a node once
     if (one.count > 0 && two.count > 0) {
       for (int i = 0; i < one.count; ++i) {
         for (int j = same ? i + 1 : 0; j < two.count; ++j) {

@@ -9,7 +9,7 @@
 namespace thew::skin {
 namespace {
 
-// A directed edge of triangle `side / 3`, by its undirected ends.
+// Edge `side % 3` of triangle `side / 3`, with the smaller vertex first.
 struct Side {
   int low, high, side;
   bool operator<(const Side& other) const {
@@ -55,7 +55,7 @@ bool is_convex(const Surface& surface, const Points& x) {
   return true;
 }
 
-// A triangle's solid angle by van Oosterom and Strackee 1983.
+// Sum of the solid angles of the triangles (van Oosterom and Strackee 1983) over 4 pi.
 double winding_number(const Surface& surface, const Points& x, const Vec3& p) {
   double sum = 0.0;
   for (const Triangle& t : surface.triangles) {

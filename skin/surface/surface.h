@@ -9,30 +9,31 @@
 
 namespace thew::skin {
 
-/// What does not change of a closed surface while its nodes move.
+/// Topology of a closed surface, which does not change while its nodes move.
 struct Surface {
   std::vector<Triangle> triangles;
-  std::vector<std::array<int, 3>> neighbours;  ///< triangle across each edge (k, k+1)
+  std::vector<std::array<int, 3>> neighbours;  ///< triangle across each edge (k, k+1); -1: none
   std::vector<std::vector<int>> vertex_triangles;
-  bool convex = false;  ///< and rigid, so that it stays so
+  bool convex = false;  ///< convex, and rigid so that it stays convex
 };
 Surface make_surface(std::vector<Triangle> triangles, int nodes);
-/// Whether no node lies outside a face.
+/// Whether no node lies outside the plane of a face by more than rounding.
 bool is_convex(const Surface& surface, const Points& x);
 
-/// How often the surface goes round p: about 1 inside, 0 outside, the sum of both where it has
-/// holes or is of several.
+/// Generalised winding number of the surface around p: about 1 inside, 0 outside, between them for
+/// a surface with holes.
 double winding_number(const Surface& surface, const Points& x, const Vec3& p);
 
-/// Outward unit normal of a triangle (zero where it has no area), and of a node, weighted by angle.
+/// Outward unit normal of a triangle (zero if it has no area), and of a node (mean of its
+/// triangles, weighted by their angles at the node).
 Vec3 face_normal(const Surface& surface, const Points& x, int triangle);
 Vec3 node_normal(const Surface& surface, const Points& x, int node);
 
-/// Bounds of nodes, for a first look at what may touch.
+/// Axis-aligned box of nodes, for the broad phase. The default is everywhere.
 struct NodeBox {
   Point low = Point{-1e300, -1e300, -1e300, 0.0}, high = -low;  ///< everywhere
 };
-/// Holds nothing yet.
+/// A box that contains nothing.
 inline NodeBox empty_box() {
   NodeBox box;
   std::swap(box.low, box.high);
@@ -44,10 +45,11 @@ inline NodeBox empty_box() {
 }
 NodeBox box_of(const Points& x);
 int longest_axis(const Point& extent);
-/// Whether they come within `reach` (m) of each other.
+/// Whether the boxes come within `reach` (m) of each other along each axis.
 bool are_near(const NodeBox& a, const NodeBox& b, double reach);
 
-/// Bounding volume tree over the triangles of a surface: built once at rest, then refitted.
+/// Tree of boxes over the triangles of a surface: built once at rest by the surface area heuristic,
+/// then refitted.
 struct Bvh {
   struct Node {
     float lo[3], hi[3];  ///< rounded outwards
@@ -59,34 +61,36 @@ struct Bvh {
 };
 Bvh build_bvh(const Surface& surface, const Points& x);
 void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh);
-/// m, of a point outside of the box of all of it, 0 inside. The tree is not empty.
+/// Distance (m) of a point from the box of the whole tree; 0 inside. The tree must not be empty.
 double box_distance(const Bvh& bvh, const Point& p);
 
-/// The nearest point of a surface. `distance` is signed, negative inside, by the angle-weighted
-/// pseudonormal of the feature (Baerentzen and Aanaes 2005).
+/// The nearest point of a surface. The sign of `distance` follows from the angle-weighted
+/// pseudonormal of the face, edge or node (Baerentzen and Aanaes 2005).
 struct ClosestPoint {
-  int triangle = -1;  ///< -1: nothing within the bound
+  int triangle = -1;  ///< -1: no point within the bound
   double barycentric[3] = {0, 0, 0};
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();  ///< outward unit pseudonormal at the point
-  double distance = 0.0;        ///< m
+  double distance = 0.0;        ///< m, negative inside
 };
-/// Searches only within `bound` (m) of p. `hint`: a triangle to start from, or -1.
+/// Searches within `bound` (m) of p. `hint` is a triangle to start from, or -1; it does not change
+/// the result.
 ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
                            double bound, int hint = -1);
 
-/// Triangles whose boxes come within `reach` (m) of p, in no particular order but always the same.
+/// Triangles of leaves whose boxes come within `reach` (m) of p, in an order that is always the
+/// same.
 void triangles_near(const Bvh& bvh, const Vec3& p, double reach, std::vector<int>& triangles);
-/// The nearest point of one triangle; the normal is the face's.
+/// The nearest point of one triangle, with the normal of the face.
 ClosestPoint closest_on_triangle(const Surface& surface, const Points& x, int triangle,
                                  const Vec3& p);
 
-/// Pairs (i, j), i < j for one surface with itself, of properly crossing triangles; triangles that
-/// share a vertex are left out.
+/// Pairs (i, j) of triangles of a and b that cross properly, with i < j for a surface with itself,
+/// where triangles that share a vertex are left out.
 std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& bvh_a,
                                                    const Points& xa, const Surface& b,
                                                    const Bvh& bvh_b, const Points& xb);
-/// The same into memory that is there.
+/// The same, into memory of the caller.
 void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
                     const Bvh& bvh_b, const Points& xb, std::vector<std::array<int, 2>>& pairs);
 

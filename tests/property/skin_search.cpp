@@ -15,7 +15,7 @@ struct Limb {
   Points rest;
   std::vector<char> all_free;
   std::vector<SurfacePoint> points;
-  Followed followed;
+  MotionHistory followed;
   ContactMemory memory, face_memory;
 
   explicit Limb(double radius, const Vec3& at)
@@ -33,7 +33,7 @@ struct Limb {
       const Vec3 turned = Eigen::AngleAxisd(angle, Vec3::UnitX()) * to_vec(p);
       p = to_point(turned + by);
     }
-    followed.go_on(shape.x);
+    followed.advance(shape.x);
     refit_bvh(shape.surface, shape.x, shape.bvh);
     note_parts(shape.surface, shape.bvh, shape.x, followed.before, followed.parts);
   }

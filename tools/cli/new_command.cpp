@@ -253,7 +253,7 @@ void check_options(const NewOptions& options) {
                                        ": exists already, and may have been edited; give another "
                                        "name, or --force to replace it");
   }
-  if (options.scale && !(*options.scale >= kLeastScale && *options.scale <= kMostScale)) {
+  if (options.scale && !(*options.scale >= kMinScale && *options.scale <= kMaxScale)) {
     throw Error(ErrorCode::kUsage,
                 "--scale is " + number_text(*options.scale) + "; give a number from 1e-6 to 1e6");
   }

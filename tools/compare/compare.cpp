@@ -116,7 +116,7 @@ void check_limit(const char* option, double value, double least, double most) {
 
 void check_limits(const CompareOptions& options) {
   const PixelLimits& pixels = options.limits;
-  check_limit("--distance", 1e3 * options.distance, 0.0, 1e3 * kFarthest);
+  check_limit("--distance", 1e3 * options.distance, 0.0, 1e3 * kMaxCoordinate);
   check_limit("--share", pixels.share, 0.0, 1.0);
   check_limit("--rmse", pixels.rmse.value_or(0.0), 0.0, 255.0);
   check_limit("--ssim", pixels.ssim.value_or(0.0), -1.0, 1.0);

@@ -103,7 +103,7 @@ std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place) {
 std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions) {
   std::vector<Vec3> normals = vertex_normals({positions, shaded_triangles(mesh)});
   if (mesh.kind != BakeMesh::Kind::kSkin) {
-    const std::vector<int> first = first_at_place(mesh.rest);
+    const std::vector<int> first = first_at_position(mesh.rest);
     for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = normals[first[i]];
   }
   for (Vec3& normal : normals) {

@@ -55,7 +55,7 @@ Character read_in_metres(const NewOptions& options, double& scale, std::vector<A
                        " m, that of a person is 0.2 to 0.45; left as --scale has it");
     return character;
   }
-  const double wanted = std::clamp(kAdultsHumerus / length, kLeastScale, kMostScale);
+  const double wanted = std::clamp(kAdultsHumerus / length, kMinScale, kMaxScale);
   scale = parse_number(three_digits(wanted)).value_or(wanted);
   character = read();
   notes.push_back("scaled by " + three_digits(scale) + ": its humerus is " + three_digits(length) +

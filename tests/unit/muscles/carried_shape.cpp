@@ -121,9 +121,10 @@ TEST(CarriedShape, TwistBeginsWhereItIsTold) {
   }
 }
 
-// m, the most that a node moves in an eighth of a degree in which the insertion turns, over a
-// whole turn in steps of an eighth; and how far the belly's middle is from where it began when the
-// turn is whole. At 180 degrees it leapt from one side to the other, by the belly's width.
+// Results in m: the largest motion of a node while the insertion turns by an eighth of a degree,
+// over a full turn in such steps; and the distance of the middle of the belly from its first
+// position after the full turn. Without a tendon that lets go it would jump at 180 degrees by the
+// width of the belly.
 double largest_step(const CarriedShape& shape, const Vec3& axis, double& from_start) {
   Points x, before, start;
   double most = 0.0;

@@ -24,8 +24,8 @@ double polyline_length(const std::vector<Vec3>& points) {
   return length;
 }
 
-// A string of many short pieces on the given side, pulled taut: each node goes to the middle of its
-// neighbours and then out of the cylinder, again and again.
+// A string of many short pieces that is pulled taut on the given side: each node moves to the
+// middle of its neighbours and then out of the cylinder, repeatedly.
 double pulled_string(const Vec3& a, const Vec3& b, double angle_a, double angle_b) {
   constexpr int kPieces = 90;
   std::vector<Vec3> x(kPieces + 1);
@@ -76,7 +76,7 @@ TEST(Path, HalfTurnRoundAPulley) {
   ASSERT_EQ(traced.points.size(), 2u + kArcPoints);
   for (int i = 1; i <= kArcPoints; ++i) EXPECT_NEAR(traced.points[i].norm(), kRadius, 1e-16);
   EXPECT_NEAR(traced.points[1 + kArcPoints / 2].y(), kRadius, 1e-16);
-  // The other way round is the mirror image; straight across is not taken by either.
+  // The opposite sense gives the mirror image; neither goes straight across.
   EXPECT_NEAR(wrap_segment(left, right, -1.0).length, traced.length, 1e-15);
   EXPECT_NEAR(wrap_segment(left, right, -1.0).points[1 + kArcPoints / 2].y(), kRadius, 1e-16);
 }
@@ -104,7 +104,7 @@ TEST(Path, LengthIsThatOfAPulledString) {
     if (angle_b < angle_a) angle_b += 2.0 * kPi;
     const double taut = pulled_string(a, b, angle_a, angle_b);
     EXPECT_NEAR(wrap_segment(a, b).length, taut, 3e-4 * taut);
-    // Mirrored in the plane y = 0 the turn is the other way, and the length the same.
+    // Mirrored in the plane y = 0 the sense is the opposite and the length is the same.
     const Vec3 mirror(1, -1, 1);
     EXPECT_NEAR(wrap_segment(a.cwiseProduct(mirror), b.cwiseProduct(mirror), -1.0).length,
                 wrap_segment(a, b).length, 1e-15);
@@ -138,16 +138,16 @@ TEST(Path, LengthAndSlopeAreContinuousWhereTouchingBegins) {
   EXPECT_LT(kink.norm(), 1e-7);  // the points do not jump either
 }
 
-// b goes round the cylinder, near it, far from it and on it: neither the length nor a point of the
-// path may leap. Where the segment passed one of its ends by it went from as much as a whole turn
-// to the straight line at once.
+// b goes around the cylinder, near it, far from it and on it. Neither the length nor a point of the
+// path may jump. A path that does not leave its cylinder gradually goes from up to a full turn to
+// the straight line at once.
 TEST(Path, GoesRoundWithoutALeap) {
   constexpr double kStep = 1e-3 * kDegree;
   for (double from : {1.0, 1.2, 3.0, 10.0}) {
     const Vec3 a(from * kRadius, 0.0, 0.01);
     for (double to : {1.0, 1.3, 2.5, 10.0}) {
       TracedPath before;
-      double most = 0.0;  // of the way that b goes
+      double most = 0.0;  // motion over that of b
       for (double angle = 0.3 * kDegree; angle < 2.0 * kPi; angle += 0.5 * kDegree) {
         for (int k = 0; k < 2; ++k) {
           const double at = angle + k * kStep;
@@ -162,7 +162,7 @@ TEST(Path, GoesRoundWithoutALeap) {
         }
       }
       EXPECT_LT(most, 12.0) << from << " " << to;
-      // Steps that meet at their ends: no leap hides between them.
+      // These steps adjoin, so no jump lies between them.
       double length = wrap_segment(a, Vec3(to * kRadius, 0.0, 0.0)).length;
       for (int k = 1; k <= 36000; ++k) {
         const double at = k * 0.01 * kDegree;
@@ -175,8 +175,9 @@ TEST(Path, GoesRoundWithoutALeap) {
   }
 }
 
-// A point between two bodies: of a turn of 90 degrees it takes its share, where its body's origin
-// is; and no pose makes it leap, the half turn included, at which the axis changes sign.
+// A point that two bodies share: it moves with the origin of its body and takes its share of a
+// rotation of 90 degrees. It is continuous in the pose, also at 180 degrees, where the axis of the
+// rotation changes sign.
 TEST(Path, ASharedPointTakesItsShareOfATurn) {
   Pose rest(2, Transform::Identity()), pose;
   rest[0].linear() = rotation_about(Vec3(3, 1, 2).normalized(), 0.4);
@@ -189,16 +190,17 @@ TEST(Path, ASharedPointTakesItsShareOfATurn) {
     pose = rest;
     pose[1].linear() = rotation_about(axis, angle) * rest[1].linear();
     pose[1].translation() += Vec3(0.0, 0.0, 0.01);
-    return Vec3(place_of(point, pose) * point.position);
+    return Vec3(frame_of_point(point, pose) * point.position);
   };
   const Vec3 joint(0.1, 0.2, 0.01);
   EXPECT_LT((place(Vec3::UnitX(), 0.0) - joint - arm).norm(), 1e-15);
   const Vec3 turned = rotation_about(Vec3::UnitX(), 63.0 * kDegree) * arm;
   EXPECT_LT((place(Vec3::UnitX(), 90.0 * kDegree) - joint - turned).norm(), 1e-15);
-  // With the other body it goes along.
+  // It moves with the other body.
   for (Transform& body : pose) body = Transform(Eigen::Translation3d(0.3, 0, 0)) * body;
-  EXPECT_LT((place_of(point, pose) * point.position - Vec3(0.3, 0, 0) - joint - turned).norm(),
-            1e-15);
+  EXPECT_LT(
+      (frame_of_point(point, pose) * point.position - Vec3(0.3, 0, 0) - joint - turned).norm(),
+      1e-15);
   for (double degrees = -360.0; degrees < 360.0; degrees += 0.05) {
     const Vec3 axis = Vec3(1.0, 0.3, -0.2).normalized();
     const Vec3 now = place(axis, degrees * kDegree), next = place(axis, (degrees + 0.05) * kDegree);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Springs by node against springs by pair, and the volume's gradient that falls out of them.
+// Springs by node against springs by pair, and the gradient of the volume that they give.
 #include "muscles/ring_springs.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,8 @@ std::vector<char> every_third(size_t nodes) {
   return driven;
 }
 
-// Octahedron and cube have low and mixed degrees, and pairs that two edges share.
+// Octahedron and cube have nodes of low and mixed degree, and pairs of opposite vertices that
+// belong to two edges.
 Bodies moved(const TriMesh& mesh) {
   Bodies out;
   out.mesh = mesh;
@@ -73,7 +74,7 @@ TEST(RingSprings, HaveTheForcesOfThePairs) {
   }
 }
 
-// Where some nodes are driven, at all others.
+// The forces at free nodes, where others are driven.
 TEST(RingSprings, HaveThePairsProjectionsAndEdges) {
   for (const TriMesh& mesh : {octahedron(), tetrahedron(), spindle(), subdivided(unit_cube())}) {
     const Bodies body = moved(mesh);

@@ -29,7 +29,8 @@ TEST(Volume, OriginDoesNotMatterEvenFarAway) {
   const TriMesh mesh = spindle();
   const Points x = to_points(mesh.vertices);
   const double volume = enclosed_volume(x, mesh.triangles);
-  EXPECT_NEAR(volume, enclosed_volume(mesh), 1e-14 * volume);  // rig's, written apart
+  EXPECT_NEAR(volume, enclosed_volume(mesh),
+              1e-14 * volume);  // that of rig, which is a separate implementation
   Points far(x);
   for (Point& row : far) row += Point{10.0, -10.0, 10.0, 0.0};
   EXPECT_NEAR(enclosed_volume(far, mesh.triangles), volume, 1e-12 * volume);
@@ -101,7 +102,7 @@ struct RootCase {
   bool reached;
 };
 
-// The discriminant of its slope is beyond the largest number; the search for a bracket never ended.
+// The discriminant of its derivative overflows; the search for a bracket must still end.
 TEST(NearestRoot, EndsWhateverTheCoefficients) {
   const double kFar[] = {-1e300, -1e200, -1.0, 0.0, 5e-324, 1e-200, 1.0, 1e200, 1e300};
   for (const double c0 : kFar) {

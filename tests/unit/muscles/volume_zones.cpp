@@ -36,7 +36,7 @@ Points mapped(const Points& x, const std::function<Vec3(const Vec3&)>& map) {
   return out;
 }
 
-// Bent into half a circle: the axis keeps its length.
+// Bends the body into half a circle; the axis keeps its length.
 Vec3 bend(const Vec3& p) {
   const double radius = kLength / kPi, angle = kPi * p.y() / kLength;
   return {(radius + p.x()) * std::cos(angle), (radius + p.x()) * std::sin(angle), p.z()};
@@ -57,7 +57,8 @@ TEST(VolumeZones, EvenPrismIsCutIntoEvenParts) {
   }
 }
 
-// Whatever the shape: the last is all of it, and each zone has its part of what a straight one has.
+// In any shape the last volume is the whole, and each zone keeps its share of that of the straight
+// shape.
 TEST(VolumeZones, SumToTheWholeHoweverBent) {
   const TriMesh mesh = spindle(24, 31);
   const VolumeZones zones = zones_of(mesh, 4);
@@ -136,7 +137,7 @@ Restored restore(const TriMesh& mesh, const VolumeZones& zones, const Points& sq
   return out;
 }
 
-// Half of its length flattened to 60 %: volume would run to the other half.
+// Half of the length is flattened to 60 %, so that volume would flow to the other half.
 Points flattened(const TriMesh& mesh) {
   return mapped(to_points(mesh.vertices), [](const Vec3& p) {
     return p.y() < 0.5 * kLength ? Vec3(0.6 * p.x(), p.y(), p.z()) : p;
@@ -154,7 +155,7 @@ TEST(VolumeZones, NewtonHoldsEachZoneToRounding) {
     EXPECT_LE(all.error, 1e-11) << count;
     EXPECT_NEAR(enclosed_volume(all.x, mesh.triangles) / zones.rest_before.back(), 1.0, 2e-13);
   }
-  // One multiplier restores the whole, and no zone.
+  // One multiplier restores the whole volume, but not that of the zones.
   const VolumeZones zones = zones_of(mesh, 4);
   Points x = flattened(mesh), gradient;
   volume_gradient(x, mesh.triangles, gradient);
@@ -181,7 +182,7 @@ TEST(VolumeZones, WhatCannotBeReachedIsLeftAlone) {
   };
   expect_left_alone(restore(mesh, zones, squeezed, second_half), squeezed);
   expect_left_alone(restore(mesh, zones, squeezed, [](size_t) { return 0.0; }), squeezed);
-  // A zone that is held is no matter where it is right already.
+  // A zone that cannot move does not matter if its volume is right already.
   const auto first_half = [&](size_t i) {
     return mesh.vertices[i].y() < 0.74 * kLength ? 1.0 : 0.0;
   };
@@ -215,7 +216,7 @@ TEST(VolumeZones, TooManyAreRefused) {
   EXPECT_EQ(message(spindle(8, 15), 4), "");
   EXPECT_NE(message(spindle(8, 3), 8).find("no node lies near the cut between zones"),
             std::string::npos);
-  TriMesh flat = spindle(8, 15);  // its first zone a sheet
+  TriMesh flat = spindle(8, 15);  // its first zone is a sheet without volume
   for (Vec3& p : flat.vertices) p.z() *= p.y() < 0.4 * kLength ? 0.0 : 1.0;
   EXPECT_NE(message(flat, 4).find("zone 1 of 4 holds next to no volume"), std::string::npos);
 }

@@ -77,7 +77,7 @@ TEST(Weights, TameOnesStayAsTheyAre) {
   EXPECT_EQ(limit_concentration(w, {1, 1, 1, 1}, {0, 0, 0, 0}), 0.0);
   EXPECT_EQ(w, before);
   EXPECT_THROW(limit_concentration(w, {1, 1, 1, 1}, {0, 0, 0, 0}, 1.0), std::invalid_argument);
-  // A driven node, or one that the volume does not pull on, sets no limit.
+  // A driven node, or one without a gradient of the volume, sets no limit.
   w = {100.0, 100.0, 1.0, 1.0};
   EXPECT_EQ(limit_concentration(w, {1, 0, 1, 1}, {1, 0, 0, 0}), 0.0);
 }
@@ -103,7 +103,7 @@ TEST(Weights, NetMotionIsTakenOut) {
   net(force, torque);
   EXPECT_LT(force.norm(), 1e-15 * force_before);
   EXPECT_LT(torque.norm(), 1e-14 * torque_before);
-  // A rigid motion goes altogether, and what has no net motion stays.
+  // A rigid motion is removed completely, and a field without net motion is unchanged.
   const Points still(d);
   remove_net_motion(x, mass, d);
   for (size_t i = 0; i < n; ++i) EXPECT_LT(to_vec(d[i] - still[i]).norm(), 1e-14);

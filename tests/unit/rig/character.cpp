@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-// A reader of glTF of its own, for what cesium_man.gltf has: one buffer in base64, one skin.
+// An independent reader of glTF, for what cesium_man.gltf has: one buffer in base64, one skin.
 struct Gltf {
   Json json;
   std::string bytes;
@@ -214,7 +214,7 @@ TEST(Character, ACubicByHand) {
   Curve<Vec3> curve;
   curve.times = {1.0, 3.0};
   curve.values = {Vec3(1, 0, 2), Vec3(5, 0, 2)};
-  curve.way = CurveWay::kCubic;
+  curve.interpolation = CurveInterpolation::kCubic;
   curve.slopes_in = {Vec3(9, 9, 9), Vec3(-4, 1, 0)};
   curve.slopes_out = {Vec3(2, 3, 0), Vec3(9, 9, 9)};
   Vec3 value;
@@ -228,7 +228,7 @@ TEST(Character, ACubicByHand) {
   EXPECT_EQ(value, Vec3(1, 0, 2));
   sample(curve, 3.0, value);
   EXPECT_EQ(value, Vec3(5, 0, 2));
-  curve.way = CurveWay::kStep;
+  curve.interpolation = CurveInterpolation::kStep;
   sample(curve, 2.999, value);
   EXPECT_EQ(value, Vec3(1, 0, 2));
   sample(curve, 3.0, value);
@@ -237,7 +237,8 @@ TEST(Character, ACubicByHand) {
 
 class BentCurves : public TempFolder {};
 
-// Buffers beside the file and in a .glb; a curve that cannot be read is told, and the rest is.
+// Buffers beside the file and in a .glb. A curve that cannot be read is reported, and the others
+// are read.
 TEST_F(BentCurves, FromEveryKindOfBuffer) {
   Gltf gltf(made_up("figure.gltf"));
   const BodyClip expected = import_character(made_up("figure.gltf")).animations[0];
@@ -248,8 +249,8 @@ TEST_F(BentCurves, FromEveryKindOfBuffer) {
     for (const BodyTrack& track : read.animations[0].tracks) {
       for (const BodyTrack& other : expected.tracks) {
         if (other.body != track.body) continue;
-        EXPECT_EQ(track.rotation.way, other.rotation.way);
-        EXPECT_EQ(track.translation.way, other.translation.way);
+        EXPECT_EQ(track.rotation.interpolation, other.rotation.interpolation);
+        EXPECT_EQ(track.translation.interpolation, other.translation.interpolation);
         EXPECT_EQ(track.scale.slopes_in, other.scale.slopes_in);
       }
     }
@@ -404,8 +405,9 @@ TEST_F(SkinnedNode, ItsTransformIsIgnored) {
   }
 }
 
-// As Blender writes what came to it as FBX: the mesh hangs under the armature, which bears the
-// centimetres and the turn, or on the scene's root, which is the same by the specification.
+// A glTF as Blender writes it for a character that was imported from FBX: the mesh is a child of
+// the armature, which has the scale to centimetres and a rotation, or of the root of the scene,
+// which is the same by the specification.
 TEST_F(SkinnedNode, ItMayHangAnywhere) {
   const Json plain = figure();
   const int mesh = skinned(plain);

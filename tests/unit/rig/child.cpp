@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader does to itself in its child process, and what is told of it.
+// Failures of a reader in its child process, and how they are reported.
 #include "rig/import/child.h"
 
 #include <fcntl.h>
@@ -226,7 +226,7 @@ TEST_F(ChildTest, ItsOwnFilesAreThoseOfItsFolder) {
              "needs more than 1000 files");
 }
 
-// As in a container that forbids filters: the limits alone hold, and files are read.
+// As in a container that forbids filters: only the resource limits apply, and files are read.
 TEST_F(ChildTest, WhereTheKernelTakesNoFilterItReads) {
   const pid_t process = fork();
   if (process == 0) {
@@ -257,7 +257,7 @@ TEST_F(ChildTest, LeavesNoProcessBehind) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-// Every prefix of a file that assimp 5.2 reads for ever, or crashes on.
+// Every prefix of a file; assimp 5.2 never ends on some of them and crashes on others.
 TEST_F(ChildTest, APlyFileCutShortIsEnded) {
   const std::string header =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The made-up figure written in the other ways that glTF 2.0 allows: it stays the same character.
+// The made-up figure, written in the other forms that glTF 2.0 allows, stays the same character.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -42,7 +42,7 @@ class GltfFigure : public TempFolder {
     }
   }
 
-  // Without touching the figure's own, which stand before them.
+  // The accessors of the figure itself come before these and are not changed.
   template <typename T>
   int add_view(const std::vector<T>& values) {
     bytes.append(bytes.size() % 4 == 0 ? 0 : 4 - bytes.size() % 4, '\0');
@@ -89,8 +89,8 @@ class GltfFigure : public TempFolder {
     return input_error([&] { read(name); });
   }
 
-  // m: how far skeleton, skin in the bind pose and skin in motion are from the plain figure's,
-  // vertex by vertex; `of` are those of the plain one.
+  // Largest distance (m) of skeleton, skin in the bind pose and skin in motion from those of the
+  // plain figure, vertex by vertex; `of` gives the vertices of the plain one.
   double distance_from_plain(const Character& other, const std::vector<int>& of = {}) const {
     double worst = 0.0;
     for (int b = 0; b < plain.skeleton.size(); ++b) {
@@ -185,7 +185,7 @@ TEST_F(GltfFigure, SparseOverZerosAndOverItself) {
   EXPECT_EQ(distance_from_plain(read()), 0.0);
 }
 
-// Shares of 255 and of 65,535, which the reader takes for what they are, to the last bit.
+// Normalised integers of 8 and 16 bits, which the reader converts exactly.
 TEST_F(GltfFigure, WeightsAsIntegers) {
   const auto weights = values<float>(attributes()["WEIGHTS_0"]);
   const auto compare = [&](const auto& rounded, double largest) {
@@ -236,7 +236,7 @@ TEST_F(GltfFigure, EightInfluences) {
   EXPECT_LT(distance_from_plain(read()), 1e-12);
 }
 
-// As a body and its shirt: two meshes, each with vertices of its own, on nodes of their own.
+// Like a body and its shirt: two meshes on two nodes, each with vertices of its own.
 TEST_F(GltfFigure, TwoMeshesUnderOneSkin) {
   json["meshes"].push_back(json["meshes"][0]);
   json["nodes"].push_back({{"name", "Shirt"}, {"mesh", 1}, {"skin", 0}});
@@ -257,8 +257,9 @@ TEST_F(GltfFigure, TwoMeshesUnderOneSkin) {
   EXPECT_EQ(both.mesh.triangles.size(), 2 * plain.mesh.triangles.size());
 }
 
-// The second skin's mesh is in centimetres, which its matrices undo, and its joints begin at an
-// arm, which stands elsewhere at rest than it is bound: it goes where the first skin has that arm.
+// The mesh of the second skin is in centimetres, which its matrices compensate. Its first joint is
+// an arm whose rest pose differs from its bind pose. The skin is placed where the first skin binds
+// that arm.
 TEST_F(GltfFigure, TwoSkinsUnderOneSkeleton) {
   auto places = values<float>(attributes()["POSITION"]);
   for (float& p : places) p *= 100.0f;
@@ -367,7 +368,7 @@ TEST_F(GltfFigure, CompressionIsNamed) {
   EXPECT_HAS(what, "without compression");
 }
 
-// Each is told with its place, and nothing is set aside for what is not there.
+// Each error names its location, and no memory is allocated for data that do not exist.
 TEST_F(GltfFigure, WhatDoesNotHoldIsRefused) {
   const Json before = json;
   const auto tell = [&](const char* part) {

@@ -31,7 +31,7 @@ std::string bytes_of(std::initializer_list<T> values) {
   return bytes;
 }
 
-// A cube as OBJ with one normal a side: importers split its corners.
+// A cube as OBJ with one normal for each side, so that importers split its corners.
 std::string cube_obj() {
   std::string text = "mtllib cube.mtl\n";
   for (const Vec3& p : unit_cube().vertices) {
@@ -70,7 +70,7 @@ TEST_F(Import, WordsThatAreNoNumbersAreRefusedWithTheirLine) {
   for (const char* corner : {"1,2", "0", "1.5", "1/x", "1/1/1/1", "one", "1//", "/1"}) {
     const std::string error =
         error_of(write("cube.obj", with(obj, "f 1//1", std::string("f ") + corner)));
-    if (std::string(corner) == "1//") continue;  // assimp's to say
+    if (std::string(corner) == "1//") continue;  // left to assimp
     EXPECT_HAS(error, "cube.obj:16: \"") << corner;
   }
   EXPECT_EQ(error_of(write("cube.obj", with(obj, first, "v 0 \\\n 0 0 # one\n"))), "");
@@ -202,7 +202,7 @@ TEST_F(Import, VerticesAtOnePlaceStayApartInTheFilesOrder) {
   EXPECT_TRUE(import_mesh(write("cube.obj", cube_obj())).order.node.empty());
 }
 
-// The figure's seams, as its skin has them.
+// The seams of the figure, as in its skin.
 TEST_F(Import, GltfKeepsItsVerticesAtOnePlaceApart) {
   const fs::path file = fs::path(THEW_SOURCE_DIR) / "tests/scenes/figure/figure.gltf";
   const TriMesh skin = import_character(file).mesh;
@@ -251,7 +251,7 @@ TEST_F(Import, BuffersOutsideTheFolderAreNotOpened) {
   }
 }
 
-// Opening a pipe that nobody writes to would block for ever.
+// Opening a pipe to which nobody writes would block forever.
 TEST_F(Import, MaterialLibrariesAreRegularFilesOfTheFolder) {
   fs::create_directory(folder / "scene");
   ASSERT_EQ(mkfifo((folder / "pipe.mtl").c_str(), 0600), 0);
@@ -304,7 +304,7 @@ Connections:  {
 }
 )";
 
-// Faces from the last to the first, two of the vertices written twice, as at a seam, one of no
+// Faces from the last to the first; two vertices are written twice, as at a seam, and one is in no
 // face.
 TEST_F(Import, ObjKeepsTheFilesOrderOfVertices) {
   const TriMesh cube = unit_cube();
@@ -341,7 +341,7 @@ TEST_F(Import, FbxUnitsBecomeMetres) {
   EXPECT_LT((mesh.vertices[0] - Vec3(0.5, 0, 0)).norm(), 1e-6);
 }
 
-// 3ds Max's and Blender's other axes: Z up, and -Y to the front.
+// The axes of 3ds Max and Blender: Z up and -Y to the front.
 TEST_F(Import, FbxAxesAreTurnedUpright) {
   std::string fbx = kFbx;
   const auto set = [&](const std::string& axis, const char* value) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Motion of one skeleton on another: whatever bodies are called and however they stand at rest,
-// upper arms, forearms, thighs and shins point to where theirs do.
+// Motion of one skeleton on another: whatever the names of the bodies and their rest pose, upper
+// arms, forearms, thighs and shins point in the same directions as those of the motion.
 #include <gtest/gtest.h>
 
 #include "rig/character_bones.h"
@@ -15,7 +15,7 @@ namespace {
 struct Words {
   const char *hips, *chest, *clavicle, *humerus, *forearm, *hand, *thigh, *shin, *foot;
 };
-// "%" is the side.
+// "%" stands for the side.
 constexpr Words kMixamo = {"mixamorig:Hips",   "mixamorig:Spine",    "mixamorig:%Shoulder",
                            "mixamorig:%Arm",   "mixamorig:%ForeArm", "mixamorig:%Hand",
                            "mixamorig:%UpLeg", "mixamorig:%Leg",     "mixamorig:%Foot"};
@@ -71,7 +71,7 @@ int body_of(const Character& character, const char* word, bool left) {
   return body;
 }
 
-// Local turns about axes that do not commute, at times of 60 a second.
+// Local rotations about axes that do not commute, at 60 keys a second.
 BodyClip wave(const Character& of, const Words& words) {
   BodyClip clip;
   clip.duration = 1.0;
@@ -96,7 +96,7 @@ BodyClip wave(const Character& of, const Words& words) {
   return clip;
 }
 
-// Worst angle between the limbs' directions in their own axes, rad.
+// Largest angle (rad) between the directions of the limbs, each in its own axes.
 double worst_angle(const Character& from, const Words& theirs, const BodyClip& clip,
                    const Character& to, const Words& ours, const BodyClip& carried, double time,
                    const Mat3& axes = Mat3::Identity()) {
@@ -154,7 +154,7 @@ TEST(Retarget, AxesOfTheMotionAreItsOwn) {
   }
 }
 
-// Keys a second apart: between them a hand goes along the arc that the motion's own does.
+// Keys one second apart: between them a hand moves along the same arc as that of the motion.
 TEST(Retarget, FewKeysAreResampled) {
   const Character from = person(kMixamo, 0.0), to = person(kPoser, 0.0);
   BodyClip clip = wave(from, kMixamo);
@@ -169,7 +169,7 @@ TEST(Retarget, FewKeysAreResampled) {
   EXPECT_LT(worst_angle(from, kMixamo, clip, to, kPoser, carried, 0.5), 2e-4);
 }
 
-// Toes put on, which tell left from right where all names are taken off.
+// Adds toes, which tell left from right when all names are removed.
 Character with_toes(Character person, bool names) {
   const double size = (person.bind[1].translation() - person.bind[0].translation()).norm() / 0.3;
   for (const bool left : {true, false}) {

@@ -166,7 +166,8 @@ TEST_F(Urdf, WhatUrdfdomOnlyLogsIsAnError) {
 TEST_F(Urdf, DeepNestingIsRefusedBeforeParsing) {
   const auto nested = [](int levels) {
     std::string text = "<robot name=\"r\"><link name=\"a\"/>";
-    for (int i = 0; i < levels; ++i) text += "<x a='/>'>";  // a quoted /> closes nothing
+    for (int i = 0; i < levels; ++i)
+      text += "<x a='/>'>";  // a quoted /> does not close the element
     for (int i = 0; i < levels; ++i) text += "</x>";
     return text + "</robot>";
   };

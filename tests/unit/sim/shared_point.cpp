@@ -75,7 +75,7 @@ TEST_F(SharedPoint, OfAModelTurnsByItsShareAndIsInItsHash) {
   forward_kinematics(model.skeleton, {0.0, 1.0}, pose);
   const PathPoint& point = model.muscles[0].shape.path.points[1];
   const Vec3 there = Vec3(0, 0.1, 0) + rotation_about(Vec3::UnitX(), 0.25) * Vec3(0, -0.05, 0);
-  EXPECT_LT((place_of(point, pose) * point.position - there).norm(), 1e-15);
+  EXPECT_LT((frame_of_point(point, pose) * point.position - there).norm(), 1e-15);
   EXPECT_EQ(model.muscles[0].bodies, (std::vector<int>{0, 1}));
   const std::string other = build_model(read_scene(scene(kShared + std::string("0.5 }")))).hash;
   const std::string none = build_model(read_scene(scene("[\"arm\", 0, -0.05, 0]"))).hash;

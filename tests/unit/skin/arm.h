@@ -52,7 +52,7 @@ struct TestArm {
         return 0.011 * std::sqrt(1.0 - (1.0 - end) * (1.0 - end));
       });
     };
-    // Condyles: the humerus widens to 56 mm at the elbow; the ulna's end stands behind it.
+    // Condyles: the humerus widens to 56 mm at the elbow, and the end of the ulna lies behind it.
     TriMesh humerus = bone(-0.012, 0.3), ulna = bone(-0.27, 0.02);
     for (Vec3& p : humerus.vertices) p.z() *= 1.0 + 1.6 * (1.0 - smoothstep(0.0, 0.05, p.y()));
     for (Vec3& p : ulna.vertices) p += Vec3(-0.014, 0.0, 0.0);
@@ -113,7 +113,7 @@ struct TestArm {
     return bind_skin(skin, skeleton, bind_pose, colliders(), bodies, settings);
   }
 
-  // Rays inwards from far outside stop at the flesh; smoothed, and 4 mm of fat on top.
+  // Rays from far outside end at the flesh; their ends are smoothed, with 4 mm of fat on top.
   TriMesh cast_skin() const {
     constexpr int kSkinAround = 64, kSkinRings = 78;
     constexpr double kFrom = -0.3, kTo = 0.33;

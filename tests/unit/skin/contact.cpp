@@ -22,15 +22,15 @@ struct Pair {
     const std::vector<Collider> colliders{
         {&a.surface, &a.bvh, &a.x, &free_nodes, nullptr, box_of(a.x)},
         {&b.surface, &b.bvh, &b.x, nullptr, nullptr, box_of(b.x)}};
-    NearPairs pairs;
-    find_near_pairs(colliders, settings, pairs);
+    CandidatePairs pairs;
+    find_candidate_pairs(colliders, settings, pairs);
     find_contacts(colliders, 0, ignored ? std::vector<int>{} : pairs.near[0], settings, {}, memory,
                   contacts);
     return contacts;
   }
 };
 
-// As all pairs one by one tell.
+// The same pairs as by testing all pairs one by one.
 TEST(Contact, SweepFindsThePairsWhoseBoxesAreNear) {
   std::vector<Points> points;
   for (int c = 0; c < 60; ++c) {  // boxes of 0.1 to 0.4 m, scattered
@@ -40,8 +40,8 @@ TEST(Contact, SweepFindsThePairsWhoseBoxesAreNear) {
   std::vector<Collider> colliders(points.size());
   for (size_t c = 0; c < points.size(); ++c) colliders[c].box = box_of(points[c]);
   const ContactSettings settings{0.02, 0.05, 0.0};
-  NearPairs pairs;
-  for (int time = 0; time < 2; ++time) find_near_pairs(colliders, settings, pairs);  // anew
+  CandidatePairs pairs;
+  for (int time = 0; time < 2; ++time) find_candidate_pairs(colliders, settings, pairs);  // anew
   const auto& near = pairs.near;
   size_t found = 0;
   for (int a = 0; a < 60; ++a) {
@@ -104,8 +104,9 @@ TEST(Contact, SecondSearchFromHintsFindsTheSame) {
 }
 
 TEST(Contact, DeepNodesAreNotPulledThroughTheFarSide) {
-  // A thick ball has pushed a plate's thickness and more: the plate's nearest face for the ball's
-  // foremost nodes is the far one, whose normal they look along.
+  // A thick ball has been pressed through a plate by more than its thickness. For the foremost
+  // nodes of the ball the nearest face of the plate is the far one, whose normal points in the same
+  // direction as theirs.
   TriMesh plate = cube(1.0);
   for (Vec3& p : plate.vertices) p.x() *= 0.1;
   TriMesh presser = ball(0.5, {-0.45, 0.0, 0.0}, 32, 15);
@@ -116,7 +117,8 @@ TEST(Contact, DeepNodesAreNotPulledThroughTheFarSide) {
   }
 }
 
-// rad, by which a contact's normal turns as a node goes round a cube's edge, 1 cm from it.
+// Largest angle (rad) by which the contact normal turns as a node goes around an edge of a cube in
+// steps, 1 cm away from it.
 double turn_over_an_edge(bool soft) {
   const TriMesh box = cube(1.0);
   const Vec3 edge(1.0, 1.0, 0.1);
@@ -125,7 +127,7 @@ double turn_over_an_edge(bool soft) {
   double most = 0.0;
   for (int degrees = 0; degrees <= 90; degrees += 15) {
     const SinCos turn = sin_cos(degrees * kDegree);
-    // The foremost node of a small ball, which looks at the edge.
+    // The foremost node of a small ball, whose normal points at the edge.
     const Vec3 node = edge + 0.01 * Vec3(turn.sin, turn.cos, 0.0);
     TriMesh mesh = ball(0.05, {0, 0, 0}, 8, 5);
     const Vec3 diagonal = 0.05 * Vec3(1, 1, 0).normalized();
@@ -150,7 +152,7 @@ double turn_over_an_edge(bool soft) {
   return most;
 }
 
-// Or a node would go from the one side to the other from step to step.
+// Otherwise a node would change from one side to the other from step to step.
 TEST(Contact, NormalsTurnSlowlyOverASoftEdge) {
   EXPECT_LT(turn_over_an_edge(true), 0.02);
   EXPECT_GT(turn_over_an_edge(false), 0.5) << "of bone it is the way to the node";
@@ -164,12 +166,12 @@ TEST(Contact, HeldPointsOfOneSurfaceHoldANodeAsOne) {
   add(3, 1, 7), add(3, 0, -1), add(3, 1, 4), add(2, 1, 4), add(3, 1, -1);
   order_contacts(contacts);
   std::vector<size_t> ends;
-  for (size_t c = 0; c < contacts.size(); c = ends.back()) ends.push_back(end_of_one(contacts, c));
+  for (size_t c = 0; c < contacts.size(); c = ends.back()) ends.push_back(group_end(contacts, c));
   EXPECT_EQ(ends, (std::vector<size_t>{1, 2, 3, 5}));
   EXPECT_EQ(contacts[3].point, 4);
 }
 
-// A held ball of 0.1 m over the middle of a face of a free one, whose nodes are 0.3 m away.
+// A fixed ball of 0.1 m over the middle of a face of a free ball, whose nodes are 0.3 m away.
 struct BetweenNodes {
   Shape wide = make_shape(ball(1.0, {0, 0, 0}, 16, 7)), thin;
   std::vector<char> all_free = std::vector<char>(wide.x.size(), 1);
@@ -221,7 +223,8 @@ TEST(FaceContact, AnOpenOnePullsNothing) {
   for (const Contact& c : open.faces) EXPECT_LT(BetweenNodes::way(c), 0.0);
 }
 
-// What is flatter than some five spacings is for nodes alone.
+// Surfaces with a radius of more than about five spacings have no rigid points; nodes keep out of
+// them.
 TEST(FaceContact, OnlyWhatIsSharpAndShallow) {
   EXPECT_TRUE(BetweenNodes(0.04, 0.008).points.empty());
   EXPECT_TRUE(BetweenNodes(0.15).faces.empty()) << "deeper than half of max_depth";

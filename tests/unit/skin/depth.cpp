@@ -47,7 +47,7 @@ TEST(Depth, InsideIsWhatTheSurfaceGoesRound) {
   EXPECT_GT(out, 2000);
 }
 
-// Each ray meets edges or corners, one of them at a glance.
+// Each ray meets edges or corners, and one of them only touches.
 TEST(Depth, ARayThroughEdgesAndCornersCountsOnce) {
   const Shape box = make_shape(cube(1.0)), round = make_shape(ball(1.0, Vec3::Zero(), 24, 23));
   for (int i = -2; i <= 2; ++i) {
@@ -66,7 +66,7 @@ TEST(Depth, ARayThroughEdgesAndCornersCountsOnce) {
   }
 }
 
-// A ray that leaves by the hole counts another number than those that do not.
+// A ray that leaves through the hole has another count than the others.
 TEST(Depth, AHoleDecidesNothing) {
   TriMesh mesh = ball(1.0, Vec3::Zero(), 24, 23);
   std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.vertices[t[0]].y() > 0.95; });
@@ -75,7 +75,7 @@ TEST(Depth, AHoleDecidesNothing) {
   for (const double y : {-1.1, 1.05, 1.5}) EXPECT_FALSE(inside(cup, Vec3(0, y, 0))) << y;
 }
 
-// So deep nothing was looked for, and it was said to be 0, or the reach of the search.
+// A search with a bound would report such depths as 0 or as the bound.
 TEST(Depth, IsTheTrueOneHoweverDeep) {
   const Shape box = make_shape(cube(0.7));
   EXPECT_NEAR(depth(box, Vec3(0.1, 0, 0)), 0.6, 1e-15);
@@ -87,7 +87,8 @@ TEST(Depth, IsTheTrueOneHoweverDeep) {
   EXPECT_EQ(outside(Vec3(0, 0.6, 0)), 0.0);
 }
 
-// A fin of no thickness out of a face: what lies beside it is outside, whatever its normals say.
+// A fin of no thickness sticks out of a face: points beside it are outside, whatever its normals
+// are.
 TEST(Depth, NoNormalIsAsked) {
   TriMesh mesh = cube(0.7);
   const int tip = 8, foot = 9;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The skin over a made-up arm that flexes by 115 degrees within 40 frames, comes back and rests.
-// (Further, its bellies, which do not feel one another, overlap and leave no room for skin.)
+// (Beyond that angle its bellies, which have no contact with one another, overlap and leave no room
+// for skin.)
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ struct Flexed {
   SkinState state;
   SkinMetrics worst;
   int folds = 0;             // that the flexed arm's walls have
-  double coming_back = 0.0;  // m, from the rest shape at the end
+  double coming_back = 0.0;  // m, distance from the rest shape at the end
 
   explicit Flexed(bool keeps_volume)
       : model(arm.bind({.iterations = 12, .keeps_volume = keeps_volume})),
@@ -68,14 +69,14 @@ TEST_P(SkinLayer, KeepsItsVolumeWhereItIsAskedTo) {
   if (GetParam()) {
     EXPECT_LE(flexed().worst.volume_error, 1e-12);
   } else {
-    EXPECT_GE(flexed().worst.volume_error, 0.01);  // or there would be nothing to keep
+    EXPECT_GE(flexed().worst.volume_error, 0.01);  // otherwise the test would show nothing
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(, SkinLayer, testing::Bool());
 
 TEST(SkinNormals, AreThoseOfTheSkinItself) {
-  // Averaged with the neighbours', and with no others': on a ball each points from the centre.
+  // Normals are averaged over the neighbours alone, so on a ball each points away from the centre.
   const TriMesh mesh = ball(0.1, Vec3::Zero(), 32, 31);
   const Shape below = make_shape(ball(0.09, Vec3::Zero(), 32, 31));
   Skeleton skeleton;

@@ -82,7 +82,8 @@ TriMesh spindle(double from, double to, int around, int rings, Radius radius) {
 }
 
 inline TriMesh ball(double radius, const Vec3& centre, int around, int rings) {
-  // Equal steps of height would starve the poles; equal steps of angle do not.
+  // Rings at equal steps of angle, because equal steps of height would leave the poles without
+  // nodes.
   TriMesh mesh = spindle(0.0, 1.0, around, rings, [](double, double) { return 1.0; });
   for (Vec3& p : mesh.vertices) {
     const double angle = M_PI * p.y();

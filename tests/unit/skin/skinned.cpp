@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A skin that its user has skinned already, over muscles.
+// A character's own skin over muscles.
 #include <gtest/gtest.h>
 
 #include "skin/depth.h"
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSide = 13;
 
-// A sheet at y = 12 mm over a flat muscle that ends at 10 mm, both wide.
+// A wide sheet at y = 12 mm over a wide flat muscle whose top is at 10 mm.
 struct Sheet {
   TriMesh mesh;
   SkinWeights weights;
@@ -54,7 +54,7 @@ struct Sheet {
     });
   }
 
-  // The sheet, with the body and then the muscle moved.
+  // The sheet after the body and then the muscle have moved.
   Points moved(const Vec3& body, const Vec3& by) const {
     SkinState state = initial_skinned(skin);
     Affine place = Affine::Identity();
@@ -76,7 +76,8 @@ TEST(SkinnedSkin, StaysWhereMusclesGoAsTheWeightsDo) {
   EXPECT_LT((sheet.middle(Vec3(1, 2, 3), Vec3::Zero()) - Vec3(1, 2.012, 3)).norm(), 1e-9);
 }
 
-// Further in one frame than the muscle is thick: nearest to the old place is the muscle's far side.
+// It moves by more than the thickness of the muscle in one frame, so that the far side of the
+// muscle is nearest to the old position.
 TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
   const Sheet sheet;
   for (const double way : {0.004, 0.015, 0.028}) {
@@ -84,7 +85,7 @@ TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
   }
 }
 
-// Further than its reach, as the weights of a bent elbow do.
+// It sinks in by more than the reach, as the weights of a bent elbow make it.
 TEST(SkinnedSkin, StaysOutsideWhereItsWeightsSinkIn) {
   const Sheet sheet;
   for (const double way : {0.01, 0.025, 0.045, 0.06}) {
@@ -105,14 +106,15 @@ TEST(SkinnedSkin, CoversAMuscleBetweenItsVertices) {
   }
 }
 
-// A muscle that slides by below changes nothing.
+// A muscle that slides along below the skin changes nothing.
 TEST(SkinnedSkin, LetsAMuscleSlide) {
   const Sheet sheet;
   EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
 }
 
-// The end of this muscle is turned inside out, as one pinched in a fold may be: what lies before it
-// is not inside, however far the sign of the nearest place says so.
+// The end of this muscle is turned inside out, as that of a muscle that is pinched in a fold may
+// be. A point in front of it is not inside, although the sign of the distance to the nearest point
+// says so.
 TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
   TriMesh mesh = spindle(0.0, 0.1, 24, 19, [](double, double) { return 0.01; });
   for (Vec3& p : mesh.vertices) p.z() *= p.y() > 0.093 ? -1.0 : 1.0;

@@ -10,7 +10,7 @@
 namespace thew::tests {
 namespace {
 
-// Nearest over all triangles, one at a time, by its own one-triangle tree.
+// The nearest point by testing all triangles one at a time, each with a tree of its own.
 double brute_force(const Shape& shape, const Vec3& p) {
   double best = 1e9;
   for (const Triangle& t : shape.mesh.triangles) {
@@ -59,8 +59,9 @@ TEST(ClosestPoint, FaceEdgeAndCornerOfACube) {
   EXPECT_DOUBLE_EQ(closest_point(box.surface, box.bvh, box.x, {3, 0, 0}, 2.1, 0).distance, 2.0);
 }
 
-// A resumed bake knows no hints. On a turned cube, where the two halves of a side are as near to
-// rounding, and on one that is not known to be convex.
+// Hints must not change the result, because a resumed bake has none. Tested on a rotated cube,
+// where the two triangles of a side are equally near up to rounding, and on one that is not known
+// to be convex.
 TEST(ClosestPoint, AHintChangesNothing) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
@@ -113,7 +114,7 @@ TEST(ClosestPoint, HintChangesNothing) {
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
   const Shape ring = make_shape(torus(1.0, 0.4, 40, 24));
   for (int i = 0; i < 200; ++i) {
-    // On the mesh's own planes of symmetry, where ties are many.
+    // On the planes of symmetry of the mesh, where many triangles are equally near.
     const Vec3 p(coordinate(random), 0.0, i % 2 ? 0.0 : coordinate(random));
     const ClosestPoint plain = closest_point(ring.surface, ring.bvh, ring.x, p, 10.0);
     const ClosestPoint hinted =
@@ -207,7 +208,7 @@ TEST(Crossing, OfASurfaceWithItself) {
         .size();
   };
   EXPECT_EQ(count(), 0u);
-  // One node drawn through the tube and out of its far side crosses something.
+  // One node that is drawn through the tube and out of its far side makes triangles cross.
   ring.x[12] = Point{2.0, 0.05, 0.03, 0.0};
   EXPECT_GT(count(), 0u);
 }

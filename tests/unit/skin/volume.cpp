@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The skin's volume, where it is to be kept, on a ball of skin about a ball of flesh that grows:
-// there the answer is known.
+// The volume of a skin that keeps its volume: a ball of skin around a ball of flesh that grows,
+// where the answer is known.
 #include "muscles/volume.h"
 
 #include <gtest/gtest.h>
@@ -54,8 +54,8 @@ struct Growing {
 };
 
 TEST(SkinVolume, FatThatFleshPressesFromWithinHasNowhereToGo) {
-  // 5 mm of fat over flesh that grows by 3 mm: kept in full they make the skin 53 mm wide, of
-  // constant volume 50, whatever the fat then measures.
+  // 5 mm of fat over flesh that grows by 3 mm. If all fat is kept the skin has a radius of 53 mm;
+  // at constant volume it has 50 mm and the fat becomes thinner.
   Growing free(false), full(true);
   free.grow_to(kFlesh + 0.003);
   full.grow_to(kFlesh + 0.003);
@@ -66,8 +66,8 @@ TEST(SkinVolume, FatThatFleshPressesFromWithinHasNowhereToGo) {
 }
 
 TEST(SkinVolume, WhatIsPressedOutOnOneSideIsMissedOnTheOther) {
-  // Flesh that moves to one side by 3 mm leaves 2 mm of fat there, if the skin stays a ball; the
-  // skin may follow, but encloses what it did and lies nowhere nearer than its thickness.
+  // Flesh that moves to one side by 3 mm leaves 2 mm of fat there, if the skin stays a ball. The
+  // skin may follow, but it keeps its volume and is nowhere nearer to the flesh than its thickness.
   Growing full(true);
   full.grow_to(kFlesh, Vec3(0.003, 0.0, 0.0));
   EXPECT_NEAR(full.volume() / full.model.volume, 1.0, 1e-13);
@@ -78,7 +78,8 @@ TEST(SkinVolume, WhatIsPressedOutOnOneSideIsMissedOnTheOther) {
 }
 
 TEST(SkinVolume, NoRoomIsStatedAndTheFleshStaysCovered) {
-  // Flesh of 52 mm does not fit into a skin of 50: the skin lies on it, and says what it holds.
+  // Flesh of 52 mm does not fit into a skin of 50 mm: the skin lies on it, and its volume error is
+  // reported.
   Growing full(true);
   full.grow_to(0.052);
   const SkinMetrics metrics = measure_skin(full.model, full.below, full.state);
@@ -86,7 +87,7 @@ TEST(SkinVolume, NoRoomIsStatedAndTheFleshStaysCovered) {
   EXPECT_EQ(metrics.intersecting_pairs, 0);
   EXPECT_GE(metrics.volume_error, std::pow(0.052 / kSkin, 3) - 1.0);
   EXPECT_LE(metrics.volume_error, std::pow(0.0545 / kSkin, 3) - 1.0);
-  full.grow_to(kFlesh);  // and has its own again where there is room again
+  full.grow_to(kFlesh);  // it has its own volume again as soon as there is room
   EXPECT_NEAR(full.volume() / full.model.volume, 1.0, 1e-13);
 }
 

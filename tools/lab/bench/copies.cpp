@@ -47,7 +47,7 @@ ModelDef copies_of(const ModelDef& one, int count, double apart) {
         if (point.with >= 0) point.with += by;
       }
       for (WrapCylinder& wrap : muscle.path.wraps) wrap.body += by;
-      for (int& body : muscle.held) body += body < 0 ? 0 : by;
+      for (int& body : muscle.fixed_to) body += body < 0 ? 0 : by;
       all.muscles.push_back(std::move(muscle));
     }
     for (Bone bone : one.bones) {

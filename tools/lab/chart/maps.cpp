@@ -181,7 +181,7 @@ Model model_of(const Body& body, const std::string& quantity, double value) {
   muscle.material.shape = 0.0;
   if (quantity == "stiffness") muscle.material.young *= value;
   if (quantity == "nodes with weight") muscle.weights = weights_at_top(body, value);
-  if (twists) muscle.held = held_ends(body);
+  if (twists) muscle.fixed_to = held_ends(body);
   def.bones = {plane_of(body, "top", kTop), plane_of(body, "bottom", kBottom)};
   def.contact.enabled = !twists;
   def.contact.settings.margin = def.contact.settings.max_depth = 0.25 * body.size.y();

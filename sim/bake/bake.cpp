@@ -6,7 +6,7 @@
 
 #include "muscles/weights.h"
 #include "rig/text.h"
-#include "sim/bake/laps.h"
+#include "sim/bake/stop_watch.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
@@ -22,7 +22,7 @@ std::vector<Vec3> to_points(const Points& rows) {
 
 [[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
-// The measures of what is written are made here.
+// A frame as it is written. Adds to `measures` those of the written positions.
 BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const State& state,
                    FrameMeasures& measures) {
   BakeFrame frame;
@@ -40,7 +40,7 @@ BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const S
 
 BakeMesh bake_mesh(const Muscle& muscle) {
   const FileOrder& order = muscle.order;
-  // Those that a scene would give as a list for the same bake, in the paper's unit.
+  // Normalised as in the paper, so that a scene may give them as a list and bake the same.
   const std::vector<char> all_free(muscle.authored_weights.size(), 0);
   BakeMesh mesh{muscle.name,
                 BakeMesh::Kind::kMuscle,
@@ -83,14 +83,14 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const Bak
 }
 
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
-  Laps laps;
+  StopWatch watch;
   if (model.solver.tolerance && !model.fidelity) {
     Model planned = model;
     const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
       if (options.stop && options.stop()) stop_bake();
     });
     planned.fidelity = plan.fidelity;
-    const double seconds = laps.next();
+    const double seconds = watch.lap();
     BakeResult result = bake(planned, options, on_frame);
     result.plan = plan;
     result.seconds.plan = seconds;
@@ -107,13 +107,13 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   State state = initial_state(model);
   const std::vector<double> rest_areas = rest_belly_areas(model, state);
 
-  const auto go_on_if = [](bool wanted) {
+  const auto stop_unless = [](bool wanted) {
     if (!wanted) stop_bake();
   };
-  const auto listen = [&] { go_on_if(!options.stop || !options.stop()); };
-  const auto show = [&](const BakeFrame& frame) {
-    go_on_if(on_frame(frame));
-    laps.next();  // the caller's own
+  const auto check_stop = [&] { stop_unless(!options.stop || !options.stop()); };
+  const auto report_frame = [&](const BakeFrame& frame) {
+    stop_unless(on_frame(frame));
+    watch.lap();  // the caller's time is not measured
   };
 
   int done = model.first_frame - 1;  // the last frame that is simulated
@@ -123,33 +123,33 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     if (number == writer.completed().back()) unpack_state(model, frame.state, state);
     done = number;
     ++result.resumed_frames;
-    seconds.setup += laps.next();
-    show(frame);
+    seconds.setup += watch.lap();
+    report_frame(frame);
   }
-  seconds.setup += laps.next();
-  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, listen);
-  seconds.settle = laps.next();
+  seconds.setup += watch.lap();
+  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, check_stop);
+  seconds.settle = watch.lap();
 
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
     const double time = (number - model.first_frame) / model.fps;
     if (number > model.first_frame) step_frame(model, time, parallel, state, seconds.step);
     if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
-      listen();
+      check_stop();
       continue;
     }
-    laps.next();  // of the step, by stage
+    watch.lap();  // step_frame() has measured it by stage
     FrameMeasures measures = measure(model, rest_areas, parallel, state);
     const BakeFrame frame = to_frame(model, info, number, state, measures);
-    seconds.measure += laps.next();
+    seconds.measure += watch.lap();
     writer.write(frame);
     result.measures.push_back(measures);
-    seconds.write += laps.next();
-    show(frame);
+    seconds.write += watch.lap();
+    report_frame(frame);
   }
-  threads.reset();  // packing starts a process, of which the system may give no more
-  result.hash = writer.pack(listen);
-  seconds.write += laps.next();
+  threads.reset();  // packing starts a process, and a limit of the system may count threads too
+  result.hash = writer.pack(check_stop);
+  seconds.write += watch.lap();
   return result;
 }
 

@@ -9,31 +9,33 @@
 #include "sim/bake/measure.h"
 #include "sim/cache/cache.h"
 #include "sim/fidelity/planner.h"
+#include "sim/settle.h"
 #include "sim/step.h"
 
 namespace thew::sim {
 
-/// What of a bake is not the model's.
+/// What a bake needs besides the model.
 struct BakeOutput {
   bool double_precision = false;
-  std::string scene_text = {};  ///< to say what differs when another scene is resumed
+  /// For a message that says what differs when another scene is resumed.
+  std::string scene_text = {};
 };
 
 struct BakeOptions {
   std::filesystem::path folder;
-  std::vector<int> frames;  ///< to be written, rising; all frames before them are simulated
+  std::vector<int> frames;  ///< to be written, ascending; all frames before them are simulated
   int threads = 1;
   bool resume = false;
   BakeOutput output = {};
-  std::function<bool()> stop = {};  ///< asked between frames that are not written, and packed ones
+  std::function<bool()> stop = {};  ///< returns true to stop; called between frames
 };
 
-/// Wall seconds of the thread that bakes, by stage. What `on_frame` takes is not among them.
+/// Wall seconds of the thread that bakes, by stage, without the time spent in `on_frame`.
 struct BakeSeconds {
-  double setup = 0.0;  ///< plan of a tolerance, first state, frames of an interrupted bake
-  double plan = 0.0;   ///< of `setup`
+  double setup = 0.0;  ///< plan of a tolerance, first state, reading an interrupted bake
+  double plan = 0.0;   ///< plan of a tolerance; part of `setup`
   double settle = 0.0, measure = 0.0, write = 0.0;
-  StageSeconds step;  ///< of the frames
+  StageSeconds step;  ///< all frames
 };
 
 struct BakeResult {
@@ -42,22 +44,22 @@ struct BakeResult {
   Settled settled;
   BakeSeconds seconds;
   std::optional<FidelityPlan> plan;  ///< where the scene gives a tolerance
-  int resumed_frames = 0;            ///< taken from an earlier, interrupted bake
-  int threads = 1;                   ///< that the system gave
+  int resumed_frames = 0;            ///< read from an earlier, interrupted bake
+  int threads = 1;                   ///< as many as the system gave
 };
 
-/// Called for each written frame, also for those that an interrupted bake had left; false stops the
-/// bake after this frame (its parts stay, for --resume).
+/// Called for each written frame, also for those of an interrupted bake that is resumed. Returning
+/// false stops the bake after this frame; its parts stay, so that it can be resumed.
 using OnFrame = std::function<bool(const BakeFrame& frame)>;
 
-/// The meshes of a bake of the model: muscles, bones, skin.
+/// The description of a bake of the model. Its meshes are muscles, bones and skin, in this order.
 BakeInfo bake_info(const Model& model, const std::vector<int>& frames,
                    const BakeOutput& output = {});
 
-/// A scene with a tolerance is planned first (the same plan whenever, so that a bake may be
-/// resumed). Simulates, writes each frame as it is completed, packs them into DIR/bake.h5.
-/// Error(kRetry) where `on_frame` or `stop` stopped it, StepFailure where the solver could not go
-/// on; earlier frames stay.
+/// Simulates the model, writes each frame as it is completed, and packs them into DIR/bake.h5. A
+/// scene with a tolerance is planned first, always with the same result, so that its bake can be
+/// resumed. Error(kRetry) where `on_frame` or `stop` stopped it; StepFailure where the solver
+/// failed; Error of BakeWriter. Frames that are written stay in all cases.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
 
 }  // namespace thew::sim

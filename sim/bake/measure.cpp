@@ -16,7 +16,7 @@
 namespace thew::sim {
 namespace {
 
-constexpr int kSections = 24;
+constexpr int kSections = 24;  // across a belly, for its mean area
 
 // Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie
 // within `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products,
@@ -67,7 +67,7 @@ double attachment_gap(const Muscle& muscle, const State& state, const Points& x)
        {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
     const Vec3 anchor = state.pose[end->body] * end->position;
     const bool origin = end == &muscle.shape.path.points.front();
-    // The node that is attached: nearest to this end of the path.
+    // The node that is nearest to this end of the path at rest is taken for the attached one.
     double best = 1e30, distance = 0.0;
     for (size_t i = 0; i < x.size(); ++i) {
       const double s = muscle.shape.along[i];
@@ -113,7 +113,7 @@ std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
 }
 
 std::vector<std::string> rest_overlaps(const Model& model) {
-  const double told = model.lengths.reported_overlap;
+  const double reported = model.lengths.reported_overlap;
   std::vector<std::string> lines;
   if (!model.contact.enabled) return lines;
   State state = initial_state(model);
@@ -122,7 +122,7 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   const std::vector<Collider> colliders = colliders_of(model, state);
   double deepest = 0.0;
   Point at = {};
-  const auto look = [&](int m, const Collider& them) {
+  const auto measure_depth = [&](int m, const Collider& them) {
     for (size_t i = 0; i < state.muscles[m].x.size(); ++i) {
       if (model.muscles[m].driven[i]) continue;
       const Point& x = state.muscles[m].x[i];
@@ -133,10 +133,10 @@ std::vector<std::string> rest_overlaps(const Model& model) {
   for (int m = 0; m < state.count(); ++m) {
     for (int other = m + 1; other < model.colliders(); ++other) {
       if (model.ignore[m][other]) continue;
-      deepest = told;
-      look(m, colliders[other]);
-      if (other < state.count()) look(other, colliders[m]);
-      if (deepest <= told) continue;
+      deepest = reported;
+      measure_depth(m, colliders[other]);
+      if (other < state.count()) measure_depth(other, colliders[m]);
+      if (deepest <= reported) continue;
       char text[160];
       std::snprintf(text, sizeof text, "by %.1f mm at (%.4g, %.4g, %.4g)", 1e3 * deepest, at[0],
                     at[1], at[2]);
@@ -181,11 +181,11 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
     measures.zone_error = zone_error(muscle, now);
     measures.length = now.pose.path_length;
     const double area = mean_belly_area(muscle, now.pose, now.x);
-    measures.area_ratio =
-        rest_areas[m] > 0.0 ? area / rest_areas[m] : 1.0;  // its path runs past it
+    measures.area_ratio = rest_areas[m] > 0.0 ? area / rest_areas[m]
+                                              : 1.0;  // 0 where the path runs outside the surface
     measures.attachment_gap = attachment_gap(muscle, state, now.x);
-    measures.rung = now.ladder.taken;
-    measures.because = now.ladder.because;
+    measures.rung = now.ladder.frame_rung;
+    measures.cause = now.ladder.cause;
     if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
     if (!model.contact.enabled) return;
     const Points free = free_nodes(muscle, now.x);
@@ -201,7 +201,8 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
       for (const auto& [mine, theirs] : crossing) {
         const bool other_free =
             static_cast<int>(other) < count && has_free_node(model.muscles[other], theirs);
-        pairs[m] += has_free_node(muscle, mine) || other_free;  // tendons meet where they attach
+        pairs[m] +=
+            has_free_node(muscle, mine) || other_free;  // a pair of tendons meets where both attach
       }
     }
   });
@@ -215,7 +216,7 @@ FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas,
   }
   if (model.skinned) {
     out.skin.max_penetration = deepest_inside(muscles_of(model, state), state.skin.x);
-    for (const double depth : outside) {  // of no muscle there is none
+    for (const double depth : outside) {  // negative or 0 where no muscle is outside
       out.skin.max_poke_through = std::max(out.skin.max_poke_through, depth);
     }
   } else if (model.has_skin) {
@@ -266,7 +267,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     number("attachment_gap/" + names[m], muscle.attachment_gap);
     number("penetration/" + names[m], muscle.penetration);
     whole("rung/" + names[m], muscle.rung);
-    whole("rung_because/" + names[m], muscle.because);
+    whole("rung_because/" + names[m], muscle.cause);
   }
   number("skin_penetration", measures.skin.max_penetration);
   number("skin_poke_through", measures.skin.max_poke_through);
@@ -317,8 +318,8 @@ FrameMeasures unflatten(const Model& model, const std::vector<std::string>& name
     value = found->second;
   });
   for (const MuscleMeasures& muscle : measures.muscles) {
-    if (muscle.rung < Rung::kNone || muscle.rung > Rung::kCarried ||
-        muscle.because < Cause::kNone || muscle.because > Cause::kJump) {
+    if (muscle.rung < Rung::kNone || muscle.rung > Rung::kCarried || muscle.cause < Cause::kNone ||
+        muscle.cause > Cause::kJump) {
       throw Error(ErrorCode::kInput,
                   "the bake has a rung that no version of Thew takes; bake it anew");
     }

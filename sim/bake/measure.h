@@ -10,26 +10,26 @@
 
 namespace thew::sim {
 
-/// What a bake states of each frame, measured on the meshes as they are, not taken from the solver:
-/// in double precision, and what is "written" on the positions as the cache holds them.
+/// Figures of one muscle in one frame. They are measured on the meshes and not taken from the
+/// solver, in double precision; those called "written" on the positions as the cache holds them.
 struct MuscleMeasures {
   double volume_error = 0.0;  ///< |V - V0| / V0
   double volume_error_written = 0.0;
-  double substep_volume_error = 0.0;  ///< the same, largest inside the frame
-  double zone_error = 0.0;            ///< of the zone that is farthest off, over its own at rest
+  double substep_volume_error = 0.0;  ///< |V - V0| / V0, the largest inside the frame
+  double zone_error = 0.0;            ///< the largest of a zone, relative to its rest volume
   double length = 0.0;                ///< m, musculotendon path
-  double area_ratio = 1.0;            ///< mean belly section over the rest's
-  double attachment_gap = 0.0;        ///< m, poles against origin and insertion on their bones
-  double penetration = 0.0;           ///< m, of its free nodes, in another muscle or a bone
-  Rung rung = Rung::kNone;            ///< of the frame
-  Cause because = Cause::kNone;       ///< of the rung
+  double area_ratio = 1.0;            ///< mean area of the belly's sections over that at rest
+  double attachment_gap = 0.0;        ///< m, between the muscle's ends and origin or insertion
+  double penetration = 0.0;    ///< m, the deepest of its free nodes in another muscle or bone
+  Rung rung = Rung::kNone;     ///< that the muscle was on in the frame
+  Cause cause = Cause::kNone;  ///< of the rung
 };
 struct FrameMeasures {
   std::vector<MuscleMeasures> muscles;
   SkinMetrics skin;
   double skin_volume_error_written = 0.0;
-  double contact_penetration = 0.0;  ///< m, free muscle nodes inside another muscle or bone
-  int intersecting_pairs = 0;        ///< triangles of bellies through others, or through bones
+  double contact_penetration = 0.0;  ///< m, the deepest free node of all muscles
+  int intersecting_pairs = 0;        ///< pairs of triangles that intersect, one of a belly
   int unreached = 0, weight_fallbacks = 0, zone_fallbacks = 0;
 };
 
@@ -39,25 +39,30 @@ double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Poin
 /// Mean area (m^2) of sections across the belly at a pose.
 double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x);
 
+/// All but the measures of written positions; `rest_areas` as of rest_belly_areas(). Refits the
+/// trees of the state.
 FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
                       State& state);
 /// |V - V0| / V0 of a mesh at a frame's positions, in double precision or as float32 has them.
 double written_volume_error(const BakeMesh& mesh, const std::vector<Vec3>& positions,
                             bool double_precision);
-/// The same of a bake's muscles and skin layer, whose meshes are those of bake_info().
+/// Sets the volume errors of the written positions of muscles and skin layer. `info` is of
+/// bake_info(), and so is the order of `positions`.
 void measure_written(const Model& model, const BakeInfo& info,
                      const std::vector<std::vector<Vec3>>& positions, FrameMeasures& measures);
 
-/// Muscles whose free nodes lie over 1 mm inside another muscle or a bone at rest, a line for each
-/// pair with the worst place: the scene is to know that settling will push them apart.
+/// One line for each pair of a muscle and another muscle or bone that overlap at rest by more than
+/// Lengths::reported_overlap, with the deepest position. Settling will push such a pair apart,
+/// which changes both shapes.
 std::vector<std::string> rest_overlaps(const Model& model);
-/// Of all muscles at rest in the bind pose.
+/// mean_belly_area() (m^2) of each muscle in the bind pose, from an initial state.
 std::vector<double> rest_belly_areas(const Model& model, const State& initial);
 
-/// The same as numbers with names, for the cache: "volume_error/biceps_long", ...
+/// Names of all measures for the cache, such as "volume_error/biceps_long", and their values in the
+/// same order.
 std::vector<std::string> measure_names(const Model& model);
 std::vector<double> flatten(const FrameMeasures& measures);
-/// Error(kInput) where one of them is not among the names: of a bake by another version.
+/// The measures again. Error(kInput) where a name is missing, as in a bake of another version.
 FrameMeasures unflatten(const Model& model, const std::vector<std::string>& names,
                         const std::vector<double>& numbers);
 

@@ -10,7 +10,7 @@
 
 namespace thew::sim {
 
-/// One mesh of a bake: what does not change.
+/// What is constant of one mesh of a bake.
 struct BakeMesh {
   enum class Kind { kMuscle, kBone, kSkin };
   std::string name;
@@ -23,12 +23,13 @@ struct BakeMesh {
 
 struct BakeInfo {
   std::string scene_name, scene_hash;
-  /// To say what differs when another scene is resumed; not packed.
+  /// These two serve a message that says what differs when another scene is resumed. They are not
+  /// packed into bake.h5.
   std::string scene_text;
   std::vector<std::pair<std::string, std::string>> part_hashes;
   double fps = 24.0;
   bool double_precision = false;
-  std::vector<int> frames;  ///< those to be written, in order
+  std::vector<int> frames;  ///< that are written, ascending
   std::vector<BakeMesh> meshes;
   std::vector<std::string> metric_names;  ///< scalars per frame, "volume_error/biceps_long", …
   std::string hash;                       ///< of a packed bake, as pack() returned it
@@ -38,7 +39,7 @@ struct BakeFrame {
   int frame = 0;
   std::vector<std::vector<Vec3>> positions;  ///< by mesh, double
   std::vector<double> metrics;               ///< by BakeInfo::metric_names
-  std::vector<double> state;                 ///< what the solver needs to go on after this frame
+  std::vector<double> state;  ///< pack_state() after this frame; empty in a packed bake
 };
 
 }  // namespace thew::sim

@@ -47,7 +47,7 @@ void check_info(const BakeInfo& info) {
   }
 }
 
-// The last guard: what is not a number is never written.
+// Checks a frame before it is written, so that no bake holds a number that is not finite.
 void check_frame(const BakeInfo& info, const BakeFrame& frame) {
   const auto refuse = [&](const std::string& what) {
     throw Error(ErrorCode::kSolver, "frame " + std::to_string(frame.frame) + ": " + what +
@@ -89,7 +89,7 @@ void add_positions(const BakeFrame& frame, const std::vector<int>& order, Hash& 
   }
 }
 
-/// bake.h5 on its way: positions frame by frame, metrics at the end.
+/// Writes bake.h5: positions frame by frame, metrics at the end.
 class Packing {
  public:
   Packing(const fs::path& file, const BakeInfo& info, std::size_t frames)
@@ -154,7 +154,8 @@ class Packing {
     }
   }
 
-  // A '/' in the name is a group, made here: those that the library makes by itself keep the time.
+  // A '/' in the name is a group. It is made here, since groups that the library makes by itself
+  // store the time.
   void write_metric(hid_t parent, const std::string& name, const std::vector<double>& values) {
     const auto slash = name.find('/');
     if (slash == std::string::npos) {
@@ -222,7 +223,7 @@ void verify(const fs::path& packed, const BakeInfo& info, const fs::path& folder
 
 }  // namespace
 
-// Volatile, since GCC 12 takes a vector's conversion to float and back for nothing at -O2.
+// Volatile, since GCC 12 at -O2 removes the conversion of a vector to float and back.
 double as_float(double value) {
   volatile float rounded = static_cast<float>(value);
   return rounded;
@@ -255,7 +256,7 @@ BakeWriter::BakeWriter(const fs::path& folder, const BakeInfo& info, bool resume
     replace_durably(data.parts_folder / "bake.json", describe_scene(info));
   }
 
-  // What is not of the good run is dropped: from the manifest first.
+  // Other parts than the undamaged first ones are dropped, from the manifest first.
   std::string manifest;
   std::set<std::string> kept = {kManifest, "bake.json"};
   for (const Part& part : data.parts) {
@@ -303,7 +304,7 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   }
   // Among the parts, which the lock on the folder makes ours alone.
   const fs::path file = data.folder / "bake.h5", temporary = data.parts_folder / kPacked;
-  remove_file(temporary);  // of a bake that was killed
+  remove_file(temporary);  // left by a bake that was killed
   std::string hash;
   try {
     Packing packing(temporary, data.info, data.parts.size());

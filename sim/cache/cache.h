@@ -11,12 +11,13 @@
 
 namespace thew::sim {
 
-/// Error(kOutput) unless DIR/bake.h5 and DIR/bake.parts are ours, or not there: listed as such
-/// (own_files.h), or, of a version that kept no list, what they are by their contents.
+/// Makes sure that DIR/bake.h5 and DIR/bake.parts are not there or were written by Thew: they are
+/// listed (own_files.h), or their contents are a bake, by a version that kept no list.
+/// Error(kOutput) otherwise.
 void claim_bake(const std::filesystem::path& folder);
-/// Writes the frames of one bake as they are completed, into DIR/bake.parts: each part is written
-/// beside, synced, read back, renamed, and listed in manifest.jsonl. Holds a lock on DIR.
-/// Any failure is Error(kOutput); a second bake into DIR is Error(kRetry).
+/// Writes the frames of one bake into DIR/bake.parts as they are completed. Each part is written
+/// under a temporary name, synced, read back, renamed, and listed in manifest.jsonl. Holds a lock
+/// on DIR. Any failure is Error(kOutput); a second bake into DIR is Error(kRetry).
 class BakeWriter {
  public:
   BakeWriter(const std::filesystem::path& folder, const BakeInfo& info, bool resume);
@@ -24,14 +25,15 @@ class BakeWriter {
   BakeWriter(const BakeWriter&) = delete;
   BakeWriter& operator=(const BakeWriter&) = delete;
 
-  /// Frames already there when resuming (verified by hash), in order; empty otherwise.
+  /// Frames that were there already when resuming, verified by hash, ascending; empty otherwise.
   const std::vector<int>& completed() const;
   /// A completed frame, as it was written (double precision).
   BakeFrame read_completed(int frame) const;
   void write(const BakeFrame& frame);
-  /// Packs all parts into DIR/bake.h5 (beside, then renamed) and removes them. Returns the XXH3-128
-  /// of all positions as little-endian float64, meshes by name, frame by frame, in hex.
-  /// `on_frame` may throw to end it: the parts stay.
+  /// Packs all parts into DIR/bake.h5 (under a temporary name, then renamed) and removes them.
+  /// Returns the XXH3-128 of all positions as little-endian float64, meshes by name, frame by
+  /// frame, in hex. `on_frame` is called after each frame and may throw to end it; the parts then
+  /// stay.
   std::string pack(const std::function<void()>& on_frame = {});
 
  private:
@@ -42,8 +44,8 @@ class BakeWriter {
 /// Rounded to float32, as a cache keeps it unless it is of double precision.
 double as_float(double value);
 
-/// A packed bake; meshes and metrics in the order of their names. Refuses what is not of its format
-/// before it allocates: Error(kInput).
+/// Reads a packed bake. Meshes and metrics are in the order of their names. Sizes are checked
+/// before memory is allocated. Error(kInput) for a file that is no bake of this version.
 class BakeReader {
  public:
   explicit BakeReader(const std::filesystem::path& file);

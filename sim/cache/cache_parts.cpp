@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
 constexpr std::uint64_t kVersion = 3;
-constexpr std::size_t kLongestText = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
+constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
 template <typename T>
@@ -35,47 +35,47 @@ void put(std::string& bytes, const T* values, std::size_t count) {
 
 void put_number(std::string& bytes, std::uint64_t value) { put(bytes, &value, 1); }
 
-/// Takes numbers off the front of a part; false once there are too few.
-struct Taker {
+/// Reads numbers from the front of a part. False where too few are left.
+struct PartReader {
   std::string_view rest;
 
   template <typename T>
-  bool take(T* values, std::size_t count) {
+  bool read(T* values, std::size_t count) {
     if (count > rest.size() / sizeof(T)) return false;
     if (count > 0) std::memcpy(static_cast<void*>(values), rest.data(), count * sizeof(T));
     rest.remove_prefix(count * sizeof(T));
     return true;
   }
-  bool take_equal(std::uint64_t expected) {
+  bool read_equal(std::uint64_t expected) {
     std::uint64_t value = 0;
-    return take(&value, 1) && value == expected;
+    return read(&value, 1) && value == expected;
   }
 };
 
 bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info, BakeFrame& frame) {
-  Taker taker{bytes};
+  PartReader reader{bytes};
   std::uint64_t magic = 0;
   std::memcpy(&magic, kMagic, sizeof magic);
   frame.frame = part.frame;
   std::uint64_t states = 0;
-  if (!taker.take_equal(magic) || !taker.take_equal(kVersion) ||
-      !taker.take_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
-      !taker.take_equal(info.meshes.size()) || !taker.take_equal(info.metric_names.size()) ||
-      !taker.take(&states, 1)) {
+  if (!reader.read_equal(magic) || !reader.read_equal(kVersion) ||
+      !reader.read_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
+      !reader.read_equal(info.meshes.size()) || !reader.read_equal(info.metric_names.size()) ||
+      !reader.read(&states, 1)) {
     return false;
   }
   for (const BakeMesh& mesh : info.meshes) {
-    if (!taker.take_equal(mesh.rest.vertices.size())) return false;
+    if (!reader.read_equal(mesh.rest.vertices.size())) return false;
   }
   for (const BakeMesh& mesh : info.meshes) {
     auto& positions = frame.positions.emplace_back(mesh.rest.vertices.size());
-    if (!taker.take(positions.data(), positions.size())) return false;
+    if (!reader.read(positions.data(), positions.size())) return false;
   }
   frame.metrics.resize(info.metric_names.size());
-  if (!taker.take(frame.metrics.data(), frame.metrics.size())) return false;
-  if (states != taker.rest.size() / sizeof(double)) return false;  // before it is allocated
+  if (!reader.read(frame.metrics.data(), frame.metrics.size())) return false;
+  if (states != reader.rest.size() / sizeof(double)) return false;  // before it is allocated
   frame.state.resize(states);
-  return taker.take(frame.state.data(), frame.state.size()) && taker.rest.empty();
+  return reader.read(frame.state.data(), frame.state.size()) && reader.rest.empty();
 }
 
 std::string mesh_hash(const BakeMesh& mesh) {
@@ -93,8 +93,8 @@ json scene_as_json(const BakeInfo& info) {
           {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
 }
 
-// Written by hand, since the library's containers allocate where they are destroyed: memory that
-// ends there would end the process.
+// Written without the JSON library's containers: their destructors allocate, and where memory runs
+// out in one the process ends.
 std::string quoted(const std::string& text) {
   return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -113,7 +113,8 @@ json part_hashes(const BakeInfo& info) {
   return parts;
 }
 
-// The first line in which two texts differ, for people: it may be one that no solver reads.
+// The first line in which two texts differ, for a message. It may be a line that the solver does
+// not read.
 std::string text_difference(const std::string& was, const std::string& is) {
   std::istringstream before(was), after(is);
   std::string old_line, new_line;
@@ -129,7 +130,7 @@ std::string text_difference(const std::string& was, const std::string& is) {
   }
 }
 
-// Of hashes by name; `before` and `after` go round each name.
+// The names whose hashes differ, for a message; each is put between `before` and `after`.
 std::string hash_differences(const json& was, const json& is, const char* before = "",
                              const char* after = "") {
   std::string names;
@@ -145,13 +146,13 @@ std::string hash_differences(const json& was, const json& is, const char* before
   return names;
 }
 
-// Up to the first line that is torn or no part's.
+// Reads up to the first line that is incomplete or names no part.
 std::vector<Part> read_manifest(const fs::path& folder) {
   std::vector<Part> parts;
   const fs::path manifest = folder / kManifest;
   std::error_code error;
   if (!fs::exists(manifest, error)) return parts;
-  std::istringstream lines(read_whole_file(manifest, kLongestText));
+  std::istringstream lines(read_whole_file(manifest, kMaxTextBytes));
   try {
     for (std::string line; std::getline(lines, line);) {
       const json read = json::parse(line);
@@ -168,7 +169,7 @@ std::vector<Part> read_manifest(const fs::path& folder) {
   return parts;
 }
 
-// Names that only a bake gives in its folder of parts, of earlier versions too.
+// Whether a bake, of this version or an earlier one, gives such a name in its folder of parts.
 bool is_of_parts(std::string name) {
   if (name.starts_with(".thew-")) return true;
   if (name.ends_with(".tmp")) name.resize(name.size() - 4);
@@ -253,8 +254,8 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
   const fs::path file = folder / "bake.json";
   std::error_code error;
   if (!fs::exists(file, error)) return false;
-  const json there = json::parse(read_whole_file(file, kLongestText), nullptr, false);
-  if (!there.is_object()) return false;  // not whole: no part can be trusted
+  const json there = json::parse(read_whole_file(file, kMaxTextBytes), nullptr, false);
+  if (!there.is_object()) return false;  // it is damaged, so no part can be trusted
   const json here = scene_as_json(info);
   std::string differences;
   const auto add = [&](const std::string& what) {
@@ -271,13 +272,12 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
     }
   }
   if (differences.empty()) return true;
-  // Parts that no mesh shows: an override, or a file that the scene names.
+  // What the meshes do not show: an override, or a file that the scene names.
   const json parts = there.value("parts", json()), text = there.value("text", json());
   if (parts.is_object()) add(hash_differences(parts, part_hashes(info)));
   if (text.is_string()) add(text_difference(text.get<std::string>(), info.scene_text));
-  throw Error(ErrorCode::kUsage, file.string() +
-                                     ": these frames are of another scene: " + differences +
-                                     "; bake anew with --overwrite, or give another --out");
+  throw Error(ErrorCode::kUsage, file.string() + ": these frames are of another scene: " +
+                                     differences + "; replace them, or bake into another folder");
 }
 
 std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
@@ -302,8 +302,7 @@ void remove_parts(const fs::path& folder, const std::set<std::string>& kept) {
     return is_of_parts(name) && !kept.contains(name) && ::lstat(path.c_str(), &about) == 0 &&
            S_ISREG(about.st_mode);
   };
-  // First what lists the others: where the disk fails or a kill comes between, no part is listed
-  // that is not there.
+  // The manifest goes first, so that it never lists a part that is not there, also after a kill.
   if (const fs::path list = folder / kManifest; is_ours(list)) remove_file(list);
   bool empty = true;
   for (const fs::path& path : paths_in(folder)) {

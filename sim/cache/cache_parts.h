@@ -10,21 +10,21 @@
 
 namespace thew::sim {
 
-// What lies in DIR/bake.parts while a bake runs: bake.json says of what scene, manifest.jsonl lists
-// the parts, each a file for one frame. A part is plain little-endian numbers of 8 bytes, not HDF5,
-// whose files do not survive a kill and whose library does not survive a full disk:
+// DIR/bake.parts while a bake runs: bake.json describes the scene, manifest.jsonl lists the parts,
+// and each part is a file for one frame. A part is plain little-endian numbers of 8 bytes. It is
+// not HDF5, since such a file is lost by a kill, and its library crashes on a full disk:
 //   "thewpart" · version · frame · meshes M · metrics K · state S · M numbers of nodes N
 //   · M times [N, 3] positions · [K] metrics · [S] state
-// The manifest has its size and hash, so that a byte that changed is found.
+// The manifest has the size and hash of each part, so that a changed byte is found.
 
 inline constexpr const char* kManifest = "manifest.jsonl";
-/// bake.h5 while it is being packed, among the parts.
+/// The name of bake.h5 in the folder of parts, while it is being packed.
 inline constexpr const char* kPacked = "bake.h5.tmp";
 
-/// Removes what is ours of a folder of parts, but for the names `kept`, and the folder once nothing
-/// is left in it.
+/// Removes all files of a folder of parts that a bake has written, except those named `kept`.
+/// Removes the folder too if it is then empty.
 void remove_parts(const std::filesystem::path& folder, const std::set<std::string>& kept = {});
-/// The frames that a manifest lists, whole or not, without a look at their parts.
+/// The frames that a manifest lists. Their parts are not read and may be damaged.
 std::vector<int> listed_frames(const std::filesystem::path& folder);
 
 /// One line of manifest.jsonl.
@@ -39,15 +39,15 @@ std::string part_file(int frame);
 std::string manifest_line(const Part& part);
 
 std::string encode_part(const BakeFrame& frame);
-/// Error(kOutput) unless size, hash and contents are those that were written.
+/// Reads a part. Error(kOutput) unless its size, hash and contents are those that were written.
 BakeFrame read_part(const std::filesystem::path& folder, const Part& part, const BakeInfo& info);
 
-/// bake.json: what has to be the same for a bake to go on.
+/// The text of bake.json: what has to be the same for a bake to be resumed.
 std::string describe_scene(const BakeInfo& info);
-/// Error(kUsage) that says what differs from the scene whose parts lie in `folder`; false when
-/// there is no such scene.
+/// True if the parts in `folder` are of this scene, false if there is no bake.json that can be
+/// read. Error(kUsage) that says what differs where they are of another scene.
 bool is_scene_of(const std::filesystem::path& folder, const BakeInfo& info);
-/// The longest run of parts from the first frame of `info` on, in which each is whole.
+/// The longest run of undamaged parts, from the first frame of `info` on.
 std::vector<Part> good_parts(const std::filesystem::path& folder, const BakeInfo& info);
 
 }  // namespace thew::sim

@@ -28,7 +28,7 @@ std::vector<T> read_all(const Hdf5File& file, hid_t parent, const std::string& n
       (width != 1 && dataset.dims[1] != width)) {
     file.fail(name + " is not of the size that it has to be");
   }
-  // A chunk that is not there costs no memory either.
+  // Before memory is allocated for it.
   file.check_chunk(dataset, 0);
   std::vector<T> values(count);
   file.read_chunk(dataset, memory_type, 0, values.data());
@@ -42,7 +42,7 @@ BakeMesh::Kind kind_of(const Hdf5File& file, const std::string& word) {
   file.fail("a mesh is of the unknown kind \"" + word + "\"");
 }
 
-// Sizes are checked here, before memory is set aside; what the numbers mean, by the parent.
+// Sizes are checked here, before memory is allocated. The parent checks the values.
 BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
   BakeMesh mesh;
   mesh.name = name;
@@ -62,7 +62,7 @@ BakeMesh read_mesh(const Hdf5File& file, hid_t group, const std::string& name) {
   return mesh;
 }
 
-/// What the child does: all that HDF5 reads.
+/// An open bake in the child process, where HDF5 reads.
 struct OpenBake {
   explicit OpenBake(const std::filesystem::path& path) : file(path, Hdf5File::Mode::kRead) {
     read_root();
@@ -112,7 +112,7 @@ struct OpenBake {
     }
   }
 
-  // Groups of groups end soon: hard links may go in circles.
+  // Depth is limited, since hard links may form cycles.
   void read_metrics(const Hdf5Id& group, const std::string& prefix, int depth) {
     if (depth > 3) file.fail("its metrics are nested too deeply");
     for (const std::string& name : file.names(group)) {
@@ -126,7 +126,7 @@ struct OpenBake {
     }
   }
 
-  /// No metrics: they are read with the rest of the file.
+  /// Without metrics, which were read with the rest of the file.
   BakeFrame read(std::size_t at) const {
     BakeFrame frame;
     frame.frame = info.frames.at(at);
@@ -185,11 +185,11 @@ bool unpack(const std::string& bytes, Values&... values) {
   return unpacker.finished();
 }
 
-// Of what a scene may ask for; NaN is none of it.
-constexpr double kLeastRate = 1e-2, kMostRate = 1e5;  // frames a second
+// Limits of what a scene may ask for. A comparison with NaN is false, so NaN is refused too.
+constexpr double kMinRate = 1e-2, kMaxRate = 1e5;  // frames a second
 constexpr int kLastFrame = 1000000;
-constexpr double kMostWeight = 1e12;
-constexpr double kMostMetric = 1e30;  // figures are squared, and drawn in charts
+constexpr double kMaxWeight = 1e12;
+constexpr double kMaxMetric = 1e30;  // metrics are squared, and drawn in charts
 
 template <typename Values>
 bool all_within(const Values& values, double least, double most) {
@@ -198,9 +198,9 @@ bool all_within(const Values& values, double least, double most) {
 }
 
 void check_mesh(const Child& child, const BakeMesh& mesh) {
-  constexpr std::size_t kMostTriangles = 20;  // a node; a closed surface has two
+  constexpr std::size_t kMaxTriangles = 20;  // a node; a closed surface has two
   const std::vector<Vec3>& rest = mesh.rest.vertices;
-  if (mesh.rest.triangles.size() > kMostTriangles * rest.size()) {
+  if (mesh.rest.triangles.size() > kMaxTriangles * rest.size()) {
     child.refuse(mesh.name + " has " + std::to_string(mesh.rest.triangles.size()) +
                  " triangles on " + std::to_string(rest.size()) + " nodes, as no surface has");
   }
@@ -218,7 +218,7 @@ void check_mesh(const Child& child, const BakeMesh& mesh) {
   if (std::all_of(rest.begin(), rest.end(), [&](const Vec3& p) { return p == rest[0]; })) {
     child.refuse(mesh.name + ": all nodes lie in one place at rest");
   }
-  if (!all_within(mesh.weights, 0.0, kMostWeight) ||
+  if (!all_within(mesh.weights, 0.0, kMaxWeight) ||
       !std::all_of(mesh.coordinates.begin(), mesh.coordinates.end(),
                    [](const auto& c) { return all_within(c, -kMaxCoordinate, kMaxCoordinate); })) {
     child.refuse(mesh.name + " has weights or coordinates that are none");
@@ -230,7 +230,7 @@ void check_info(const Child& child, const BakeInfo& info,
   const bool ascending = std::adjacent_find(info.frames.begin(), info.frames.end(),
                                             std::greater_equal()) == info.frames.end();
   if (!ascending || info.frames.empty() || info.frames.front() < -kLastFrame ||
-      info.frames.back() > kLastFrame || !(info.fps >= kLeastRate && info.fps <= kMostRate)) {
+      info.frames.back() > kLastFrame || !(info.fps >= kMinRate && info.fps <= kMaxRate)) {
     child.refuse("its frames or its frame rate make no sense");
   }
   for (const BakeMesh& mesh : info.meshes) check_mesh(child, mesh);
@@ -238,12 +238,13 @@ void check_info(const Child& child, const BakeInfo& info,
   for (const auto& metric : metrics) sound = sound && metric.size() == info.frames.size();
   if (!sound) child.refuse("its reader sent nonsense");
   for (std::size_t k = 0; k < metrics.size(); ++k) {
-    if (all_within(metrics[k], -kMostMetric, kMostMetric)) continue;
+    if (all_within(metrics[k], -kMaxMetric, kMaxMetric)) continue;
     child.refuse("the metric " + info.metric_names[k] + " is no number in some frame");
   }
 }
 
-// Small requests and large answers: empty for all but the frames, else the place of a frame.
+// Answers a request of the parent: an empty one with all but the frames, a number with the frame of
+// that index.
 std::string answer(const std::filesystem::path& path, std::shared_ptr<OpenBake>& bake,
                    std::string_view request) {
   if (!bake) bake = std::make_shared<OpenBake>(path);
@@ -254,10 +255,11 @@ std::string answer(const std::filesystem::path& path, std::shared_ptr<OpenBake>&
 
 }  // namespace
 
-// HDF5 1.10 crashes and hangs on some damaged files, and leaks on many: it reads in a child.
+// HDF5 1.10 crashes and hangs on some damaged files and leaks on many, so it reads in a child
+// process.
 namespace {
 
-// What the child, which is handed a file or none, could not say.
+// The child gets an open file or none and could not say why. Error(kInput) with the cause.
 const std::filesystem::path& readable(const std::filesystem::path& file) {
   if (::access(file.c_str(), R_OK) == 0 || errno == ENOENT) return file;
   throw Error(ErrorCode::kInput, file.string() + ": it cannot be read: " + std::strerror(errno) +

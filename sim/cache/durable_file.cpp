@@ -24,7 +24,7 @@ void verify(const fs::path& file, std::string_view bytes, const fs::path& named)
   fail_to_write(named, "verify", EIO);
 }
 
-// Written, closed and read back; the rest is to rename it.
+// Writes, closes and reads back a file; `named` is the name in messages.
 void write_whole(const fs::path& temporary, std::string_view bytes, const fs::path& named) {
   Descriptor out(temporary, O_WRONLY | O_CREAT | O_EXCL, named);
   out.write(bytes);

@@ -10,21 +10,22 @@
 
 namespace thew::sim {
 
-/// What survives a kill or a power cut: written beside, synced, read back, listed as ours
-/// (own_files.h), renamed, folder synced. Error(kOutput).
+// Files that survive a kill or a power cut: written under a temporary name, synced, read back,
+// listed (own_files.h), renamed, and their folder synced. Any failure is Error(kOutput).
 
-/// `of`: a key of what the file holds, for whoever wants to keep it instead of writing it again.
+/// `of` is a key of the file's contents (OwnFile::of), by which a later command may keep the file
+/// instead of writing it again.
 void write_durably(const std::filesystem::path& file, std::string_view bytes,
                    const std::string& of = {});
-/// For a file that something else has written and closed at `temporary`, in the same folder.
+/// The same for a file that has been written and closed at `temporary`, in the same folder.
 void place_durably(const std::filesystem::path& temporary, const std::filesystem::path& file,
                    const OwnFile& about = {});
-/// The same as write_durably in a folder that is ours with all that is in it: whatever regular file
-/// stands there is replaced, and nothing is listed.
+/// The same in a folder whose contents all belong to Thew: any regular file of that name is
+/// replaced, and nothing is listed.
 void replace_durably(const std::filesystem::path& file, std::string_view bytes);
 
-/// The folder is held for one process until this object or the process ends; the next one to ask
-/// gets Error(kRetry). Leaves no file behind.
+/// Locks a folder for this process until the object or the process ends. Error(kRetry) where
+/// another process has locked it. Leaves no file behind.
 class FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& folder);

@@ -69,8 +69,8 @@ void check_replaceable(const fs::path& path, fs::file_type type) {
 
 void append_durably(const fs::path& file, std::string_view line) {
   Descriptor out(file, O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW);
-  // After a line that a kill or a full disk has torn: in one write, so that others' lines stay
-  // whole.
+  // An incomplete line that a kill or a full disk has left is ended first, in the same write, so
+  // that the lines of other processes stay whole.
   char last = '\n';
   const off_t size = ::lseek(out.value(), 0, SEEK_END);
   if (size > 0 && ::pread(out.value(), &last, 1, size - 1) != 1) fail_to_write(file, "read", EIO);
@@ -90,8 +90,8 @@ void create_folders(const fs::path& folder) {
   if (error) fail_to_write(folder, "create the folder", error.value());
 }
 
-// By the system's own calls: where memory ends within the standard library's
-// iterators of folders it ends the process.
+// By system calls, since the standard library's iterators of folders end the process where memory
+// runs out.
 std::vector<fs::path> paths_in(const fs::path& folder) {
   std::vector<fs::path> paths;
   const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir(folder.c_str()), ::closedir);

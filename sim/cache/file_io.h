@@ -8,15 +8,16 @@
 
 namespace thew::sim {
 
-/// Bytes into files and out of them. Whatever cannot be written is Error(kOutput) with the path,
-/// the cause and the next move.
+// Writes and reads the bytes of files. A failure to write is Error(kOutput) with the path, the
+// cause and the next move.
 
+/// Throws that error: `what` is the verb, such as "open", `error` an errno.
 [[noreturn]] void fail_to_write(const std::filesystem::path& path, const char* what, int error);
 
-/// A file descriptor that closes itself; close() tells when that fails.
+/// An open file, closed by the destructor; close() reports a failure, the destructor does not.
 class Descriptor {
  public:
-  /// `named`: what errors call the file, where that is another name.
+  /// `named` is the name of the file in messages, where that is not its path.
   Descriptor(const std::filesystem::path& path, int flags, const std::filesystem::path& named = {});
   ~Descriptor();
   Descriptor(const Descriptor&) = delete;
@@ -33,13 +34,14 @@ class Descriptor {
 };
 
 void sync_folder(const std::filesystem::path& folder);
-/// Adds one line; a kill may leave it torn, never the lines before it, nor the next one.
+/// Appends one line and syncs. A kill may leave this line incomplete; the lines before it and those
+/// that follow later stay whole.
 void append_durably(const std::filesystem::path& file, std::string_view line);
 void create_folders(const std::filesystem::path& folder);
-/// Error(kOutput) where something of another type stands, a symbolic link in particular: to be
-/// asked before hours of work, not after them.
+/// Error(kOutput) where something else than a file of this type is at the path, in particular a
+/// symbolic link. To be called before a long computation, not after it.
 void check_replaceable(const std::filesystem::path& path, std::filesystem::file_type type);
-/// All that a folder holds, in no particular order.
+/// The paths of all entries of a folder, in no particular order.
 std::vector<std::filesystem::path> paths_in(const std::filesystem::path& folder);
 /// Removes a file; it need not exist.
 void remove_file(const std::filesystem::path& file);

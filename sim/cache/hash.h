@@ -8,7 +8,7 @@
 
 namespace thew::sim {
 
-/// XXH3-128 over all that is added, numbers as little-endian.
+/// XXH3-128 of all bytes that are added; numbers are little-endian.
 class Hash {
  public:
   Hash();
@@ -18,7 +18,7 @@ class Hash {
 
   void add(const void* bytes, std::size_t count);
   void add(std::string_view text) { add(text.data(), text.size()); }
-  /// 32 hex digits; more may be added afterwards.
+  /// The digest so far, 32 hex digits. More bytes may be added afterwards.
   std::string hex() const;
 
  private:
@@ -26,6 +26,7 @@ class Hash {
   std::unique_ptr<State> state_;
 };
 
+/// The digest of these bytes, 32 hex digits.
 std::string hash_of(std::string_view bytes);
 
 }  // namespace thew::sim

@@ -7,9 +7,9 @@
 
 namespace thew::sim {
 
-/// Lets HDF5 read the file of a reader's child by the descriptor that its parent opened, as the
-/// child can open nothing: H5Fopen with these properties takes any name. The number of its bytes;
-/// 0 where there is no such file.
+/// Sets file access properties by which HDF5, in a reader's child process, reads the file that the
+/// parent has opened for it; the child itself may open nothing. H5Fopen with these properties
+/// ignores the name. Returns the size of the file in bytes, 0 where there is none.
 std::uint64_t use_file_of_child(hid_t access);
 
 }  // namespace thew::sim

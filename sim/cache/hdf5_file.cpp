@@ -8,12 +8,14 @@
 namespace thew::sim {
 namespace {
 
-// Deflate cannot shrink by more; so many bytes in a file can stand for at most so many in memory.
+// Deflate shrinks by no more than this factor, so the size of a file limits the size of its
+// contents.
 constexpr hsize_t kDeflateRatio = 1032;
-constexpr hsize_t kSlack = 1024;
-constexpr std::size_t kLongestText = 4096;
+constexpr hsize_t kSlack = 1024;  // bytes, for small chunks
+constexpr std::size_t kMaxTextBytes = 4096;
 
-// Errors are told by us; and the library's own exit handler crashes when a disk was full.
+// Turns off the library's own messages, since Thew reports errors itself, and its exit handler,
+// which crashes after a full disk.
 void start_library() {
   static const bool kStarted = [] {
     H5dont_atexit();
@@ -75,8 +77,8 @@ Hdf5File::Hdf5File(const std::filesystem::path& file, Mode mode) : path_(file), 
   start_library();
   const Hdf5Id access = property_list(H5P_FILE_ACCESS);
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
-  // Files appear by renaming and bakes hold a lock of their own; network file systems lack this
-  // one.
+  // HDF5's lock is not needed, since files appear by renaming and a bake locks its folder; some
+  // network file systems do not have it.
   H5Pset_file_locking(access, false, true);
   if (mode == Mode::kCreate) {
     H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
@@ -227,24 +229,24 @@ bool Hdf5File::is_group(hid_t parent, const std::string& name) const {
   return info.type == H5O_TYPE_GROUP;
 }
 
-void Hdf5File::take_once(hid_t parent, const std::string& name) const {
+void Hdf5File::open_once(hid_t parent, const std::string& name) const {
   check_hard_link(parent, name);
   if (mode_ == Mode::kCreate) return;
   H5O_info_t info;
   check(H5Oget_info_by_name2(parent, name.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT),
         "look at " + name);
-  if (!taken_.insert(info.addr).second) fail(name + " is a second link to what was read before");
+  if (!opened_.insert(info.addr).second) fail(name + " is a second link to what was read before");
 }
 
 Hdf5Id Hdf5File::open_group(hid_t parent, const std::string& name) const {
-  take_once(parent, name);
+  open_once(parent, name);
   return checked(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "open the group " + name);
 }
 
 Hdf5Dataset Hdf5File::open_dataset(hid_t parent, const std::string& name,
                                    const std::vector<hid_t>& types, std::size_t rank,
                                    hsize_t rows) const {
-  take_once(parent, name);
+  open_once(parent, name);
   Hdf5Dataset dataset;
   dataset.id = checked(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open " + name);
   const Hdf5Id stored = checked(H5Dget_type(dataset.id), H5Tclose, "read the type of " + name);
@@ -320,7 +322,7 @@ std::string Hdf5File::read_text_attribute(hid_t object, const std::string& name)
   const Hdf5Id type = checked(H5Aget_type(attribute), H5Tclose, "read attribute " + name);
   const Hdf5Id space = checked(H5Aget_space(attribute), H5Sclose, "read attribute " + name);
   const std::size_t size = H5Tget_size(type);
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > kLongestText ||
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > kMaxTextBytes ||
       H5Sget_simple_extent_npoints(space) != 1) {
     fail("attribute " + name + " is not a text of fixed length");
   }

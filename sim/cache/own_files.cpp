@@ -21,11 +21,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kList = ".thew.jsonl";
-constexpr std::size_t kLongestList = std::size_t{1} << 28;  // bytes
+constexpr std::size_t kMaxListBytes = std::size_t{1} << 28;  // bytes
 constexpr const char* kTemporary = ".thew-";
 
-// A string alone: the library's containers allocate where they are destroyed, and memory that ends
-// there would end the process.
+// Without the JSON library's containers: their destructors allocate, and where memory runs out in
+// one the process ends.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -36,22 +36,22 @@ std::string list_of(const fs::path& folder) {
   if (::lstat(file.c_str(), &about) != 0) return "";
   check_replaceable(file, fs::file_type::regular);
   try {
-    return read_whole_file(file, kLongestList);
+    return read_whole_file(file, kMaxListBytes);
   } catch (const Error& error) {
     throw Error(ErrorCode::kOutput, error.what());
   }
 }
 
-/// Takes text off the front of a line.
-struct LineTaker {
+/// Reads text from the front of a line. Each function is false where the line goes on otherwise.
+struct LineReader {
   std::string_view rest;
 
-  bool take(std::string_view text) {
+  bool read(std::string_view text) {
     if (!rest.starts_with(text)) return false;
     rest.remove_prefix(text.size());
     return true;
   }
-  bool take_quoted(std::string& text) {
+  bool read_quoted(std::string& text) {
     if (!rest.starts_with('"')) return false;
     std::size_t end = 1;
     while (end < rest.size() && rest[end] != '"') end += rest[end] == '\\' ? 2 : 1;
@@ -62,7 +62,7 @@ struct LineTaker {
     rest.remove_prefix(end + 1);
     return true;
   }
-  bool take_number(std::size_t& number) {
+  bool read_number(std::size_t& number) {
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
     if (error != std::errc()) return false;
     rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
@@ -70,17 +70,17 @@ struct LineTaker {
   }
 };
 
-// Our own lines, to the letter; what else stands there lists nothing.
-void take_line(std::string_view line, std::map<std::string, OwnFile>& files) {
-  LineTaker taker{line};
+// Only lines exactly as list_own() and remove_own() write them count.
+void read_line(std::string_view line, std::map<std::string, OwnFile>& files) {
+  LineReader reader{line};
   std::string name;
   OwnFile about;
-  if (!taker.take("{\"file\":") || !taker.take_quoted(name)) return;
-  if (taker.rest == "}") {
+  if (!reader.read("{\"file\":") || !reader.read_quoted(name)) return;
+  if (reader.rest == "}") {
     files.erase(name);
-  } else if (taker.take(",\"bytes\":") && taker.take_number(about.bytes) &&
-             taker.take(",\"hash\":") && taker.take_quoted(about.hash) && taker.take(",\"of\":") &&
-             taker.take_quoted(about.of) && taker.rest == "}") {
+  } else if (reader.read(",\"bytes\":") && reader.read_number(about.bytes) &&
+             reader.read(",\"hash\":") && reader.read_quoted(about.hash) &&
+             reader.read(",\"of\":") && reader.read_quoted(about.of) && reader.rest == "}") {
     files[name] = std::move(about);
   }
 }
@@ -98,9 +98,10 @@ bool is_there(const fs::path& file) {
   return ::lstat(file.c_str(), &about) == 0;
 }
 
-// Of processes that may know each other by number: this boot of this machine, this container. ""
-// where that is not to be had.
-const std::string& realm() {
+// A hash of boot and process namespace (container): process ids mean the same only where it is
+// equal.
+// "" where it cannot be found out.
+const std::string& process_namespace() {
   static const std::string kName = [] {
     char space[64];
     const ssize_t length = ::readlink("/proc/self/ns/pid", space, sizeof space);
@@ -118,10 +119,11 @@ const std::string& realm() {
   return kName;
 }
 
-// Ours by its name, and of a process that is no more.
-bool is_left_by_the_dead(const std::string& name) {
-  const std::string ours = kTemporary + realm() + "-";
-  if (realm().empty() || !name.starts_with(ours) || !name.ends_with(".tmp")) return false;
+// Whether it is the name of a temporary file of a process that no longer runs.
+bool is_leftover(const std::string& name) {
+  const std::string ours = kTemporary + process_namespace() + "-";
+  if (process_namespace().empty() || !name.starts_with(ours) || !name.ends_with(".tmp"))
+    return false;
   pid_t process = 0;
   const char* begin = name.data() + ours.size();
   const auto [end, error] = std::from_chars(begin, name.data() + name.size(), process);
@@ -133,7 +135,7 @@ bool is_left_by_the_dead(const std::string& name) {
 
 std::map<std::string, OwnFile> own_files(const fs::path& folder) {
   std::map<std::string, OwnFile> files;
-  for_each_line(list_of(folder), [&](std::string_view line) { take_line(line, files); });
+  for_each_line(list_of(folder), [&](std::string_view line) { read_line(line, files); });
   return files;
 }
 
@@ -141,7 +143,7 @@ std::optional<OwnFile> own_file(const fs::path& file) {
   const std::string name = file.filename().string(), begin = "{\"file\":" + quoted(name);
   std::map<std::string, OwnFile> found;
   for_each_line(list_of(file.parent_path()), [&](std::string_view line) {
-    if (line.starts_with(begin)) take_line(line, found);
+    if (line.starts_with(begin)) read_line(line, found);
   });
   if (found.empty()) return std::nullopt;
   return found.begin()->second;
@@ -157,7 +159,7 @@ void list_own(const fs::path& file, const OwnFile& about) {
 void refuse_foreign(const fs::path& file) {
   throw Error(ErrorCode::kOutput, file.string() +
                                       ": is there and not of Thew's making; move it away, write to "
-                                      "another place, or replace it with --overwrite");
+                                      "another place, or replace it");
 }
 
 void check_own(const fs::path& file) {
@@ -190,7 +192,7 @@ void remove_leftovers(const fs::path& folder) {
   const fs::path here = folder.empty() ? "." : folder;
   if (::stat(here.c_str(), &about) != 0 || !S_ISDIR(about.st_mode)) return;
   for (const fs::path& path : paths_in(here)) {
-    if (is_left_by_the_dead(path.filename().string())) remove_file(path);
+    if (is_leftover(path.filename().string())) remove_file(path);
   }
 }
 
@@ -209,8 +211,9 @@ void remove_own(const fs::path& file) {
 Temporary::Temporary(const fs::path& file)
     : path([&] {
         static std::atomic<unsigned> count{0};
-        return file.parent_path() / (kTemporary + realm() + "-" + std::to_string(::getpid()) + "-" +
-                                     std::to_string(++count) + ".tmp");
+        return file.parent_path() /
+               (kTemporary + process_namespace() + "-" + std::to_string(::getpid()) + "-" +
+                std::to_string(++count) + ".tmp");
       }()) {}
 
 Temporary::~Temporary() { ::unlink(path.c_str()); }  // a full disk gets its space back

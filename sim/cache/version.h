@@ -3,7 +3,7 @@
 
 namespace thew::sim {
 
-/// The one place of the version; CMake reads it here.
+/// The version of Thew. CMake reads it from here.
 inline constexpr char kVersion[] = "0.1.0";
 
 }  // namespace thew::sim

@@ -8,25 +8,28 @@
 
 namespace thew::sim {
 
-/// What is said of the choice; lengths in m, against the refined step. Work is counted: nodes times
-/// iterations and searches for a closest point, a frame.
+/// What a muscle got under a tolerance, and its errors in m against the refined step. Work is
+/// counted and not timed: nodes times iterations plus searches for a closest point, per frame.
 struct ChosenMuscle {
-  Level level = Level::kDynamic;  ///< kAsleep: it slept through the whole clip
-  int iterations = 0;             ///< a step, 0 without forces
-  std::string because;
-  double probed_error = 0.0, checked_error = 0.0;  ///< largest of any node, in the frames below
-  double refined_error = 0.0;  ///< of the refined step itself, which the tolerance has to bear too
+  Level level = Level::kDynamic;  ///< kAsleep: it was asleep in the whole clip
+  int iterations = 0;             ///< per step; 0 at a level without forces
+  std::string reason;             ///< for the report
+  /// The largest of any node, in the frames FidelityPlan::probed and ::checked.
+  double probed_error = 0.0, checked_error = 0.0;
+  double refined_error = 0.0;  ///< of the refined step itself; it is taken off the tolerance
   double work = 0.0, uniform_work = 0.0;
 };
 struct FidelityPlan {
   Fidelity fidelity;
   std::vector<ChosenMuscle> muscles;
-  std::vector<int> probed, checked;                  ///< frames
-  int uniform_substeps = 1, uniform_iterations = 1;  ///< what all muscles alike would need
-  bool uniform_keeps = false;  ///< false: even that misses it, and nothing finer was tried
+  std::vector<int> probed, checked;  ///< frames
+  /// What all muscles would need if all had the same.
+  int uniform_substeps = 1, uniform_iterations = 1;
+  bool uniform_keeps =
+      false;  ///< whether these keep the tolerance; if not, nothing finer was tried
   double work = 0.0, uniform_work = 0.0;
-  double probe_work = 0.0;          ///< in all, paid once
-  std::vector<std::string> raised;  ///< what missed the tolerance at first, and what it got instead
+  double probe_work = 0.0;          ///< of planning, in nodes and searches
+  std::vector<std::string> raised;  ///< one line for each muscle that missed the tolerance at first
 };
 
 }  // namespace thew::sim

@@ -9,12 +9,12 @@
 namespace thew::sim {
 namespace {
 
-constexpr int kIterations[] = {1, 2, 3, 5, 8};
-constexpr int kMostSubsteps = 4;  // half of the reference's, by which they are judged
-// Of the tolerance: in checks of some frames, since others may be worse; in checks of all, since
-// the reference itself is not the limit.
+constexpr int kIterations[] = {1, 2, 3, 5, 8};  // that are tried, per step
+constexpr int kMaxSubsteps = 4;  // half of the refined step's, which they are measured against
+// Shares of the tolerance that an error may reach: where some frames are checked, since others may
+// be worse, and where all are.
 constexpr double kCheckMargin = 0.9, kWholeMargin = 0.97;
-constexpr int kMostRuns = 12;
+constexpr int kMaxRuns = 12;  // of the whole clip, each with a finer choice
 
 std::string millimetres(double metres) {
   char text[40];
@@ -32,10 +32,10 @@ std::string text_of(const MuscleFidelity& muscle) {
          (muscle.iterations == 1 ? " iteration" : " iterations");
 }
 
-// The first trial with so many substeps, in their order of cost, that keeps muscle m.
+// The cheapest trial with so many substeps that keeps muscle m within the tolerance; null: none.
 const Trial* find_trial(const Planner& planner, int m, int substeps) {
   for (const Trial& trial : planner.trials) {
-    if (trial.substeps == substeps && trial.error[m] <= kMargin * planner.left(m)) {
+    if (trial.substeps == substeps && trial.error[m] <= kMargin * planner.remaining(m)) {
       return &trial;
     }
   }
@@ -49,17 +49,17 @@ const Trial* find_trial(const Planner& planner, int m, int substeps) {
 
 void refuse_unknown(const Planner& planner) {
   for (int m = 0; m < planner.muscles(); ++m) {
-    if (planner.left(m) > 0.0) continue;
+    if (planner.remaining(m) > 0.0) continue;
     refuse_tolerance(planner, "of muscle \"" + planner.model.muscles[m].name +
                                   "\" the refined step itself is known to " +
                                   millimetres(planner.plan.muscles[m].refined_error) + " only");
   }
 }
 
-// Trials at rising cost until each muscle has a level; leaves in the plan how many substeps.
+// Runs trials in the order of their cost until each muscle has a level. Sets the plan's substeps.
 void run_trials(Planner& planner, const std::vector<char>& is_geometric) {
   int& substeps = planner.plan.fidelity.substeps;
-  for (substeps = 1; substeps <= kMostSubsteps; substeps *= 2) {
+  for (substeps = 1; substeps <= kMaxSubsteps; substeps *= 2) {
     for (const int iterations : kIterations) {
       for (const Level level : {Level::kDynamic, Level::kQuasiStatic}) {
         bool all = true;
@@ -91,31 +91,31 @@ void choose(Planner& planner) {
   }
   run_trials(planner, is_geometric);
   Fidelity& fidelity = planner.plan.fidelity;
-  fidelity.rest = 1e-3 * planner.tolerance;
+  fidelity.still_distance = 1e-3 * planner.tolerance;
   for (int m = 0; m < planner.muscles(); ++m) {
     MuscleFidelity& muscle = fidelity.muscles.emplace_back();
-    ChosenMuscle& said = planner.plan.muscles[m];
+    ChosenMuscle& chosen = planner.plan.muscles[m];
     if (is_geometric[m]) {
       muscle = {Level::kGeometric, 0, std::move(profiles[m])};
-      said.because = "the carried shape is within " + millimetres(geometric_error[m]);
+      chosen.reason = "the carried shape is within " + millimetres(geometric_error[m]);
       continue;
     }
     const Trial& trial = *find_trial(planner, m, fidelity.substeps);
     muscle = {trial.level, trial.iterations, {}};
     const bool has_axis = planner.model.muscles[m].shape.fixed_to.empty();
-    said.because = has_axis ? "the carried shape is " + millimetres(geometric_error[m]) + " off"
-                            : std::string("it has no axis to be carried along");
+    chosen.reason = has_axis ? "the carried shape is " + millimetres(geometric_error[m]) + " off"
+                             : std::string("it has no axis to be carried along");
     if (&trial != &planner.trials.front()) {
       const Trial& before = *(&trial - 1);
-      said.because += ", " + text_of({before.level, before.iterations, {}}) + " " +
-                      millimetres(before.error[m]) + " off";
+      chosen.reason += ", " + text_of({before.level, before.iterations, {}}) + " " +
+                       millimetres(before.error[m]) + " off";
     }
-    said.because += ", this " + millimetres(trial.error[m]);
+    chosen.reason += ", this " + millimetres(trial.error[m]);
   }
 }
 
-// The next level of a muscle that missed, with inertia; more substeps for all where it has no
-// other. False where there are none.
+// Gives a muscle that missed the tolerance its next level with inertia, or all muscles more
+// substeps where it has no other. False where there are none either.
 bool raise(Planner& planner, int m, double error, bool in_check) {
   Fidelity& fidelity = planner.plan.fidelity;
   MuscleFidelity& muscle = fidelity.muscles[m];
@@ -125,12 +125,12 @@ bool raise(Planner& planner, int m, double error, bool in_check) {
                                                          : muscle.iterations + 1;
   const auto next = std::lower_bound(std::begin(kIterations), std::end(kIterations), more);
   if (next == std::end(kIterations)) {
-    if (fidelity.substeps == kMostSubsteps) return false;
+    if (fidelity.substeps == kMaxSubsteps) return false;
     fidelity.substeps *= 2;
   } else {
     const auto keeps = [&](const Trial& trial) {
       return trial.level == Level::kDynamic && trial.substeps == fidelity.substeps &&
-             trial.iterations >= more && trial.error[m] <= kMargin * planner.left(m);
+             trial.iterations >= more && trial.error[m] <= kMargin * planner.remaining(m);
     };
     const auto trial = std::find_if(planner.trials.begin(), planner.trials.end(), keeps);
     muscle = {Level::kDynamic, trial == planner.trials.end() ? *next : trial->iterations, {}};
@@ -139,13 +139,13 @@ bool raise(Planner& planner, int m, double error, bool in_check) {
       planner.model.muscles[m].name + " was " + millimetres(error) + " off in a " +
       (in_check ? "checked" : "probed") + " frame, " + before + "; now " + text_of(muscle) +
       (fidelity.substeps > 1 ? ", " + std::to_string(fidelity.substeps) + " substeps a frame" : "");
-  planner.plan.muscles[m].because += "; " + what;
+  planner.plan.muscles[m].reason += "; " + what;
   planner.plan.raised.push_back(what);
   return true;
 }
 
-// What all muscles alike would need: the first trial that keeps them all, with no fewer iterations
-// than any has got, or else the finest that was tried.
+// Finds what all muscles would need if all had the same: the first trial that keeps them all, with
+// no fewer iterations than any has got, or else the finest trial.
 void find_uniform(Planner& planner) {
   FidelityPlan& plan = planner.plan;
   int iterations = 1;
@@ -166,7 +166,7 @@ void find_uniform(Planner& planner) {
     }
     plan.uniform_keeps = true;
     for (int m = 0; m < planner.muscles(); ++m) {
-      plan.uniform_keeps &= trial->error[m] <= kMargin * planner.left(m);
+      plan.uniform_keeps &= trial->error[m] <= kMargin * planner.remaining(m);
     }
     plan.uniform_substeps = substeps;
     plan.uniform_iterations = *next;
@@ -175,14 +175,15 @@ void find_uniform(Planner& planner) {
   }
 }
 
-// The choice through the whole clip: its errors in probes and checks. Whether all keep to it.
-bool rehearse(Planner& planner) {
+// Runs the choice through the whole clip and sets its errors in probes and checks. True if all
+// muscles keep the tolerance; otherwise those that do not have been given their next level.
+bool run_whole_clip(Planner& planner) {
   const int last = planner.last;
   planner.model.fidelity = planner.plan.fidelity;
-  std::vector<ChosenMuscle>& said = planner.plan.muscles;
+  std::vector<ChosenMuscle>& chosen = planner.plan.muscles;
   std::vector<int> slept(planner.muscles(), 0);
   double volume_error = 0.0;
-  for (ChosenMuscle& muscle : said) muscle.probed_error = muscle.checked_error = 0.0;
+  for (ChosenMuscle& muscle : chosen) muscle.probed_error = muscle.checked_error = 0.0;
   const State end = run_clip(planner, [&](int frame, const State& state) {
     for (int m = 0; m < state.count(); ++m) {
       slept[m] += frame > 0 && state.muscles[m].level == Level::kAsleep;
@@ -192,7 +193,7 @@ bool rehearse(Planner& planner) {
       if (window.frame != frame) continue;
       for (int m = 0; m < state.count(); ++m) {
         const double error = largest_distance(state.muscles[m].x, window.x[m]);
-        double& most = planner.is_check(window) ? said[m].checked_error : said[m].probed_error;
+        double& most = planner.is_check(window) ? chosen[m].checked_error : chosen[m].probed_error;
         most = std::max(most, error);
       }
     }
@@ -201,10 +202,10 @@ bool rehearse(Planner& planner) {
   planner.plan.probe_work += sum(work);
   planner.plan.work = sum(work) / last;
   for (int m = 0; m < planner.muscles(); ++m) {
-    const MuscleFidelity& chosen = planner.plan.fidelity.muscles[m];
-    said[m].level = slept[m] == last ? Level::kAsleep : chosen.level;
-    said[m].iterations = has_forces(chosen.level) ? chosen.iterations : 0;
-    said[m].work = work[m] / last;
+    const MuscleFidelity& fidelity = planner.plan.fidelity.muscles[m];
+    chosen[m].level = slept[m] == last ? Level::kAsleep : fidelity.level;
+    chosen[m].iterations = has_forces(fidelity.level) ? fidelity.iterations : 0;
+    chosen[m].work = work[m] / last;
   }
   if (volume_error > planner.model.solver.tolerance->volume) {
     char found[60];
@@ -213,11 +214,12 @@ bool rehearse(Planner& planner) {
   }
   bool all = true;
   for (int m = 0; m < planner.muscles(); ++m) {
-    const double error = std::max(said[m].probed_error, said[m].checked_error);
-    if (error <= (last <= kShortClip ? kWholeMargin : kCheckMargin) * planner.left(m)) continue;
-    if (raise(planner, m, error, said[m].checked_error > said[m].probed_error)) {
+    const double error = std::max(chosen[m].probed_error, chosen[m].checked_error);
+    if (error <= (last <= kShortClip ? kWholeMargin : kCheckMargin) * planner.remaining(m))
+      continue;
+    if (raise(planner, m, error, chosen[m].checked_error > chosen[m].probed_error)) {
       all = false;
-    } else if (error > planner.left(m)) {
+    } else if (error > planner.remaining(m)) {
       refuse_tolerance(planner, "muscle \"" + planner.model.muscles[m].name + "\" is " +
                                     millimetres(error) +
                                     " off the refined step at the finest level");
@@ -242,9 +244,10 @@ const char* level_name(Level level) {
   return "dynamic";
 }
 
-FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<void()>& listen) {
+FidelityPlan plan_fidelity(const Model& model, int threads,
+                           const std::function<void()>& check_stop) {
   Parallel parallel(threads);
-  Planner planner{model, parallel, listen};
+  Planner planner{model, parallel, check_stop};
   planner.tolerance = model.solver.tolerance->position;
   planner.last = model.last_frame - model.first_frame;
   planner.model.has_skin = false;
@@ -266,8 +269,8 @@ FidelityPlan plan_fidelity(const Model& model, int threads, const std::function<
   find_references(planner);
   refuse_unknown(planner);
   choose(planner);
-  for (int run = 1; !rehearse(planner); ++run) {
-    if (run == kMostRuns)
+  for (int run = 1; !run_whole_clip(planner); ++run) {
+    if (run == kMaxRuns)
       refuse_tolerance(planner, "no choice kept it in " + std::to_string(run) + " runs");
   }
   find_uniform(planner);

@@ -7,14 +7,15 @@
 
 namespace thew::sim {
 
-/// Frames of a probe's run, before the probe itself.
+/// Frames that are simulated before a probe, so that it has the velocities and contacts of its
+/// level.
 inline constexpr int kFramesBefore = 2;
 
-/// Frames counted from 0 for the scene's first, rising. From the rig's motion alone.
+/// Frames, ascending, counted from 0 at the scene's first. Chosen from the rig's motion alone.
 struct ProbeFrames {
   std::vector<int> probes;  ///< start and fastest of the motion, extremes of each muscle's path,
-                            ///< and other poses at equal parts of the way
-  std::vector<int> checks;  ///< others at equal parts of the way, whatever their pose
+                            ///< and other poses at equal shares of the travel
+  std::vector<int> checks;  ///< other frames at equal shares of the travel, in any pose
 };
 ProbeFrames choose_probes(const Model& model);
 

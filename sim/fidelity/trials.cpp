@@ -9,20 +9,21 @@
 namespace thew::sim {
 namespace {
 
-// The finest that a chart knows.
+// Of the refined step: the finest setting of the charts (thew-lab).
 constexpr int kReferenceSubsteps = 8, kReferenceIterations = 10;
-constexpr double kApart = 0.02;  // of the range of a path's length: knots are not closer
+constexpr double kMinKnotDistance = 0.02;  // of the range of a path's length: knots are not closer
 
-// From the window's start to its probe; the frames' work is added up.
+// Simulates a window from its packed state to its frame. Adds the frames that it stepped to
+// `frames`.
 State run_window(const Planner& planner, const Window& window, double& frames) {
   Parallel one(1);
   StageSeconds unused;
   State state;
   unpack_state(planner.model, window.before, state);
-  forget_searches(state);  // or the work of a level would depend on the level before
+  forget_searches(state);  // otherwise the work of a level would depend on the run before
   const int first = static_cast<int>(std::lround(state.time * planner.model.fps));
   for (int frame = first + 1; frame <= window.frame; ++frame, ++frames) {
-    planner.hear();
+    planner.poll();
     step_frame(planner.model, planner.time_of(frame), one, state, unused);
   }
   return state;
@@ -35,7 +36,7 @@ void keep(const State& state, Window& window) {
   }
 }
 
-// A short clip goes through as a whole; on_window(window, state).
+// A short clip is refined as a whole. Calls on_window(window, state) at each window's frame.
 template <typename OnWindow>
 void refine_clip(Planner& planner, const Fidelity& fine, const OnWindow& on_window) {
   planner.model.fidelity = fine;
@@ -51,7 +52,8 @@ void refine_clip(Planner& planner, const Fidelity& fine, const OnWindow& on_wind
   planner.plan.probe_work += sum(work_of(end));
 }
 
-// A long one: a plain step through it, refined in the few frames up to each probe and check.
+// A long clip is run once with a coarse step; only the frames of each window are refined
+// afterwards.
 void run_up_to_windows(Planner& planner) {
   planner.model.fidelity = uniform(planner.model, 1, Level::kDynamic, 2);
   const State end = run_clip(planner, [&](int frame, const State& state) {
@@ -93,7 +95,7 @@ double profile_error(const Muscle& muscle, int m, const CarriedProfile& profile,
                      const Window& probe) {
   VolumeWork work;
   Points x;
-  const bool reached = place_carried(muscle, probe.pose[m], profile, work, x);
+  const bool reached = set_carried_shape(muscle, probe.pose[m], profile, work, x);
   return reached ? largest_distance(x, probe.x[m]) : 1e300;
 }
 
@@ -179,7 +181,7 @@ bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double&
   const auto change = [&](const Window* window) { return window->pose[m].change; };
   const auto less = [&](const Window* a, const Window* b) { return change(a) < change(b); };
   const auto [shortest, longest] = std::minmax_element(probes.begin(), probes.end(), less);
-  const double apart = kApart * (change(*longest) - change(*shortest));
+  const double apart = kMinKnotDistance * (change(*longest) - change(*shortest));
   Knots knots = {*shortest};
   if (change(*longest) > change(*shortest)) knots.push_back(*longest);
   error = 1e300;
@@ -202,7 +204,7 @@ bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double&
       most = std::max(most, 0.5 * here);
     }
     if (most < error) error = most, profile = std::move(through);
-    if (error <= kMargin * planner.left(m)) return true;
+    if (error <= kMargin * planner.remaining(m)) return true;
     if (!next) return false;
     knots.insert(std::upper_bound(knots.begin(), knots.end(), next, less), next);
   }

@@ -7,84 +7,86 @@
 
 #include "sim/fidelity/plan.h"
 #include "sim/fidelity/probes.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
 namespace thew::sim {
 
-// The planner's runs: the refined step, and all muscles alike at one level, in probes.
+// The planner's runs in probes: of the refined step, and of all muscles at one level.
 
-// Of the tolerance, in the probes: other frames may be worse.
+// Share of the tolerance that an error in the probes may reach, since other frames may be worse.
 inline constexpr double kMargin = 0.8;
-// Frames of a clip that is refined as a whole, since probes and checks would cost as much.
+// Frames. A clip of no more is refined as a whole, since probes and checks would cost as much.
 inline constexpr int kShortClip = 128;
 
-// The frames before a probe, and the probe: from a state of the coarse run.
+// A probe or check with the frames before it, and what the refined step comes to in it.
 struct Window {
-  int frame = 0;               // the probe
-  std::vector<double> before;  // packed, at frame - kBefore or the first
-  std::vector<Points> x;       // of the reference, by muscle
+  int frame = 0;               // the probe or check
+  std::vector<double> before;  // packed state, kFramesBefore before the frame or at the first
+  std::vector<Points> x;       // [muscle] of the refined step
   std::vector<CarriedPose> pose;
 };
 
-// A way to simulate all muscles alike, and what it came to in the probes.
+// One level, substeps and iterations for all muscles, and its errors and work in the probes.
 struct Trial {
   int substeps = 1, iterations = 1;
   Level level = Level::kDynamic;
-  std::vector<double> error, work;  // by muscle; work a frame
+  std::vector<double> error, work;  // [muscle] m, the largest error; work per frame
 };
 
 struct Planner {
   Model model;  // whose fidelity changes from run to run
   Parallel& parallel;
-  const std::function<void()>& listen;
+  const std::function<void()>& check_stop;
   double tolerance = 0.0;
   int last = 0;                      // frame
   std::vector<Window> windows = {};  // by frame
-  std::set<int> checks = {};         // of them, those that are no probes
+  std::set<int> checks = {};         // frames of the windows that are no probes
   std::vector<Trial> trials = {};
   FidelityPlan plan = {};
 
-  // m, what the refined step leaves of the tolerance.
-  double left(int m) const { return tolerance - plan.muscles[m].refined_error; }
+  // m, the tolerance without the refined step's own error.
+  double remaining(int m) const { return tolerance - plan.muscles[m].refined_error; }
   int muscles() const { return static_cast<int>(model.muscles.size()); }
   double time_of(int frame) const { return frame / model.fps; }  // frames counted from 0
   bool is_check(const Window& window) const { return checks.count(window.frame) > 0; }
 
-  void hear() const {
-    if (listen) listen();
+  void poll() const {
+    if (check_stop) check_stop();
   }
 };
 
-/// All muscles alike; none sleeps.
+/// The same level and iterations for all muscles. None sleeps, since still_distance is negative.
 Fidelity uniform(const Model& model, int substeps, Level level, int iterations);
 double sum(const std::vector<double>& values);
-/// By muscle, in nodes and searches, since the run began.
+/// [muscle] nodes times iterations plus searches, since the run began.
 std::vector<double> work_of(const State& state);
 
-// Through the whole clip. on_frame(frame, state): frames counted from 0.
+// Simulates the whole clip. on_frame(frame, state) is called after each frame, counted from 0.
 template <typename OnFrame>
 State run_clip(Planner& planner, const OnFrame& on_frame) {
   StageSeconds unused;
   State state = initial_state(planner.model);
-  settle(planner.model, planner.parallel, state, planner.listen);
+  settle(planner.model, planner.parallel, state, planner.check_stop);
   for (MuscleState& muscle : state.muscles) muscle.node_iterations = muscle.memory.searches = 0;
   on_frame(0, state);
   for (int frame = 1; frame <= planner.last; ++frame) {
-    planner.hear();
+    planner.poll();
     step_frame(planner.model, planner.time_of(frame), planner.parallel, state, unused);
     on_frame(frame, state);
   }
   return state;
 }
 
-/// The refined step in all windows; its own error is taken from half as many substeps.
+/// Runs the refined step in all windows. Its own error is the difference to half as many substeps.
 void find_references(Planner& planner);
-/// Adds it to planner.trials with its errors and work in the probes.
+/// Runs a trial in the probes and adds it to planner.trials with its errors and work.
 void run_trial(Planner& planner, Trial trial);
-/// A profile through as few probes as keep the tolerance in the others and, since these may lie
-/// close to knots, in each inner knot by half without itself (the error goes with the square of the
-/// knots' distance). False where there is none; `error` is then the least that was found.
+/// Fits a profile through as few probes, its knots, as keep the tolerance in the other probes.
+/// These may lie close to knots, so each inner knot is also left out in turn; half of the error in
+/// it counts, since the error goes with the square of the knots' distance. False where no profile
+/// keeps the tolerance or the muscle has no path; `error` (m) is the least that was found.
 bool fit_profile(const Planner& planner, int m, CarriedProfile& profile, double& error);
 
 }  // namespace thew::sim

@@ -25,7 +25,7 @@ struct MuscleFidelity {
 };
 struct Fidelity {
   int substeps = 1;
-  double rest = -1.0;  ///< m a step: what moves no more may sleep
+  double still_distance = -1.0;  ///< m: a muscle that moves no more in a step may sleep
   std::vector<MuscleFidelity> muscles;
 };
 

@@ -17,7 +17,8 @@ void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose) 
   const Vec3& axis = skeleton.joint_axes[forearm.body];
   const Vec3 along = forearm.wrist.normalized();
   const Mat3 turn = rest.transpose() * pose[forearm.body].linear();
-  // The hinge as far as it brings the length near where it is, and the least turn for the rest.
+  // The forearm's turn is split: the hinge bends its axis as near to where it is as it can, the
+  // smallest rotation does the remainder of that, and what is left is a roll about the axis.
   const Vec3 now = turn * along, a = axis.cross(along), b = axis.cross(now);
   const Mat3 hinge = rotation_about(axis, arc_tan2(axis.dot(a.cross(b)), a.dot(b)));
   const Mat3 bent = least_turn(hinge * along, now) * hinge;
@@ -50,19 +51,19 @@ void drive_bodies(const Model& model, double time, State& state) {
   for (size_t b = 0; b < state.bodies.size(); ++b) state.bodies[b] = state.pose[b] * rig.stretch[b];
 }
 
-// The humerus points from shoulder to elbow: where a twist bone between it and the forearm bends as
-// well, its own frame alone would leave the elbow out of joint.
+// Turns the humerus so that it points from shoulder to elbow. Where a twist bone between humerus
+// and forearm bends as well, the humerus' own frame would leave the elbow out of joint.
 void point_at_elbow(const Model& model, const Forearm& forearm, Pose& pose) {
   const int humerus = bone_above(model, forearm.body);
   if (humerus < 0 || humerus == model.skeleton.parent[forearm.body]) return;
   const CharacterRig& rig = *model.character;
   const Vec3 at_rest =
       rigid_part(rig.rest[humerus]).inverse() * Vec3(rig.rest[forearm.body].translation());
-  Transform& place = pose[humerus];
-  const Vec3 is = place.linear() * at_rest,
-             asked = pose[forearm.body].translation() - place.translation();
-  if (!(is.norm() > 0.0) || !(asked.norm() > 0.0)) return;
-  place.linear() = least_turn(is.normalized(), asked.normalized()) * place.linear();
+  Transform& bone = pose[humerus];
+  const Vec3 axis = bone.linear() * at_rest,
+             to_elbow = pose[forearm.body].translation() - bone.translation();
+  if (!(axis.norm() > 0.0) || !(to_elbow.norm() > 0.0)) return;
+  bone.linear() = least_turn(axis.normalized(), to_elbow.normalized()) * bone.linear();
 }
 
 }  // namespace

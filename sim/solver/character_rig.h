@@ -5,18 +5,20 @@
 
 namespace thew::sim {
 
-// A rig that is a character's file, in each frame.
+// Poses a rig that comes from a character's file, in each frame.
 
-/// Ulna and radius from where humerus and forearm are, and how they lay at rest.
+/// Sets ulna and radius in the pose, from the pose of humerus and forearm: the ulna bends about the
+/// elbow's hinge, the radius also turns about the forearm's axis.
 void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose);
 
-/// The nearest body above that a bone's mesh is fixed to, -1 where there is none.
+/// The nearest ancestor of the body that carries a bone's mesh; -1 where none does.
 int bone_above(const Model& model, int body);
 
-/// Whether an animation moves all bodies, and not keys the hinges.
+/// Whether the character is moved by an animation of all its bodies; otherwise keys move its
+/// hinges.
 bool is_animated(const Model& model);
-/// All bodies at `time` (s); before 0 they go from the rest pose to the clip's first. After the
-/// keyed joints have been applied.
+/// Sets all bodies at `time` (s), after forward kinematics of the keyed joints. Before 0 they go
+/// from the rest pose to the clip's first.
 void drive_character(const Model& model, double time, State& state);
 
 }  // namespace thew::sim

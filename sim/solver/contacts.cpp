@@ -52,7 +52,7 @@ void set_colliders(const Model& model, const State& state, std::vector<Collider>
 
 namespace {
 
-// The tree of a collider.
+// Refits the tree of a collider.
 void refit(const Model& model, int c, State& state) {
   if (c < state.count()) {
     refit_bvh(model.surfaces[c].surface, state.muscles[c].x, state.muscles[c].bvh);
@@ -82,7 +82,7 @@ MotionHistory& followed(State& state, int c) {
 
 }  // namespace
 
-void place_colliders(const Model& model, State& state) {
+void update_colliders(const Model& model, State& state) {
   if (!model.contact.enabled) return;
   set_colliders(model, state, state.colliders);
   for (int c = 0; c < model.colliders(); ++c) {
@@ -101,23 +101,25 @@ void place_colliders(const Model& model, State& state) {
 
 namespace {
 
-// Contacts of muscle m with those `near`, from what the step before left.
+// Finds the contacts of muscle m with the colliders `near` and with itself. Those of the step
+// before become previous_contacts; the ones that bore a force are kept longest.
 void find_contacts_of(const Model& model, int m, const ContactSettings& settings,
                       const std::vector<int>& near, State& state) {
   MuscleState& now = state.muscles[m];
-  std::swap(now.touched, static_cast<ContactMotion&>(now));
-  now.pressing.clear();
-  for (size_t c = 0; c < now.touched.contacts.size(); ++c) {
-    if (now.touched.normal_multiplier[c] > 0.0) now.pressing.push_back(now.touched.contacts[c]);
+  std::swap(now.previous_contacts, static_cast<ContactMotion&>(now));
+  now.loaded_contacts.clear();
+  for (size_t c = 0; c < now.previous_contacts.contacts.size(); ++c) {
+    if (now.previous_contacts.normal_multiplier[c] > 0.0)
+      now.loaded_contacts.push_back(now.previous_contacts.contacts[c]);
   }
-  find_contacts(state.colliders, m, near, settings, now.pressing, now.memory, now.contacts);
-  find_face_contacts(state.colliders, m, near, settings, now.pressing, now.face_memory,
+  find_contacts(state.colliders, m, near, settings, now.loaded_contacts, now.memory, now.contacts);
+  find_face_contacts(state.colliders, m, near, settings, now.loaded_contacts, now.face_memory,
                      now.contacts);
-  if (!model.ignore[m][m] && !lets_pass(state, m, m)) {
-    find_self_contacts(state.colliders[m], m, settings, now.touched.contacts, now.nearby,
-                       now.contacts);
+  if (!model.ignore[m][m] && !ignores_pair(state, m, m)) {
+    find_self_contacts(state.colliders[m], m, settings, now.previous_contacts.contacts,
+                       now.self_candidates, now.contacts);
   }
-  keep_multipliers(now.touched, model.contact.friction > 0.0, now);
+  keep_multipliers(now.previous_contacts, model.contact.friction > 0.0, now);
 }
 
 }  // namespace
@@ -138,14 +140,14 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
     body.advance(*state.colliders[c].x);
     state.colliders[c].history = &body;
   }
-  find_candidate_pairs(state.colliders, settings, state.near);
-  std::vector<std::vector<int>>& near = state.near.near;
+  find_candidate_pairs(state.colliders, settings, state.near_pairs);
+  std::vector<std::vector<int>>& near = state.near_pairs.near;
   for (int m = 0; m < state.count(); ++m) {
     if (!searches(m)) continue;
     bool& wanted = state.colliders[m].searched;
     wanted = wanted || !model.ignore[m][m];
     std::erase_if(near[m], [&](int other) {
-      return model.ignore[m][other] != 0 || lets_pass(state, m, other);
+      return model.ignore[m][other] != 0 || ignores_pair(state, m, other);
     });
     for (const int other : near[m]) wanted = state.colliders[other].searched = true;
   }
@@ -171,8 +173,8 @@ std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state) {
     const BodyMotion way = body_motion(now.start, now.x);
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const int c = state.count() + static_cast<int>(b);
-      if (model.ignore[m][c] || lets_pass(state, m, c)) continue;
-      if (!may_tunnel(way, state.colliders[c], state.bones[b].moved, depth)) continue;
+      if (model.ignore[m][c] || ignores_pair(state, m, c)) continue;
+      if (!may_tunnel(way, state.colliders[c], state.bones[b].displacement, depth)) continue;
       fit_bone(model, static_cast<int>(b), state);
       const Tunnelling tunnelling =
           find_tunnelling(now.start, now.x, model.muscles[m].free_nodes, state.colliders[c], depth,
@@ -180,13 +182,13 @@ std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state) {
       if (tunnelling.inside <= (worst ? worst->value : depth)) continue;
       worst = StepDiagnosis{"muscle \"" + model.muscles[m].name + "\"",
                             tunnelling.node,
-                            Cause::kWayIntoBone,
+                            Cause::kTunnelling,
                             tunnelling.inside,
                             depth,
                             m,
                             c};
-      worst->way = tunnelling.distance;
-      worst->parts = static_cast<int>(std::ceil(std::min(tunnelling.distance / depth, 1e6)));
+      worst->displacement = tunnelling.distance;
+      worst->divisor = static_cast<int>(std::ceil(std::min(tunnelling.distance / depth, 1e6)));
     }
   }
   return worst;

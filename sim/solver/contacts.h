@@ -8,27 +8,29 @@
 
 namespace thew::sim {
 
-/// Muscles, then bones, as contact and skin see them; or into memory that is there.
+/// The colliders of contact and skin: all muscles, then all bones. They point into model and state.
+/// set_colliders() is the same into a vector that is there, so that it need not allocate.
 std::vector<Collider> colliders_of(const Model& model, const State& state);
 void set_colliders(const Model& model, const State& state, std::vector<Collider>& colliders);
 /// The muscles alone.
 std::vector<Collider> muscles_of(const Model& model, const State& state);
 void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders);
-/// The tree of a bone, where it is not of the surface now.
+/// Refits the tree of bone b if the bone has moved since it was fitted.
 void fit_bone(const Model& model, int b, State& state);
-/// The trees that both look into.
+/// Refits the trees of all muscles and bones.
 void refit_all(const Model& model, Parallel& parallel, State& state);
 
-/// Sets state.colliders as the searches and solves of this step see them, once the rig has moved:
+/// Sets state.colliders for the searches and solves of this step, after the rig has moved and
 /// before the next two.
-void place_colliders(const Model& model, State& state);
-/// Contacts of every muscle with the others and the bones; one that goes on keeps its multiplier.
+void update_colliders(const Model& model, State& state);
+/// Finds the contacts of every muscle with the others, the bones and itself. A contact that was
+/// there in the step before keeps its multipliers.
 void find_all_contacts(const Model& model, Parallel& parallel, State& state);
 
-/// After the rig has moved and before contacts are looked for: the node that has gone farthest
-/// beyond a bone's surface in this step, as the bone sees it, if that is deeper than
-/// contact.max_depth, from where it might come out on the other side; and in how many parts the
-/// step has to be taken. Fits the bones' trees where it needs them.
+/// The tunnelling check, after the rig has moved and before contacts are searched for. Finds the
+/// node that has gone deepest into a bone in this step, relative to that bone, if that is deeper
+/// than contact.max_depth (m): it might come out on the other side. The diagnosis says how many
+/// times shorter the step has to be. Refits the trees of the bones that it looks into.
 std::optional<StepDiagnosis> find_tunnelling(const Model& model, State& state);
 
 }  // namespace thew::sim

@@ -8,6 +8,9 @@
 #include "rig/math.h"
 #include "rig/vectorise.h"
 #include "sim/solver/character_rig.h"
+#include "sim/solver/levels.h"
+#include "sim/solver/muscle_step.h"
+#include "sim/solver/rungs.h"
 
 namespace thew::sim {
 
@@ -22,8 +25,8 @@ double bind_to_first_ends(const Model& model) {
 void joints_at(const Model& model, double time, std::vector<double>& joints) {
   sample_clip(model.clip, model.skeleton, std::max(time, 0.0), joints);
   if (time >= 0.0) return;
-  const double part = smoothstep(-model.settle, -0.5 * model.settle, time);
-  for (double& value : joints) value *= part;
+  const double share = smoothstep(-model.settle, -0.5 * model.settle, time);
+  for (double& value : joints) value *= share;
 }
 
 namespace {
@@ -34,12 +37,12 @@ void pose_bodies(const Model& model, double time, State& state) {
   if (model.character) drive_character(model, time, state);
 }
 
-// The most that a node moves, m.
+// Moves the nodes x to the bone's pose. Returns the longest displacement of a node, m.
 THEW_VECTORISED
-double place_bone(const Bone& bone, const Transform& place, Points& x) {
-  const Point along[3] = {to_point(place.linear().col(0)), to_point(place.linear().col(1)),
-                          to_point(place.linear().col(2))};
-  const Point origin = to_point(place.translation());
+double move_bone(const Bone& bone, const Transform& pose, Points& x) {
+  const Point along[3] = {to_point(pose.linear().col(0)), to_point(pose.linear().col(1)),
+                          to_point(pose.linear().col(2))};
+  const Point origin = to_point(pose.translation());
   double squared = 0.0;
   for (size_t i = 0; i < x.size(); ++i) {
     const Vec3& p = bone.in_body.vertices[i];
@@ -74,25 +77,46 @@ void drive_bones(const Model& model, double time, State& state) {
   state.pose_before = state.pose;
   const Pose& before = state.pose_before;
   pose_bodies(model, time, state);
-  const bool anew = before.size() != state.pose.size() || state.taken_back;
-  state.taken_back = false;
+  // In the first step, and where a failed try has moved the surfaces, all are moved.
+  const bool all_move = before.size() != state.pose.size() || state.undone;
+  state.undone = false;
   state.body_moved.assign(state.pose.size(), 1);
-  for (size_t b = 0; b < state.pose.size() && !anew; ++b) {
+  for (size_t b = 0; b < state.pose.size() && !all_move; ++b) {
     state.body_moved[b] = before[b].matrix() != state.pose[b].matrix();
   }
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     BoneState& now = state.bones[b];
-    now.moved = 0.0;
+    now.displacement = 0.0;
     if (!state.body_moved[bone.body]) continue;
-    now.moved = place_bone(bone, state.pose[bone.body], now.x);
+    now.displacement = move_bone(bone, state.pose[bone.body], now.x);
     now.fitted = false;
   }
 }
 
+namespace {
+
 double activation_at(const Model& model, int m, double time) {
   const auto& keys = model.muscles[m].settings.activation;
   return keys.empty() ? 0.0 : keyed_value(keys, model.first_frame + time * model.fps);
+}
+
+void drive_muscle(const Model& model, int m, double time, double h, State& state) {
+  const Muscle& muscle = model.muscles[m];
+  MuscleState& now = state.muscles[m];
+  const Level level = now.level;
+  if (level == Level::kGeometric) set_geometric_muscle(model, m, h, state);
+  if (!has_forces(level)) return;
+  carry_muscle(muscle, state.pose, activation_at(model, m, time), h, now, now);
+  if (!follows_carried_shape(model, now, time)) return predict(muscle, h, now);
+  now.level = Level::kGeometric;
+  follow_carried_shape(model, m, time, h, now);
+}
+
+}  // namespace
+
+void drive_muscles(const Model& model, double time, double h, Parallel& parallel, State& state) {
+  parallel.each(state.count(), [&](int m) { drive_muscle(model, m, time, h, state); });
 }
 
 }  // namespace thew::sim

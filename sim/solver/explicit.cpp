@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The paper's semi-implicit Euler, eqs 9-14, with the weights in the denominator (without them
-// the error grows): v+ = v + h f / m - lambda d, x+ = x + h v+, d = W dV/dx / m. What changes a
-// velocity is a force at the old positions, so linear and angular momentum change by what contact
-// gives alone.
+// the error grows): v+ = v + h f / m - lambda d, x+ = x + h v+, d = W dV/dx / m. All forces are
+// taken at the old positions, so that linear and angular momentum of a free body change by its
+// contacts' impulses alone.
 #include <algorithm>
 #include <cmath>
 
@@ -17,13 +17,13 @@
 namespace thew::sim {
 namespace {
 
-constexpr double kDashpot = 1e-4;  // s, damping of a spring over its stiffness
-constexpr double kMargin = 0.95;   // of the stable step, by a bound of the spectrum (Gershgorin)
-constexpr int kContactRounds = 60;
-constexpr double kMostSubsteps = 20000;  // minutes a frame, and more than any tissue asks for
-constexpr int kLookEvery = 5;  // substeps, for touches that may close before the next look
+constexpr double kDashpot = 1e-4;   // s, damping of a spring over its stiffness
+constexpr double kMargin = 0.95;    // of the largest stable step, by Gershgorin's bound
+constexpr int kContactRounds = 60;  // limit of the rounds in which contact and multiplier settle
+constexpr double kMaxSubsteps = 20000;  // of a step: minutes a frame, and more than tissue needs
+constexpr int kSearchInterval = 5;  // substeps, for which the contacts that may close are collected
 
-// What a spring has against leaving the carried shape's edge vectors.
+// The forces by which springs resist any departure from their vectors in the carried shape.
 void add_shape_forces(const Muscle& muscle, const Points& target, const Points& x, Points& f) {
   const Springs& springs = muscle.springs;
   for (size_t k = 0; k < springs.nodes.size(); ++k) {
@@ -35,23 +35,24 @@ void add_shape_forces(const Muscle& muscle, const Points& target, const Points& 
   }
 }
 
-// A muscle within a step.
+// A muscle and its scratch within a step.
 struct Body {
   MuscleState& now;
   ExplicitWork& work;
   VolumeWork& volume;
 };
 
+// The inputs of a change of velocity, and the volume's sums over the nodes so far.
 struct Kick {
   const Muscle& muscle;
   const Points& target;
   Point gravity;
   double h, damping;
-  Point volume = {}, rate = {}, weighted = {};  // sums so far
+  Point volume = {}, rate = {}, weighted = {};
 };
 
-// v + h f / m of order[first, last) in place of f, since others' forces still need v. With
-// `kVolume` also the sums, in the same pass.
+// Replaces f by v + h f / m for the nodes order[first, last). v itself stays, since the forces of
+// other nodes still need it. With `kVolume` the volume's sums are added in the same pass.
 template <bool kVolume>
 [[gnu::always_inline]] inline void kick_nodes(const std::vector<int>& order, size_t first,
                                               size_t last, const Body& body, Kick& kick) {
@@ -103,8 +104,8 @@ void kick_plainly(const std::vector<int>& order, size_t first, size_t last, cons
   kick_nodes<false>(order, first, last, body, kick);
 }
 
-// Forces and what they do to the velocities, block by block, so that what the one wrote is still
-// near when the other reads it. With `has_volume` also the sums.
+// Forces and new velocities, block by block, so that the forces are still in the cache when the
+// velocities are computed. With `has_volume` also the sums of the volume.
 VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, const Body& body,
                     Kick kick) {
   auto& [now, work, volume] = body;
@@ -129,26 +130,27 @@ VolumeSums kick_all(const RingSprings::BySlot& rest_length, bool has_volume, con
   return {sum3(kick.volume) / 3.0, sum3(kick.rate), sum3(kick.weighted)};
 }
 
-// The multiplier's direction d = W dV/dx / m, from which contacts then take what they bear: of all
-// nodes, or only of those that two planes may bear a part of; a pass through memory is not free.
+// Sets the multiplier's direction d = W dV/dx / m, from which contacts then take their normals out:
+// of all nodes, or only of the nodes that two contact planes may share, which saves a pass over
+// memory.
 THEW_VECTORISED
-void set_direction(bool whole, const Body& body) {
+void set_direction(bool all_nodes, const Body& body) {
   auto& [now, work, volume] = body;
   for (const ContactPlane* touch : work.near.shared) {
     volume.direction[touch->node] = work.mobility[touch->node] * volume.gradient[touch->node];
   }
-  for (size_t i = 0; whole && i < now.x.size(); ++i) {
+  for (size_t i = 0; all_nodes && i < now.x.size(); ++i) {
     volume.direction[i] = work.mobility[i] * volume.gradient[i];
   }
 }
 
 THEW_VECTORISED
-void advance(double h, double lambda, bool whole, const Body& body) {
+void advance(double h, double lambda, bool all_nodes, const Body& body) {
   auto& [now, work, volume] = body;
   const size_t count = now.x.size();
   if (lambda == 0.0) {
     for (size_t i = 0; i < count; ++i) now.x[i] += h * now.v[i];
-  } else if (whole) {
+  } else if (all_nodes) {
     for (size_t i = 0; i < count; ++i) {
       now.v[i] -= lambda * volume.direction[i];
       now.x[i] += h * now.v[i];
@@ -166,7 +168,7 @@ ExplicitNodes nodes_of(const Body& body) {
   return {now.x, now.v, volume.gradient, volume.direction, work.mobility};
 }
 
-// Without the weights.
+// dV/dx . dV/dx / m, the denominator under even weights.
 double even_denominator(const Muscle& muscle, const Points& gradient) {
   Point even = {};
   for (size_t i = 0; i < gradient.size(); ++i) {
@@ -186,18 +188,18 @@ double exact_lambda(const Muscle& muscle, double h, const Body& body) {
 }
 
 struct Substep {
-  double h, t;  // s, and the part of the frame where it ends
-  bool last, exactly, whole;
+  double h, t;  // s, and the fraction of the step where it ends
+  bool last, exactly, all_nodes;
 };
 
-// Closes contacts and finds the multiplier under which they hold. Those that a linear multiplier
-// closes are the next substep's.
+// Closes contacts and finds the multiplier lambda under which they stay closed. Contacts that a
+// linear multiplier would close are left to the next substep.
 double solve_multiplier(const Muscle& muscle, const VolumeRule& rule, const Substep& at,
                         const Body& body, VolumeSums& sums) {
   MuscleState& now = body.now;
   const ExplicitNodes nodes = nodes_of(body);
   const auto close = [&](double lambda) {
-    return close_contacts(at.h, at.t, lambda, rule.lambda != nullptr, at.whole, body.work.near,
+    return close_contacts(at.h, at.t, lambda, rule.lambda != nullptr, at.all_nodes, body.work.near,
                           nodes, sums);
   };
   const auto linear = [&](const auto& lambda) {
@@ -210,10 +212,11 @@ double solve_multiplier(const Muscle& muscle, const VolumeRule& rule, const Subs
   bool closed = close(0.0);
   if (!rule.lambda) return 0.0;
   if (!at.exactly) return linear(rule.lambda);
-  // The linear multiplier, which needs no pass, finds nearly all that the exact one will close.
-  bool looks = at.last && sums.weighted > 0.0;
-  for (int round = 0; looks && round < kContactRounds; ++round)
-    looks = close(linear(linear_lambda));
+  // The linear multiplier needs no pass over the nodes and finds nearly all contacts that the exact
+  // one will close.
+  bool may_close = at.last && sums.weighted > 0.0;
+  for (int round = 0; may_close && round < kContactRounds; ++round)
+    may_close = close(linear(linear_lambda));
   double lambda = 0.0;
   for (int round = 0; (round == 0 || closed) && round < kContactRounds; ++round) {
     lambda = exact_lambda(muscle, at.h, body);
@@ -222,14 +225,16 @@ double solve_multiplier(const Muscle& muscle, const VolumeRule& rule, const Subs
   return lambda;
 }
 
-// Weighted forces do not cancel: where no bone holds the body, their net part would move it.
+// Whether the weighted forces of the volume would move the muscle as a whole: they do not
+// cancel, and no driven node takes them up.
 bool drifts(const Muscle& muscle, const MuscleState& now) {
   if (std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end()) return false;
   return muscle.settings.zone || std::any_of(now.weights.begin(), now.weights.end(),
                                              [&](double w) { return w != now.weights[0]; });
 }
 
-// Drag then slows the deformation alone, not the flight.
+// Takes the net force and torque out of the multiplier's direction and of the drag, so that drag
+// slows the deformation and not the flight of the body.
 void keep_momentum(const Muscle& muscle, double h, const Body& body, VolumeSums& sums) {
   auto& [now, work, volume] = body;
   remove_net_motion(now.x, muscle.mass, volume.direction);
@@ -258,7 +263,8 @@ double volume_frequency_squared(const Muscle& muscle, double bulk) {
   return sum / volume_compliance(muscle, bulk);
 }
 
-// To the part `t` of the frame (s): rest lengths and targets, which a path alone moves.
+// Sets rest lengths and targets at the fraction t [0 to 1] of the step. Only a muscle with a path
+// has any that change.
 void carry_within(double t, const RingSprings& rings, const MuscleState& now, ExplicitWork& work) {
   work.rest_length.resize(now.rest_length.size());
   for (size_t k = 0; k < work.rest_length.size(); ++k) {
@@ -283,7 +289,7 @@ int explicit_substeps(const Model& model, int m, double h) {
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
   const double substeps = std::ceil(h / (kMargin * stable));
-  if (substeps <= kMostSubsteps) return std::max(1, static_cast<int>(substeps));
+  if (substeps <= kMaxSubsteps) return std::max(1, static_cast<int>(substeps));
   throw Error(
       ErrorCode::kUsage,
       muscle.location + ": muscle \"" + muscle.name +
@@ -329,24 +335,25 @@ void iterate_explicit(const Model& model, int m, State& state) {
     const double t = static_cast<double>(step) / substeps;
     const bool last = step == substeps;
     if (has_path) carry_within(t, muscle.rings, now, work);
-    if (step % kLookEvery == 1 || last) {
-      find_near_planes(t - 1.0 / substeps, work.frame, kLookEvery * h, now.x, now.v, work.touches,
-                       work.near);
+    if (step % kSearchInterval == 1 || last) {
+      find_near_planes(t - 1.0 / substeps, work.frame, kSearchInterval * h, now.x, now.v,
+                       work.touches, work.near);
     }
     const bool exactly = rule.substeps == VolumeRule::Exact::kEach ||
                          (rule.substeps == VolumeRule::Exact::kLast && last);
-    const bool whole = removes || exactly;
+    const bool all_nodes = removes || exactly;
     const double drag = removes ? 0.0 : muscle.settings.damping;
     VolumeSums sums = kick_all(has_path ? work.rest_by_slot : muscle.rings.rest_length, has_volume,
                                body, {muscle, work.target, gravity, h, drag});
     if (has_volume) {
       if (step > 1) note_volume(muscle, sums.volume, now);
-      set_direction(whole, body);
+      set_direction(all_nodes, body);
       if (removes) keep_momentum(muscle, h, body, sums);
     }
-    const double lambda = solve_multiplier(muscle, rule, {h, t, last, exactly, whole}, body, sums);
-    release_contacts(lambda, whole, muscle.mass, work.near, nodes, now.given);
-    advance(h, lambda, whole, body);
+    const double lambda =
+        solve_multiplier(muscle, rule, {h, t, last, exactly, all_nodes}, body, sums);
+    release_contacts(lambda, all_nodes, muscle.mass, work.near, nodes, now.contact_impulse);
+    advance(h, lambda, all_nodes, body);
   }
 }
 

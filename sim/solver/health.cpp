@@ -13,11 +13,11 @@
 namespace thew::sim {
 namespace {
 
-constexpr double kBox = 10.0;        // times the rig's own extent
+constexpr double kBox = 10.0;        // times the rig's extent
 constexpr double kStretch = 10.0;    // of a spring over its present rest length
-constexpr double kReversed = 0.05;   // share of edges against the carried shape's: look closer
+constexpr double kReversed = 0.05;   // of all edges: if more are reversed, the surface is checked
 constexpr double kTurnedOver = 0.5;  // of the surface
-constexpr double kEnergy = 2.0;      // times what went in
+constexpr double kEnergy = 2.0;      // times the energy that went in
 
 double squared(const Point& r) { return dot(r, r); }
 
@@ -27,13 +27,13 @@ double extent_of(const Model& model, const State& state) {
   return extent;
 }
 
-// The one that presses most.
+// The collider of the contact that bears the largest force, -1 where none does.
 int strongest_contact(const Muscle& muscle, const MuscleState& now) {
   double most = 0.0;
   int other = -1;
   for (size_t c = 0; c < now.normal_multiplier.size(); ++c) {
-    const double push = now.normal_multiplier[c] * muscle.contact_stiffness[now.contacts[c].node];
-    if (push > most) most = push, other = now.contacts[c].other;
+    const double force = now.normal_multiplier[c] * muscle.contact_stiffness[now.contacts[c].node];
+    if (force > most) most = force, other = now.contacts[c].other;
   }
   return other;
 }
@@ -58,11 +58,11 @@ std::string text_of(const Model& model, double time, const StepDiagnosis& diagno
     when +=
         " (substep " + std::to_string(diagnosis.substep) + " of " + std::to_string(substeps) + ")";
   }
-  const CauseWords& words = words_of(diagnosis.cause);
-  const auto figure = [&](double value) { return number_text(value) + " " + words.unit; };
+  const CauseText& text = cause_text(diagnosis.cause);
+  const auto figure = [&](double value) { return number_text(value) + " " + text.unit; };
   return when + ": " + diagnosis.part + ", node " + std::to_string(diagnosis.node) + ": " +
-         words.quantity + " is " + figure(diagnosis.value) + ", the limit is " +
-         figure(diagnosis.limit) + "; " + words.next;
+         text.quantity + " is " + figure(diagnosis.value) + ", the limit is " +
+         figure(diagnosis.limit) + "; " + text.remedy;
 }
 
 double stretch_energy(double stiffness, double length, double rest) {
@@ -80,12 +80,12 @@ double edge_energy(const Springs& springs, const std::vector<double>& rest_lengt
   return sum;
 }
 
-// J, an upper bound of what all muscles may have after the step: twice what they had, what the rig
-// gives by moving them as they were, what gravity gives and what a blow of a bone gives; and always
-// as much as springs of twice their length hold.
+// J, an upper bound of the energy of all muscles after the step: kEnergy times the sum of what they
+// had, what the rig adds by moving them, what gravity adds and what the blow of a bone adds. To
+// this comes the energy of all edges at twice their length, so that the bound is never too low.
 double energy_limit(const Model& model, double h, const State& state) {
   double fastest = model.contact.settings.max_depth / h;  // m/s, out of an overlap
-  for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.moved / h);
+  for (const BoneState& bone : state.bones) fastest = std::max(fastest, bone.displacement / h);
   for (const MuscleState& muscle : state.muscles) {
     for (const Point& v : muscle.target_velocity) fastest = std::max(fastest, norm(v));
   }
@@ -118,7 +118,8 @@ Point area_vector(const Points& x, const Triangle& t) {
                0.0};
 }
 
-// Share of the carried shape's surface that x has turned over by more than a right angle.
+// Share [0 to 1] of the surface whose normal at x is more than a right angle from the carried
+// shape's.
 double turned_over(const Muscle& muscle, const Points& x, const Points& target) {
   double all = 0.0, over = 0.0;
   for (const Triangle& t : muscle.rest.triangles) {
@@ -130,14 +131,14 @@ double turned_over(const Muscle& muscle, const Points& x, const Points& target) 
   return all > 0.0 ? over / all : 0.0;
 }
 
-// A first look, without a root: true only if all nodes surely are.
+// A quick check without square roots. True only if all nodes are surely within the limits.
 THEW_VECTORISED
 bool are_within(const MuscleState& now, double reach, double fastest, double h) {
   constexpr double kLess = 1.0 - 1e-12;
   const double most = std::min(kLess * fastest * fastest, 1e300);
-  const double farthest = kLess * reach * reach, way = most * h * h;
+  const double farthest = kLess * reach * reach, longest = most * h * h;
   for (size_t i = 0; i < now.x.size(); ++i) {
-    if (!(squared(now.x[i]) <= farthest && squared(now.x[i] - now.start[i]) <= way &&
+    if (!(squared(now.x[i]) <= farthest && squared(now.x[i] - now.start[i]) <= longest &&
           squared(now.v[i]) <= most)) {
       return false;
     }
@@ -149,7 +150,7 @@ std::optional<StepDiagnosis> find_bad_node(const Model& model, double h, double 
                                            const State& state, int m) {
   const MuscleState& now = state.muscles[m];
   const double reach = kBox * extent;
-  // From rest to rest there is no speed, only a number or none.
+  // A quasi-static muscle goes from one balance to the next and has no speed to be limited.
   const bool still = is_quasi_static(model, m);
   const double fastest = still ? 1e300 : extent / h;
   if (are_within(now, reach, fastest, h)) return {};
@@ -168,13 +169,13 @@ std::optional<StepDiagnosis> find_bad_node(const Model& model, double h, double 
   return {};
 }
 
-// Of an edge or a node, the one that holds the most energy.
+// A node of the edge, or the node, that has the most energy.
 int most_strained(const Muscle& muscle, const MuscleState& now) {
   const Springs& springs = muscle.springs;
   double most = 0.0;
   int strained = 0;
-  const auto note = [&](double held, int node) {
-    if (held > most) most = held, strained = node;
+  const auto note = [&](double energy, int node) {
+    if (energy > most) most = energy, strained = node;
   };
   for (int k = 0; k < springs.structural; ++k) {
     const auto& [a, b] = springs.nodes[k];
@@ -199,7 +200,7 @@ std::optional<StepDiagnosis> find_long_edge(const Model& model, const State& sta
   return {};
 }
 
-// J, of the free nodes' way off the carried shape's.
+// J, of the free nodes' motion relative to the carried shape.
 THEW_VECTORISED
 double kinetic_energy(const Muscle& muscle, const MuscleState& now) {
   Point sum = {};
@@ -210,7 +211,8 @@ double kinetic_energy(const Muscle& muscle, const MuscleState& now) {
   return sum3(sum);
 }
 
-// What the edges tell. Energy and orientation cost something: only where the edges give cause.
+// Checks edges, volume, orientation and energy. The edges are checked first, in one pass; the
+// others cost more and are computed only where the edges say that they may be wrong.
 std::optional<StepDiagnosis> find_bad_shape(const Model& model, double h, const State& state,
                                             int m) {
   const Muscle& muscle = model.muscles[m];
@@ -246,13 +248,13 @@ std::optional<StepDiagnosis> find_bad_shape(const Model& model, double h, const 
 
 }  // namespace
 
-const CauseWords& words_of(Cause cause) {
+const CauseText& cause_text(Cause cause) {
   static constexpr const char* kMotion = "see the motion and the scale of the rig in this frame";
   static constexpr const char* kPath =
       "see its path, its wraps and the joints round it in this frame";
   static constexpr const char* kMaterial = "use more substeps or softer material";
   // By Cause.
-  static constexpr CauseWords kWords[] = {
+  static constexpr CauseText kTexts[] = {
       {"", "", "", ""},
       {"solution", "", "the solver found no solution", kMaterial},
       {"distance from the root", "m", "it left the rig's surroundings", kMotion},
@@ -264,7 +266,7 @@ const CauseWords& words_of(Cause cause) {
       {"way into a bone in one step", "m", "it would have passed into a bone in one step", kMotion},
       {"way into a bone, however short the step", "m",
        "it jumps into a bone, however short the step", kPath}};
-  return kWords[static_cast<int>(cause)];
+  return kTexts[static_cast<int>(cause)];
 }
 
 StepFailure::StepFailure(const Model& model, double time, const StepDiagnosis& of, int steps)
@@ -275,10 +277,10 @@ StepFailure::StepFailure(const Model& model, double time, const StepDiagnosis& o
 
 namespace {
 
-// What has changed since the muscle was last remembered.
+// Copies the motion that has changed since the last copy to frame_before.
 void remember(MuscleState& muscle) {
   MuscleMotion& before = muscle.frame_before;
-  switch (muscle.highest) {
+  switch (muscle.highest_level) {
     case Level::kAsleep:
       break;
     case Level::kGeometric:
@@ -288,7 +290,7 @@ void remember(MuscleState& muscle) {
     default:
       before = muscle;
   }
-  muscle.highest = Level::kAsleep;
+  muscle.highest_level = Level::kAsleep;
 }
 
 }  // namespace
@@ -304,15 +306,15 @@ void begin_frame(const Model& model, State& state) {
   state.frame_pose = state.pose;
 }
 
-void take_back(State& state) {
+void undo_frame(State& state) {
   for (MuscleState& muscle : state.muscles) {
     static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
-    muscle.followed.x.clear();  // the next search knows of no motion
-    muscle.shaped = false;
+    muscle.followed.x.clear();  // the next search must not assume how far it has moved
+    muscle.posed = false;
   }
   static_cast<SkinMotion&>(state.skin) = state.skin_before;
   state.pose = state.frame_pose;
-  state.taken_back = true;
+  state.undone = true;
 }
 
 std::optional<StepDiagnosis> diagnose_solver(
@@ -332,7 +334,7 @@ std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const S
     if (state.muscles[m].level == Level::kAsleep) continue;
     if (auto diagnosis = find_bad_node(model, h, extent, state, m)) return diagnosis;
   }
-  for (int m = 0; m < state.count(); ++m) {  // by now they are all numbers
+  for (int m = 0; m < state.count(); ++m) {  // all positions are finite by now
     if (!has_forces(state.muscles[m].level)) continue;
     if (auto diagnosis = find_bad_shape(model, h, state, m)) return diagnosis;
   }

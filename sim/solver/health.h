@@ -9,31 +9,36 @@
 
 namespace thew::sim {
 
-/// A frame that could not be done. Its message has all that failure.json has.
+/// A frame that no try could finish. Its message says all that failure.json says.
 class StepFailure : public Error {
  public:
-  /// At the end of the frame at `time` (s) of so many substeps.
+  /// Of the last try of the frame that ends at `time` (s), which had so many substeps.
   StepFailure(const Model& model, double time, const StepDiagnosis& diagnosis, int substeps);
   StepDiagnosis diagnosis;
-  int frame = 0;     ///< the clip's first one while settling
-  int substeps = 0;  ///< the last try's; of the skin 0
+  int frame = 0;     ///< the frame's number; the clip's first one while settling
+  int substeps = 0;  ///< of the last try; 0 where the skin failed
 };
 
-/// Clears the measures of the frame before and keeps what a failed step takes back.
+/// Clears the measures of the frame before, ends rungs whose frames are over, and keeps the motion
+/// of muscles, skin and bodies for undo_frame().
 void begin_frame(const Model& model, State& state);
-void take_back(State& state);
+/// Restores the motion that begin_frame() kept, after a failed try. The rungs stay as they are.
+void undo_frame(State& state);
 
-/// What the step says, or the solver by an Error, of what it cannot do; other errors go on.
+/// Calls the step and returns its diagnosis. NoSolution of the solver becomes a diagnosis too;
+/// other exceptions are passed on.
 std::optional<StepDiagnosis> diagnose_solver(
     const std::function<std::optional<StepDiagnosis>()>& step);
-/// After a step of h seconds: nothing, or what is wrong with which node of which muscle (not
-/// finite, beyond 10 times the rig's box, too fast, edges torn, turned inside out, more energy than
-/// rig, gravity and springs can have given).
+/// The health check after a step of h seconds. Returns the first fault it finds, with muscle and
+/// node: a position that is not finite or beyond 10 times the rig's extent, a speed that crosses
+/// the rig in one step, an edge longer than 10 times its rest length, a muscle without volume or
+/// turned inside out, more energy than rig, gravity and springs can have given. Nothing if there is
+/// none.
 std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const State& state);
-/// The same of the skin: not finite, or beyond the rig's box.
+/// The same of the skin: a position that is not finite or beyond 10 times the rig's extent.
 std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& state);
 
-/// m/s, over all free nodes.
+/// Speed (m/s) of the fastest free node of all muscles.
 double fastest_node(const Model& model, const State& state);
 
 }  // namespace thew::sim

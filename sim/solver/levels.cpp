@@ -24,12 +24,13 @@ double fastest(const Points& v) {
   return std::sqrt(squared);
 }
 
-// Neither the muscle nor what is near enough to touch it before the next step moves. At the turning
-// point of a swing it stands still for one step, not for two.
-bool is_at_rest(const Model& model, int m, double h, const State& state) {
-  const double rest = model.fidelity->rest;
+// Whether neither the muscle moves, nor anything that is near enough to touch it before the next
+// step. Two steps without motion are asked for, since at the turning point of a swing a muscle
+// stands still for one.
+bool is_still(const Model& model, int m, double h, const State& state) {
+  const double still = model.fidelity->still_distance;
   const auto& contact = model.contact;
-  if (state.muscles[m].rested < 2) return false;
+  if (state.muscles[m].still_steps < 2) return false;
   if (!contact.enabled) return true;
   const NodeBox own = box_of(state.muscles[m].x);
   const double reach = std::max(contact.settings.margin, contact.settings.max_depth);
@@ -38,22 +39,22 @@ bool is_at_rest(const Model& model, int m, double h, const State& state) {
     if (model.ignore[m][other]) continue;
     const bool is_bone = other >= count;
     if (is_bone && !state.body_moved[model.bones[other - count].body]) continue;
-    const double way =
-        is_bone ? state.bones[other - count].moved : h * fastest(state.muscles[other].v);
-    if (!is_bone && way <= rest && !is_driven(model, other, state)) continue;
+    const double displacement =
+        is_bone ? state.bones[other - count].displacement : h * fastest(state.muscles[other].v);
+    if (!is_bone && displacement <= still && !is_driven(model, other, state)) continue;
     const Points& x = is_bone ? state.bones[other - count].x : state.muscles[other].x;
-    if (are_near(own, box_of(x), reach + way)) return false;
+    if (are_near(own, box_of(x), reach + displacement)) return false;
   }
   return true;
 }
 
-// What the others see of it while it is left alone.
-void lie_down(const Surface& surface, MuscleState& now) {
+// Sets what other muscles read of a muscle that is not stepped any more.
+void fall_asleep(const Surface& surface, MuscleState& now) {
   now.v.assign(now.x.size(), Point{});
   now.target_velocity = now.v;
   now.start = now.previous_iterate = now.x;
   refit_bvh(surface, now.x, now.bvh);
-  now.memory.others.clear();  // what comes nearer meanwhile is not noted
+  now.memory.others.clear();  // a sleeping muscle does not update them
   now.face_memory.others.clear();
 }
 
@@ -74,33 +75,35 @@ bool is_quasi_static(const Model& model, int m) {
 
 void choose_levels(const Model& model, double h, State& state) {
   if (!model.fidelity) {
-    for (MuscleState& now : state.muscles) now.level = now.highest = Level::kDynamic;
+    for (MuscleState& now : state.muscles) now.level = now.highest_level = Level::kDynamic;
     return;
   }
   for (int m = 0; m < state.count(); ++m) {
     if (!has_forces(model.fidelity->muscles[m].level)) continue;
     MuscleState& now = state.muscles[m];
-    now.rested = h * fastest(now.v) <= model.fidelity->rest ? std::min(now.rested + 1, 2) : 0;
+    now.still_steps =
+        h * fastest(now.v) <= model.fidelity->still_distance ? std::min(now.still_steps + 1, 2) : 0;
   }
   for (int m = 0; m < state.count(); ++m) {
     const Level level = model.fidelity->muscles[m].level;
     const bool moves =
         is_driven(model, m, state) ||
-        (level == Level::kGeometric ? !state.muscles[m].shaped : !is_at_rest(model, m, h, state));
-    state.muscles[m].next = moves ? level : Level::kAsleep;
+        (level == Level::kGeometric ? !state.muscles[m].posed : !is_still(model, m, h, state));
+    state.muscles[m].chosen_level = moves ? level : Level::kAsleep;
   }
-  for (int m = 0; m < state.count(); ++m) {  // now that all have been looked at
+  for (int m = 0; m < state.count();
+       ++m) {  // after all are chosen: the choice reads the levels of others
     MuscleState& now = state.muscles[m];
-    if (now.next == Level::kAsleep && now.level != Level::kAsleep) {
-      lie_down(model.surfaces[m].surface, now);
+    if (now.chosen_level == Level::kAsleep && now.level != Level::kAsleep) {
+      fall_asleep(model.surfaces[m].surface, now);
     }
-    now.level = now.next;
+    now.level = now.chosen_level;
     if (now.level != Level::kAsleep) now.node_iterations += static_cast<std::int64_t>(now.x.size());
-    now.highest = std::max(now.highest, now.level);
+    now.highest_level = std::max(now.highest_level, now.level);
   }
 }
 
-bool reach_volume(const Muscle& muscle, VolumeWork& work, Points& x) {
+bool restore_volume(const Muscle& muscle, VolumeWork& work, Points& x) {
   volume_gradient(x, muscle.rest.triangles, work.gradient);
   work.direction.resize(x.size());
   for (const bool even : {false, true}) {  // even weights where the authored ones fail
@@ -113,25 +116,25 @@ bool reach_volume(const Muscle& muscle, VolumeWork& work, Points& x) {
   return false;
 }
 
-bool place_carried(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
-                   VolumeWork& work, Points& x) {
+bool set_carried_shape(const Muscle& muscle, const CarriedPose& pose, const CarriedProfile& profile,
+                       VolumeWork& work, Points& x) {
   profiled_positions(muscle.shape, pose, muscle.swells, profile, x);
-  return reach_volume(muscle, work, x);
+  return restore_volume(muscle, work, x);
 }
 
-void shape_muscle(const Model& model, int m, double h, State& state) {
+void set_geometric_muscle(const Model& model, int m, double h, State& state) {
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   now.start.swap(now.x);
   carry_pose(muscle.shape, state.pose, now.carry, now.pose);
   now.path_length = now.pose.path_length;
   const CarriedProfile& profile = model.fidelity->muscles[m].profile;
-  if (!place_carried(muscle, now.pose, profile, now.volume, now.x)) ++now.unreached;
+  if (!set_carried_shape(muscle, now.pose, profile, now.volume, now.x)) ++now.unreached;
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   now.target_velocity = now.v;
   now.previous_iterate = now.x;
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);
-  now.shaped = true;
+  now.posed = true;
 }
 
 }  // namespace thew::sim

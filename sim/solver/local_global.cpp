@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+//
+// Implicit Euler by block descent on a prefactored matrix (Liu, Bargteil, O'Brien, Kavan 2013):
+// A = M (1/h^2 + damping/h + guide) + (1 + shape) sum k + contact. Each iteration projects the
+// springs (local step), solves x = A^-1 f and z = A^-1 W dV/dx in one pass (global step), and goes
+// along z to the exact volume. See "Time integration" in sim/method.md.
 #include <algorithm>
 #include <cmath>
 
@@ -13,11 +18,11 @@
 namespace thew::sim {
 namespace {
 
-// 1/s^2, of a quasi-static iteration about its own start: keeps the matrix definite where nothing
-// holds a body, and leaves the rest where it is.
+// 1/s^2. Draws the nodes of a quasi-static muscle to where its iteration began, so that the matrix
+// is definite also for a free body. In the converged shape this force is 0.
 constexpr double kNearness = 1.0;
 
-// [x, z] = A^-1 [f, W dV/dx], by new index and back.
+// [x, z] = A^-1 [f, g], in the matrix's order of nodes and back.
 THEW_VECTORISED
 void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Points& f, const Points& g,
                 Points& x, Points& z) {
@@ -37,7 +42,8 @@ void solve_pair(const Muscle& muscle, LocalGlobalWork& work, const Points& f, co
   }
 }
 
-// A^-1 W dL/dx of each cut between zones, two at a time; the last, of the whole, is there already.
+// A^-1 W dV/dx for the volume before each cut between zones, two in one pass. The last direction,
+// of the whole volume, is known.
 void solve_zones(const Muscle& muscle, MuscleState& now, LocalGlobalWork& work) {
   std::vector<Points>& gradients = now.volume.zones.gradients;
   std::vector<Points>& directions = now.volume.zone_directions;
@@ -65,7 +71,7 @@ void scale(const std::vector<double>& by, const Points& rows, Points& out) {
   for (size_t i = 0; i < rows.size(); ++i) out[i] = by[i] * rows[i];
 }
 
-// By node: mass times what does not depend on other nodes.
+// The right-hand side's terms of one node alone, N: inertia, drag, guide and gravity.
 THEW_VECTORISED
 void set_base(const Muscle& muscle, double h, double inertia, double damping, const Point& gravity,
               const MuscleState& now, Points& base) {
@@ -81,11 +87,11 @@ void set_base(const Muscle& muscle, double h, double inertia, double damping, co
 
 namespace {
 
-// A^-1 stands as long as the diagonal does.
+// Factors the matrix again only if its diagonal has changed.
 void factorise_step(const Model& model, int m, LocalGlobalWork& work) {
   const Muscle& muscle = model.muscles[m];
   if (work.diagonal == work.factored_diagonal) return;
-  work.factored_diagonal.clear();  // a factor that fails is of no diagonal
+  work.factored_diagonal.clear();  // where factoring fails there is no factor
   if (!factorise(muscle.stiffness, work.diagonal, work.factor)) {
     throw NoSolution(m, "muscle \"" + muscle.name +
                             "\": the step's matrix is not positive definite; check its material "
@@ -98,11 +104,12 @@ void begin_contacts(const Model& model, int m, double h, State& state, LocalGlob
   const Muscle& muscle = model.muscles[m];
   MuscleState& now = state.muscles[m];
   const ContactSolve solve = contact_solve(model, m, state);
-  const bool held = std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
-  if (!held && !is_quasi_static(model, m)) {
+  const bool is_fixed =
+      std::find(muscle.driven.begin(), muscle.driven.end(), 1) != muscle.driven.end();
+  if (!is_fixed && !is_quasi_static(model, m)) {
     guess_flight(solve, now, muscle.mass, to_point(model.gravity), h, now.start, now.v, now.x);
   }
-  if (solve.friction > 0.0) find_slip_origins(solve, now.contacts, now.start, work.apart);
+  if (solve.friction > 0.0) find_slip_origins(solve, now.contacts, now.start, work.start_offset);
 }
 
 }  // namespace
@@ -118,7 +125,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   const double shape = muscle.settings.material.shape;
   add_ring_edges(muscle.rings, shape, now.target, work.base);
   lengths_by_slot(muscle.rings, now.rest_length, work.rest_by_slot);
-  for (const auto& [node, anchor, stiffness] : muscle.anchored) {  // goes to the right side
+  for (const auto& [node, anchor, stiffness] : muscle.anchored) {  // driven nodes are known
     work.base[node] += (1.0 + shape) * stiffness * now.x[anchor];
   }
   const Skyline& matrix = muscle.stiffness;
@@ -133,7 +140,7 @@ void begin_local_global(const Model& model, int m, double h, State& state) {
   }
   factorise_step(model, m, work);
   now.volume.gradient.resize(now.x.size());
-  now.volume.direction.resize(now.x.size(), Point{});  // where driven it stays 0
+  now.volume.direction.resize(now.x.size(), Point{});  // 0 at driven nodes
   begin_contacts(model, m, h, state, work);
   if (muscle.zones.count() > 0) zone_targets(muscle, now.target, now.volume.zone_targets);
 }
@@ -150,7 +157,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
   if (is_quasi_static(model, m)) {
     for (size_t i = 0; i < f.size(); ++i) f[i] += kNearness * muscle.mass[i] * now.x[i];
   }
-  add_contacts(contact_solve(model, m, state), now.x, work.apart, now, f);
+  add_contacts(contact_solve(model, m, state), now.x, work.start_offset, now, f);
   volume_gradient(now.x, muscle.rest.triangles, gradient);
   scale(now.weights, gradient, work.weighted);
   const bool zoned = muscle.zones.count() > 0;
@@ -158,7 +165,7 @@ void iterate_local_global(const Model& model, int m, State& state) {
     gradients_before(muscle.zones, now.x, muscle.rest.triangles, now.volume.zones.gradients);
   }
   solve_pair(muscle, work, f, work.weighted, now.x, direction);
-  // G A^-1 W G need not be positive: fall back on even weights, under which it is.
+  // G A^-1 W G^T need not be positive. Even weights, under which it is, then stand in.
   const double along = dot(gradient, direction);
   double even_along = 0.0;
   if (!(along > 0.0) || rule.wants_even) {

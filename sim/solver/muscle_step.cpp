@@ -25,21 +25,21 @@ bool has_iterated(const Model& model, int iterations, const State&) {
 
 bool has_stepped(const Model&, int iterations, const State&) { return iterations > 0; }
 
-// As many more as it takes until no node moves. NoSolution with muscle, time and motion where
-// none are enough.
-bool has_come_to_rest(const Model& model, int iterations, const State& state) {
-  constexpr int kMost = 10000;
+// Iterations go on until no node moves by more than Lengths::converged. NoSolution with muscle,
+// time and residual after 10,000.
+bool has_converged(const Model& model, int iterations, const State& state) {
+  constexpr int kMaxIterations = 10000;
   if (!has_iterated(model, iterations, state)) return false;
   if (model.fidelity) return true;
   for (int m = 0; m < state.count(); ++m) {
-    const double moved = state.muscles[m].moved;
-    if (!has_forces(state.muscles[m].level) || moved <= model.lengths.converged_motion) continue;
-    if (iterations < kMost && std::isfinite(moved)) return false;
+    const double residual = state.muscles[m].residual;
+    if (!has_forces(state.muscles[m].level) || residual <= model.lengths.converged_motion) continue;
+    if (iterations < kMaxIterations && std::isfinite(residual)) return false;
     char numbers[200];
     std::snprintf(numbers, sizeof numbers,
                   "\" at %.4f s: an iteration still moves a node by %s m after %d of them; let it "
                   "move with inertia, by local_global",
-                  state.time, number_text(moved).c_str(), iterations);
+                  state.time, number_text(residual).c_str(), iterations);
     throw NoSolution(m, "muscle \"" + model.muscles[m].name + numbers);
   }
   return true;
@@ -50,7 +50,7 @@ constexpr IntegratorSteps kSteps[] = {
     {begin_explicit, iterate_explicit, finish_explicit, has_stepped},
     {begin_xpbd, iterate_xpbd, finish_muscle, has_iterated},
     {begin_local_global, iterate_local_global, finish_muscle, has_iterated},
-    {begin_local_global, iterate_local_global, finish_muscle, has_come_to_rest}};
+    {begin_local_global, iterate_local_global, finish_muscle, has_converged}};
 
 }  // namespace
 
@@ -97,7 +97,7 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
 }
 
 THEW_VECTORISED
-void remember_iterate(MuscleState& state) {
+void update_previous_iterate(MuscleState& state) {
   state.previous_iterate.resize(state.x.size());
   double squared = 0.0;
   for (size_t i = 0; i < state.x.size(); ++i) {
@@ -105,7 +105,7 @@ void remember_iterate(MuscleState& state) {
     squared = std::max(squared, dot(d, d));
     state.previous_iterate[i] = state.x[i];
   }
-  state.moved = std::sqrt(squared);
+  state.residual = std::sqrt(squared);
 }
 
 ContactSolve contact_solve(const Model& model, int m, const State& state) {
@@ -139,12 +139,13 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
   VolumeWork& work = now.volume;
   const bool exact = rule_of(model.solver.volume).exact;
   const ContactSolve solve = contact_solve(model, m, state);
-  // The directions without what contact holds, that of the whole last.
+  // Directions from which the contacts' normals are taken out: of each zone, and last of the whole.
   const bool zoned = !work.zone_directions.empty();
   const std::span<Points> freed =
       zoned ? std::span(work.zone_directions) : std::span(&work.gradient, 1);
   freed.back() = work.direction;
-  // Rounds, since the volume moves other nodes into bone; two soft surfaces share the way, once.
+  // In rounds, since restoring the volume moves other nodes into bone. Only in the first push do
+  // two soft surfaces each go half of the way.
   bool moves = project_out(solve, now.contacts, true, freed, now.x);
   for (int round = 0; exact && (moves || round == 0) && round < kRounds; ++round) {
     if (zoned) restore_zones(muscle, now);
@@ -155,7 +156,7 @@ void finish_muscle(const Model& model, int m, double h, State& state) {
     }
     moves = project_out(solve, now.contacts, false, freed, now.x);
   }
-  // Pinched between two there is no end to the rounds: the volume has the last word.
+  // A muscle that is pinched between two bodies is pushed for ever: the volume has the last word.
   if (exact && moves) restore_exactly(muscle, work.direction, now.x);
   for (size_t i = 0; i < now.x.size(); ++i) now.v[i] = (now.x[i] - now.start[i]) * (1.0 / h);
   note_volume(muscle, enclosed_volume(now.x, muscle.rest.triangles), now);

@@ -9,8 +9,8 @@ namespace thew::sim {
 Parallel::Parallel(int threads) {
   try {
     for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
-  } catch (const std::system_error&) {  // so many threads the system gives, and no more
-  } catch (...) {                       // where one cannot be started the others have to end
+  } catch (const std::system_error&) {  // the system gives no more threads
+  } catch (...) {                       // the threads that have started have to be joined
     end();
     throw;
   }
@@ -23,7 +23,7 @@ void Parallel::work() {
   while (true) {
     start_.wait(lock, [this] { return stop_ || next_ < count_; });
     if (stop_) return;
-    take(lock);
+    run_indices(lock);
   }
 }
 
@@ -36,7 +36,7 @@ void Parallel::end() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void Parallel::take(std::unique_lock<std::mutex>& lock) {
+void Parallel::run_indices(std::unique_lock<std::mutex>& lock) {
   while (next_ < count_) {
     const int index = next_++;
     ++running_;
@@ -69,7 +69,7 @@ void Parallel::run(int count, Call call, const void* work) {
   count_ = count;
   failure_ = nullptr;
   start_.notify_all();
-  take(lock);
+  run_indices(lock);
   finish_.wait(lock, [this] { return running_ == 0; });
   count_ = next_ = 0;
   if (failure_) std::rethrow_exception(failure_);

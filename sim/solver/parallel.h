@@ -9,11 +9,12 @@
 
 namespace thew::sim {
 
-/// Threads that share out the indices of a loop. Each index is worked on by one thread alone and
-/// writes only what is its own, so results do not depend on the number of threads.
+/// Threads that share the indices of a loop. Each index is worked on by one thread, and its work
+/// may write only what belongs to that index, so that results do not depend on the number of
+/// threads.
 class Parallel {
  public:
-  /// Fewer where the system gives fewer.
+  /// As many threads as are asked for, or as many as the system gives; the caller is one of them.
   explicit Parallel(int threads);
   ~Parallel();
   Parallel(const Parallel&) = delete;
@@ -32,7 +33,7 @@ class Parallel {
   using Call = void (*)(const void* work, int index);
   void run(int count, Call call, const void* work);
   void work();
-  void take(std::unique_lock<std::mutex>& lock);
+  void run_indices(std::unique_lock<std::mutex>& lock);
   void end();
 
   std::vector<std::thread> workers_;

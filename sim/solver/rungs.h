@@ -6,26 +6,33 @@
 
 namespace thew::sim {
 
-// A muscle that cannot be solved in a frame takes a rung for some frames, so that a bake ends with
-// frames: first contact lets the pair pass that cannot be parted, then the muscle is its carried
-// shape at its exact volume, come to within frames and left within frames. Each rung is stated.
+// A rung stands in for the solve of a muscle that fails in a frame, for some frames, so that the
+// bake can go on. The first rung leaves out contact between the two bodies that cannot be parted.
+// The second one makes the muscle its carried shape at its exact volume, and blends it in and out
+// over some frames. The report lists every rung that was taken.
 
-/// The next rung from state.time on, for the muscle in trouble; false where there is none.
+/// Puts the muscle of the diagnosis on its next rung, from state.time on. False where there is
+/// none, where the scene allows none (solver.rungs), or where the diagnosis is of no muscle.
 bool take_rung(const Model& model, const StepDiagnosis& diagnosis, State& state);
-/// What a frame begins with: leaves the rungs whose time is over.
+/// Ends the rungs whose frames are over, and forgets the rung and cause that the frame before
+/// reported. Called at the beginning of a frame.
 void leave_rungs(const Model& model, State& state);
-/// That a step had to be split for it, where that is all.
-void note_split(const StepDiagnosis& diagnosis, State& state);
+/// Notes for the report that the frame was divided because of this muscle, unless it has already
+/// noted a higher rung.
+void note_division(const StepDiagnosis& diagnosis, State& state);
 
-/// Contact of muscle m with a collider is left out.
-bool lets_pass(const State& state, int m, int other);
+/// Whether contact of muscle m with the collider `other` is left out, because one of them is on the
+/// rung Rung::kPairLetPass.
+bool ignores_pair(const State& state, int m, int other);
 
-/// Whether the muscle is its carried shape in a step that ends at `time` (s), and takes no part in
-/// the solve.
-bool is_held(const Model& model, const MuscleState& now, double time);
-/// Puts it there, after carry_muscle(): what it is off that shape by fades over frames.
-void hold_carried(const Model& model, int m, double time, double h, MuscleState& now);
-/// After the solve: a share of the carried shape, which fades over frames.
-void blend_carried(const Model& model, int m, double time, double h, MuscleState& now);
+/// Whether the muscle takes no part in the solve of a step that ends at `time` (s), because it is
+/// on the rung Rung::kCarried and is not yet being blended out.
+bool follows_carried_shape(const Model& model, const MuscleState& now, double time);
+/// Sets such a muscle in a step of h seconds that ends at `time` (s), after carry_muscle(). Its
+/// nodes' displacement from the carried shape goes to 0 over the first frames of the rung.
+void follow_carried_shape(const Model& model, int m, double time, double h, MuscleState& now);
+/// After the solve of a step: mixes a share of the carried shape into the muscle's positions while
+/// it is being blended out. The share goes to 0 over some frames. Does nothing for other muscles.
+void blend_with_carried_shape(const Model& model, int m, double time, double h, MuscleState& now);
 
 }  // namespace thew::sim

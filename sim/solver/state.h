@@ -13,15 +13,15 @@
 
 namespace thew::sim {
 
-/// A muscle's nodes, and what its solver keeps from step to step. Points are by node.
+/// A muscle's nodes, and what its solver keeps from step to step. Arrays have one row a node.
 struct NodeMotion {
-  Points x;                       ///< m
-  Points v;                       ///< m/s
-  double zone_radius = 0.0;       ///< m, of the automatic deformation zone
-  std::vector<double> weights;    ///< of the volume correction: the authored ones, or the zone's
-  int rested = 0;                 ///< steps in a row before which it moved next to nothing
+  Points x;                     ///< m
+  Points v;                     ///< m/s
+  double zone_radius = 0.0;     ///< m, of the automatic deformation zone
+  std::vector<double> weights;  ///< of the volume correction [1]: the authored ones, or the zone's
+  int still_steps = 0;  ///< successive steps, 2 at most, without motion (Fidelity::still_distance)
   Level level = Level::kDynamic;  ///< of the step
-  bool shaped = false;            ///< kGeometric: it is where it belongs in the pose
+  bool posed = false;             ///< of kGeometric: x is the carried shape of the present pose
 };
 /// Measures of the last frame.
 struct SolverMeasures {
@@ -29,45 +29,47 @@ struct SolverMeasures {
   double substep_volume_error = 0.0;  ///< relative, largest of all steps and substeps
   int unreached = 0;                  ///< substeps in which the volume could not be reached
   int weight_fallbacks = 0;           ///< iterations in which even weights had to stand in
-  int zone_fallbacks = 0;             ///< iterations in which the whole volume alone was held
-  ContactImpulse given;               ///< by contact since the start (explicit)
+  int zone_fallbacks = 0;             ///< iterations in which only the whole volume was restored
+  ContactImpulse contact_impulse;     ///< N s, of all contacts since the start; explicit only
 };
 /// What stands in for a muscle's solve where that fails, see rungs.h.
 enum class Rung { kNone, kSubsteps, kPairLetPass, kCarried };
 /// As report.json says it.
 inline constexpr const char* kRungs[] = {"none", "substeps", "pair_let_pass", "carried"};
-/// Where a muscle stands. Saved with the motion; a step that is taken back does not change it.
-struct LadderMotion {
-  Rung rung = Rung::kNone;   ///< kPairLetPass or kCarried
-  double since = 0.0;        ///< s
-  int passes = -1;           ///< kPairLetPass: the collider
-  Rung taken = Rung::kNone;  ///< in the last frame
-  Cause because = Cause::kNone;
+/// The rung that a muscle is on. Saved with the motion. undo_frame() leaves it as it is.
+struct LadderState {
+  Rung rung = Rung::kNone;        ///< kPairLetPass or kCarried
+  double since = 0.0;             ///< s
+  int passes = -1;                ///< of kPairLetPass: the collider whose contact is left out
+  Rung frame_rung = Rung::kNone;  ///< what the report says of the last frame
+  Cause cause = Cause::kNone;     ///< of frame_rung
 };
-/// All of a muscle that a step reads of the step before, and a failed one takes back; a bake's
-/// parts hold it whole.
+/// All of a muscle that a step reads of the step before. undo_frame() restores it, and each part of
+/// a bake holds it.
 struct MuscleMotion : NodeMotion, CarriedMotion, ContactMotion, SolverMeasures {};
 
-/// What searches for contacts leave to the next: it shortens them, and on a surface that crosses
-/// itself may tell what they find. Saved with the motion; after a failed step it starts anew.
+/// What a search for contacts leaves to the next one. It shortens the search; on a surface that
+/// crosses itself it may also decide which contact is found, so it is saved with the motion. A
+/// failed step resets it.
 struct MuscleSearches {
   ContactMemory memory, face_memory;
   MotionHistory followed;
 };
 
 struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
-  LadderMotion ladder;
-  Level next = Level::kDynamic;      ///< chosen, until all have been looked at
-  Level highest = Level::kDynamic;   ///< of the steps since it was last remembered
-  std::int64_t node_iterations = 0;  ///< under a tolerance, since the start; carrying counts as one
+  LadderState ladder;
+  Level chosen_level = Level::kDynamic;   ///< for this step, before any level is changed
+  Level highest_level = Level::kDynamic;  ///< of all steps since frame_before was set
+  std::int64_t node_iterations = 0;  ///< nodes times iterations since the start, under a tolerance;
+                                     ///< being carried is one iteration
   Bvh bvh;
-  MuscleMotion frame_before;      ///< to go back to
-  Points start;                   ///< x when the step began
-  Points previous_iterate;        ///< x when the iteration began, as the others see it
-  double moved = 0.0;             ///< m, the most that a node moved in the iteration before
-  ContactMotion touched;          ///< contacts of the step before
-  std::vector<Contact> pressing;  ///< those of them that bore a force
-  std::vector<int> nearby;        ///< scratch of the search for contacts with itself
+  MuscleMotion frame_before;        ///< the motion when the frame began, for undo_frame()
+  Points start;                     ///< x when the step began
+  Points previous_iterate;          ///< x when the iteration began; the other muscles read this
+  double residual = 0.0;            ///< m, the longest displacement of a node in the last iteration
+  ContactMotion previous_contacts;  ///< contacts of the step before
+  std::vector<Contact> loaded_contacts;  ///< those of previous_contacts that bore a force
+  std::vector<int> self_candidates;      ///< scratch of the search for self-contacts
   VolumeWork volume;
   IntegratorWork work;
 };
@@ -76,26 +78,27 @@ struct BoneState {
   Points x;
   MotionHistory followed;
   Bvh bvh;
-  bool fitted = true;  ///< the tree is of x
-  double moved = 0.0;  ///< m, the most that a node moved in the last step
+  bool fitted = true;         ///< whether the tree is up to date with x
+  double displacement = 0.0;  ///< m, the longest of a node in the last step
 };
 
-/// All that goes from one frame to the next.
+/// All that changes while a model is simulated. `colliders` points into the state itself: a
+/// copy has to set its own, as each step does.
 struct State {
   double time = 0.0;       ///< s, 0 at the first frame
   Pose pose, pose_before;  ///< of the step's end and beginning
   std::vector<double> joints;
-  std::vector<char> body_moved;        ///< by body, in this step
+  std::vector<char> body_moved;        ///< [body] in this step
   std::vector<Affine> bodies;          ///< of a character, stretch included
   std::vector<Affine> bodies_of_clip;  ///< the same, before they are blended with the bind pose
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
-  std::vector<Collider> colliders;  ///< of the step: they point into this state
-  CandidatePairs near;              ///< of them
+  std::vector<Collider> colliders;  ///< of the step; they point into this state and the model
+  CandidatePairs near_pairs;        ///< of the colliders
   SkinState skin;
-  SkinMotion skin_before;   ///< to go back to
-  Pose frame_pose;          ///< the same
-  bool taken_back = false;  ///< the bones' surfaces stand where a failed step has moved them
+  SkinMotion skin_before;  ///< when the frame began, for undo_frame()
+  Pose frame_pose;         ///< when the frame began, for undo_frame()
+  bool undone = false;     ///< the bones' surfaces are still where a failed try has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }
 };

@@ -23,14 +23,14 @@ struct Reader {
   void number(double& value) {
     if (at == in.size())
       throw Error(ErrorCode::kInput,
-                  "the bake's state is shorter than its own lists; bake again without --resume");
+                  "the bake's state is shorter than its own lists; bake again from the start");
     value = in[at++];
   }
   void count(size_t& n) {
     double value = 0.0;
     number(value);
     if (!(value >= 0.0 && value <= static_cast<double>(in.size()))) {
-      throw Error(ErrorCode::kInput, "the bake's state is damaged; bake again without --resume");
+      throw Error(ErrorCode::kInput, "the bake's state is damaged; bake again from the start");
     }
     n = static_cast<size_t>(value);
   }
@@ -41,7 +41,7 @@ void walk(Archive& archive, double& value) {
   archive.number(value);
 }
 
-// Of small whole numbers: counts, indices, enumerators.
+// Whole numbers that a double holds exactly: counts, indices, enumerators.
 template <typename Archive, typename Whole>
 requires(std::is_integral_v<Whole> || std::is_enum_v<Whole>) void walk(Archive& archive,
                                                                        Whole& value) {
@@ -87,8 +87,8 @@ void walk_all(Archive& archive, Fields&... fields) {
 // The fields by structured binding: one that is added and not saved does not compile.
 template <typename Archive>
 void walk(Archive& archive, NodeMotion& motion) {
-  auto& [x, v, zone_radius, weights, rested, level, shaped] = motion;
-  walk_all(archive, x, v, zone_radius, weights, rested, level, shaped);
+  auto& [x, v, zone_radius, weights, still_steps, level, posed] = motion;
+  walk_all(archive, x, v, zone_radius, weights, still_steps, level, posed);
 }
 
 template <typename Archive>
@@ -105,9 +105,9 @@ void walk(Archive& archive, ContactMotion& motion) {
 
 template <typename Archive>
 void walk(Archive& archive, SolverMeasures& measures) {
-  auto& [volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks, given] =
-      measures;
-  auto& [impulse, angular_impulse] = given;
+  auto& [volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks,
+         contact_impulse] = measures;
+  auto& [impulse, angular_impulse] = contact_impulse;
   walk_all(archive, volume_error, substep_volume_error, unreached, weight_fallbacks, zone_fallbacks,
            impulse, angular_impulse);
 }
@@ -126,7 +126,7 @@ void walk(Archive& archive, SkinMotion& motion) {
   walk_all(archive, x, offset, force, slip, moved);
 }
 
-// What each search finds out anew of where all are is left out.
+// What each search computes again from the positions is left out.
 template <typename Archive>
 void walk(Archive& archive, MotionHistory& followed) {
   walk_all(archive, followed.x, followed.travelled);
@@ -149,9 +149,9 @@ void walk(Archive& archive, MuscleSearches& searches) {
 }
 
 template <typename Archive>
-void walk(Archive& archive, LadderMotion& ladder) {
-  auto& [rung, since, passes, taken, because] = ladder;
-  walk_all(archive, rung, since, passes, taken, because);
+void walk(Archive& archive, LadderState& ladder) {
+  auto& [rung, since, passes, frame_rung, cause] = ladder;
+  walk_all(archive, rung, since, passes, frame_rung, cause);
 }
 
 template <typename Archive>
@@ -232,7 +232,7 @@ bool fits(const ContactMemory& memory, const Model& model) {
          });
 }
 
-// What is read back was written for these meshes, or by no one.
+// Whether sizes and indices fit the model: a state of other meshes must not be stepped.
 bool fits(const State& state, const Model& model) {
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     const MuscleState& now = state.muscles[m];
@@ -258,13 +258,13 @@ void unpack_state(const Model& model, const std::vector<double>& packed, State& 
   walk(reader, state);
   if (reader.at != packed.size() || !fits(state, model)) {
     throw Error(ErrorCode::kInput,
-                "the bake's state is of other meshes; bake again without --resume");
+                "the bake's state is of other meshes; bake again from the start");
   }
   drive_bones(model, state.time, state);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     MuscleState& now = state.muscles[m];
     now.pose = carry_pose(model.muscles[m].shape, state.pose);
-    now.start = now.previous_iterate = now.x;  // of one that is asleep
+    now.start = now.previous_iterate = now.x;  // read of a muscle that sleeps
     refit_bvh(model.surfaces[m].surface, now.x, now.bvh);
   }
 }

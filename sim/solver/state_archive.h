@@ -5,14 +5,15 @@
 
 namespace thew::sim {
 
-/// At rest in the bind pose.
+/// The state at rest in the bind pose, at time -model.settle.
 State initial_state(const Model& model);
 
-/// Time, motion and searches as plain numbers, and back: a state that has gone through them takes
-/// every step to come to the same bytes. What else a step reads it finds anew.
+/// Time, motion and searches of a state as plain numbers, and back. A state that was packed and
+/// unpacked takes the same steps to the last bit; all else that a step reads is computed again.
+/// unpack_state() sets the whole state. Error(kInput) where the numbers are not of this model.
 std::vector<double> pack_state(const State& state);
 void unpack_state(const Model& model, const std::vector<double>& packed, State& state);
-/// Searches begin anew, as those of the first step.
+/// Clears what searches have left, so that the next ones are as in the first step.
 void forget_searches(State& state);
 
 }  // namespace thew::sim

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the exact multiplier is measured against: no volume at all, the paper's equations as they
-// are printed (the denominator without the weights) and mended, and a bulk stiffness.
+// The rules that the exact multiplier is compared with: no volume correction, the paper's linear
+// multiplier (eqs 9-14) as it is printed, without the weights in the denominator, and mended, with
+// them, and a penalty by bulk stiffness.
 #include "muscles/volume.h"
 #include "sim/solver/volume_rule.h"
 

@@ -12,13 +12,14 @@
 
 namespace thew::sim {
 
-// What a muscle's solver works with inside a step. Nothing here goes from step to step but memory,
-// so that a step does not allocate, and the factor of a matrix that is still the same.
+// Scratch of a muscle's solver inside a step. From step to step it keeps allocated memory, so that
+// a step does not allocate, and the factor of the matrix as long as the matrix is the same. Arrays
+// have one row a node where nothing else is said.
 
-/// Of the volume's multiplier, whatever the integrator.
+/// For the volume's multiplier, in all integrators.
 struct VolumeWork {
   Points gradient;                      ///< dV/dx, m^2
-  Points direction;                     ///< along which the volume is restored
+  Points direction;                     ///< d or z: along which the volume is restored
   std::vector<double> zone_targets;     ///< m^3, see zone_targets()
   std::vector<Points> zone_directions;  ///< by cut, then the whole's
   ZoneScratch zones;
@@ -26,13 +27,14 @@ struct VolumeWork {
 };
 
 struct LocalGlobalWork {
-  Points base;          ///< what of the right-hand side stays the same in a step, N
+  Points base;          ///< the part of the right-hand side that is constant in a step, N
   Points forces;        ///< N
   Points weighted;      ///< W dV/dx, m^2
-  Points even, unused;  ///< the direction of even weights
-  Points apart;         ///< by contact: the node from its point when the step began (friction), m
+  Points even, unused;  ///< the direction under even weights; scratch
+  Points start_offset;  ///< [contact] m, the node relative to its point when the step began;
+                        ///< friction only
   PointPairs pairs;
-  RingSprings::BySlot rest_by_slot;  ///< of the rings, now
+  RingSprings::BySlot rest_by_slot;  ///< m, rest lengths now
   SkylineFactor factor;
   std::vector<double> diagonal, factored_diagonal;  ///< added to the springs' matrix, N/m
 };
@@ -46,20 +48,20 @@ struct XpbdWork {
 };
 
 struct ExplicitWork {
-  double frame = 0.0;                ///< s, of all substeps
-  int substeps = 0;                  ///< of a frame that is so long
+  double frame = 0.0;                ///< s, the step that the substeps divide
+  int substeps = 0;                  ///< that a step of that length needs
   Points forces;                     ///< N
   std::vector<double> inverse_mass;  ///< 1/kg
   std::vector<double> mobility;      ///< weight over mass, 1/kg
   Points predicted, drag;            ///< m; m/s
-  Points target;                     ///< within the frame, m
-  std::vector<double> rest_length;   ///< the same
-  RingSprings::BySlot rest_by_slot;  ///< the same, of the rings
+  Points target;                     ///< m, within the step
+  std::vector<double> rest_length;   ///< m, within the step
+  RingSprings::BySlot rest_by_slot;  ///< m, the same in the order of the rings
   ContactPlanes touches;
   NearPlanes near;
 };
 
-/// Of the integrator in use alone.
+/// Only that of the integrator in use is there.
 using IntegratorWork = std::variant<std::monostate, LocalGlobalWork, XpbdWork, ExplicitWork>;
 template <typename Work>
 Work& work_of(IntegratorWork& work) {

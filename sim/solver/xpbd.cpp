@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Extended position-based dynamics (Macklin, Mueller, Chentanez 2016): each spring a constraint
-// with compliance 1/k and a multiplier that accumulates over the iterations of a step, so that what
-// they converge to is implicit Euler with the springs' own stiffness. The volume is one such
+// with compliance 1/k and a multiplier that accumulates over the iterations of a step, so that
+// they converge to implicit Euler with the springs' own stiffness. The volume is one such
 // constraint.
 #include <cmath>
 
@@ -14,25 +14,25 @@
 namespace thew::sim {
 namespace {
 
-// Inverse mass of each free node, drag and guide in it: they pull at one node alone, so that their
-// implicit step is exact and needs no multiplier.
+// The first guess and the inverse mass of each free node. Drag and guide act on one node alone, so
+// that their implicit step is exact and needs no multiplier: they are part of the inverse mass.
 void predict_freely(const Muscle& muscle, const Point& gravity, double h, MuscleState& now,
                     XpbdWork& work) {
   const double guide = muscle.settings.guide, damping = muscle.settings.damping;
   const double inertia = 1.0 / (h * h), drag = damping / h;
-  const double whole = inertia + drag + guide;
+  const double total = inertia + drag + guide;
   work.inverse_mass.assign(now.x.size(), 0.0);
   for (size_t i = 0; i < now.x.size(); ++i) {
     if (muscle.driven[i]) continue;  // predict() has put it on its path
-    work.inverse_mass[i] = inertia / (muscle.mass[i] * whole);
+    work.inverse_mass[i] = inertia / (muscle.mass[i] * total);
     now.x[i] = (inertia * (now.start[i] + h * now.v[i]) + drag * now.start[i] +
                 damping * now.target_velocity[i] + guide * now.target[i] + gravity) *
-               (1.0 / whole);
+               (1.0 / total);
   }
 }
 
-// C = |d| - L, compliance 1/k; and against leaving the carried shape's edge t, C = d - t,
-// compliance 1/(shape k).
+// Two constraints a spring: C = |d| - L with compliance 1/k, and C = d - t with compliance
+// 1/(shape k), where t is the spring's vector in the carried shape.
 void project_springs(const Muscle& muscle, MuscleState& now, XpbdWork& work) {
   const Springs& springs = muscle.springs;
   const double shape = muscle.settings.material.shape;

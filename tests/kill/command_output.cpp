@@ -311,14 +311,11 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/cli/new_", {{"new"}}},
       {"tools/fit/", {{"new"}}},
       {"tools/lab/chart/", {{"chart"}}},
-      {"tools/lab/paper/", {{"paper"}}},
-      {"sim/cache/cache_parts.cpp", {{"bake"}}},  // read where a bake is resumed only
-      {"sim/solver/state_archive.cpp", {{"bake"}}}};
+      {"tools/lab/paper/", {{"paper"}}}};
   // Places in a scene that the command line set; and what reads the option named.
   const std::map<std::string, std::set<std::string>> own = {
       {"sim/scene/toml.cpp", {"--set"}},
       {"sim/scene/toml.h", {"--set"}},
-      {"sim/cache/own_files.cpp", {"--overwrite"}},  // that all who write have, see below
       {"tools/base/options.cpp", {"--frames", "--progress"}},
       {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
       {"tools/compare/compare_html.cpp", {"--cut"}},          // of its style sheet
@@ -367,6 +364,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
     }
   }
   EXPECT_GT(seen, 20);
+  // All commands that write, since program_main.cpp names --overwrite to each of them.
   for (const Words& words : std::vector<Words>{{"bake"},
                                                {"render"},
                                                {"export"},

@@ -193,8 +193,8 @@ TEST(Arm, NoFoldsAndNoSelfIntersection) {
   }
 }
 
-// Neither bone nor a tendon of the biceps cuts through what can give way, between its nodes or at
-// them, but where its own tendon enters the bone.
+// No bone and no tendon of the biceps intersects the free part of a muscle, except where a tendon
+// enters its own bone.
 TEST(Arm, NoBoneAndNoTendonOfTheBicepsCutsABelly) {
   if (kStride > 1) GTEST_SKIP() << "asked of the clip at its own speed, not four times that";
   const Model& model = arm().model;
@@ -307,13 +307,13 @@ TEST(Arm, SkinLiesOverAll) {
   }
 }
 
-// Seen from the nearest bone, no vertex moves more in a frame than three times what it does in the
-// neighbouring frames plus 0.2 mm.
+// Relative to the nearest bone, no vertex moves more in a frame than three times as far as in the
+// neighbouring frames, plus 0.2 mm.
 template <typename Position>
 void expect_no_jump(const std::string& name, size_t nodes, Position&& position) {
   const Flexion& run = arm();
   for (size_t i = 0; i < nodes; ++i) {
-    // The body whose frame sees the node move least.
+    // The body relative to which the node moves least.
     size_t body = 0;
     double least = 1e30;
     for (size_t b = 0; b < run.poses[0].size(); ++b) {
@@ -338,8 +338,8 @@ void expect_no_jump(const std::string& name, size_t nodes, Position&& position) 
   }
 }
 
-// With the forearm alone turning. Where the biceps turns as a whole, a node of the brachialis lies
-// over an edge of it.
+// Only the forearm turns. The biceps turns as a whole, and a node of the brachialis then lies over
+// an edge of it.
 TEST(Arm, HalfTheStepTellsTheSame) {
   const auto turn = [](const char* substeps, const std::string& degrees, const std::string& from) {
     Model model = build_model(
@@ -374,7 +374,7 @@ TEST(Arm, HalfTheStepTellsTheSame) {
   }
 }
 
-// The forearm's turn leaves the bellies where they are: at half a millimetre none needs forces.
+// The forearm's turn does not move the bellies, so that at a tolerance of 0.5 mm none needs forces.
 TEST(Arm, AForearmAloneIsCarried) {
   for (const char* degrees : {"-45", "45"}) {
     Scene scene = read_scene(

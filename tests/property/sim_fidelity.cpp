@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// solver.tolerance: what is chosen, and that it keeps what it promises.
+// solver.tolerance: which levels are chosen, and that they keep the tolerance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -100,7 +100,7 @@ TEST(Fidelity, ALoneMuscleIsCarriedWithoutForces) {
   EXPECT_TRUE(out.plan.raised.empty());
 }
 
-// Longer than what is refined as a whole: most frames are neither probed nor checked.
+// A clip that is too long to be refined as a whole: most frames are neither probed nor checked.
 TEST(Fidelity, ALongClipIsKeptBetweenItsProbes) {
   const Settings swing = {"scene.frames=1-160",
                           "rig.clip.keys={ elbow = [[1, 0], [40, 90], [90, 10], [160, 70]] }"};
@@ -117,7 +117,7 @@ TEST(Fidelity, AMuscleThatJigglesIsDynamic) {
                          "muscle.flexor.material={ young = 100, shape = 0.3 }",
                          "muscle.flexor.damping=2"};
   const Outcome out = outcome_of("one_muscle", soft, 4e-4);
-  EXPECT_EQ(out.plan.muscles[0].level, Level::kDynamic) << out.plan.muscles[0].because;
+  EXPECT_EQ(out.plan.muscles[0].level, Level::kDynamic) << out.plan.muscles[0].reason;
   EXPECT_LE(out.error, 4e-4);
   EXPECT_LE(out.volume_error, 1e-12);
 }
@@ -131,7 +131,7 @@ TEST(Fidelity, WhatNothingMovesSleeps) {
   EXPECT_LE(out.volume_error, 1e-12);
 }
 
-// A muscle that only a press moves: nothing of its own path does.
+// A muscle that is moved by a press alone; its own path does not move.
 TEST(Fidelity, WhatIsTouchedIsAwake) {
   const Outcome out = outcome_of("pressed", {}, 2e-3);
   EXPECT_NE(out.plan.muscles[0].level, Level::kAsleep);
@@ -139,7 +139,8 @@ TEST(Fidelity, WhatIsTouchedIsAwake) {
   EXPECT_LE(out.volume_error, 1e-12);
 }
 
-// Two ridges that slip past each other: half of the refined step's substeps tell 0.36 mm of that.
+// Two ridges that slip past each other. With half of the refined step's substeps they differ by
+// 0.36 mm.
 TEST(Fidelity, MusclesThatPressOnEachOther) {
   const Outcome out = outcome_of("pair", {}, 1e-3);
   EXPECT_LE(out.error, 1e-3);
@@ -149,7 +150,7 @@ TEST(Fidelity, MusclesThatPressOnEachOther) {
     EXPECT_LE(error + muscle.refined_error, 1e-3);
   }
   EXPECT_LE(out.volume_error, 1e-12);
-  for (const ChosenMuscle& muscle : out.plan.muscles) EXPECT_FALSE(muscle.because.empty());
+  for (const ChosenMuscle& muscle : out.plan.muscles) EXPECT_FALSE(muscle.reason.empty());
 }
 
 std::string refusal(const std::string& scene, double tolerance) {

@@ -29,7 +29,7 @@ struct Slide {
       step_frame(model, f / model.fps, parallel, state, seconds);
     }
   }
-  // Along the slope, of the block as a whole: m and m/s.
+  // Position (m) and speed (m/s) of the whole block along the slope.
   double mean(const Points& rows) const {
     double sum = 0.0, mass = 0.0;
     for (size_t i = 0; i < rows.size(); ++i) {
@@ -42,7 +42,7 @@ struct Slide {
   double speed() const { return mean(state.muscles[0].v); }
 };
 
-// Once it has landed from its first tenth of a millimetre.
+// After the block has fallen the 0.1 mm by which it starts above the slope.
 double acceleration(const std::vector<std::string>& overrides) {
   Slide slide(overrides);
   slide.go_to(9);

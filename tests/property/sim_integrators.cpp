@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The four integrators are one model: forces balance at rest, and where one of them ends the others
-// do, whatever their counts.
+// The four integrators solve one model: forces balance at rest, and all end in the same shape, for
+// any number of substeps and iterations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "sim/bake/measure.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/muscles/shapes.h"
@@ -98,8 +99,8 @@ TEST(QuasiStatic, BalancesTheWeightOfAHangingCube) {
   EXPECT_GT(hung_length(cube), 0.25);
 }
 
-// At rest where quasi_static leaves it, the cube has to stay: were an integrator softer or stiffer
-// than the springs, it would sink or rise.
+// The cube begins at rest in the shape that quasi_static ends in and has to keep it. An integrator
+// that is softer or stiffer than the springs would let it sink or rise.
 TEST(Integrators, HangACubeAlike) {
   Motion still(kCube, hanging({"solver.integrator=quasi_static"}));
   still.go_to(2);
@@ -138,7 +139,7 @@ TEST(QuasiStatic, IsTheRestOfTheMotionAndKnowsNoFrameBefore) {
   EXPECT_LE(still.state.muscles[0].volume_error, 1e-12);
 }
 
-// Middle section over the rest's, less 1.
+// Area of the middle section over that at rest, minus 1.
 double bulge(const Motion& motion) {
   const Muscle& muscle = motion.model.muscles[0];
   const double area =
@@ -165,9 +166,9 @@ TEST(Xpbd, StiffnessDoesNotDependOnTheCounts) {
   }
 }
 
-// The residual is what the last iteration moved any node by: where that is 0.05 mm or less, the
-// bulge is that of the forces in balance, whatever the counts. By the weights alone and in a soft
-// material, where it takes the most iterations.
+// Where the residual is 0.05 mm or less, the bulge is the one of balanced forces, for any number of
+// substeps and iterations. Shaped by the weights alone and of soft material, which takes the most
+// iterations.
 TEST(LocalGlobal, StiffnessDoesNotDependOnTheCountsAtItsResidual) {
   const std::vector<std::string> soft = {"muscle.flexor.shape=weights",
                                          "muscle.flexor.material={ shape = 0.3 }"};
@@ -185,7 +186,7 @@ TEST(LocalGlobal, StiffnessDoesNotDependOnTheCountsAtItsResidual) {
     for (const char* iterations : {"1", "2", "5", "10", "20", "40"}) {
       const Motion run = run_with({std::string("solver.substeps=") + substeps,
                                    std::string("solver.iterations=") + iterations});
-      const double residual = 1e3 * run.state.muscles[0].moved;
+      const double residual = 1e3 * run.state.muscles[0].residual;
       std::printf("%s x %s: residual %.2g mm, bulge %.5f of %.5f\n", substeps, iterations, residual,
                   bulge(run), truth);
       if (residual > 0.05) continue;
@@ -197,7 +198,7 @@ TEST(LocalGlobal, StiffnessDoesNotDependOnTheCountsAtItsResidual) {
 }
 
 // A muscle whose triangles are cut in 4 and in 16: the same surface, four and sixteen times the
-// springs. By the weights alone and with a soft material, where springs have most to say.
+// springs. Shaped by the weights alone and of soft material, where the springs matter most.
 class Subdivided : public TempFolder {
  protected:
   double bulge_of(const TriMesh& mesh, const std::string& integrator, const std::string& shape) {

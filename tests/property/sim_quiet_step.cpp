@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A step allocates nothing: frames that have been stepped before, from the same state and with the
-// memory that it has grown to by then, call no operator new. So what a step works with is kept from
-// step to step, and grows only where there is more of something, as of contacts, than ever before.
+// memory allocated by then, call no operator new. So a step's scratch is kept from step to step and
+// grows only where there is more of something than ever before, such as contacts.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -11,6 +11,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"
@@ -65,8 +66,8 @@ struct Frames {
   size_t contacts = 0, own = 0;  // in all of them, and of a muscle with itself
 };
 
-// Of `count` frames after the first two, when they are stepped for the third time: buffers that
-// change places in each step have both been as large as they get.
+// Allocations in `count` frames after the first two, when they are stepped for the third time: by
+// then both of two buffers that are swapped in each step have reached their largest size.
 Frames stepped_again(const Model& model, int count) {
   constexpr int kLead = 2, kTimes = 3;
   Parallel parallel(2);
@@ -94,7 +95,8 @@ Frames stepped_again(const Model& model, int count) {
   return frames;
 }
 
-// From the first frame on, the third time that all of it is done.
+// Allocations while settling, from the end of its first frame on, when it is done for the third
+// time.
 long settled_again(const Model& model) {
   constexpr int kTimes = 3;
   Parallel parallel(2);

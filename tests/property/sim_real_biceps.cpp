@@ -5,6 +5,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is similar moves alike: the arm at half and at twice its size, with all that has a length
-// scaled and [scene] size set, against the arm. Powers of two round nothing.
+// Similar scenes move alike: the arm at half and at twice its size, with all lengths scaled and
+// [scene] size set, against the arm. A factor that is a power of two causes no rounding.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -10,6 +10,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"
@@ -91,7 +92,7 @@ class SizedArm : public TempFolder {
       muscle.fibre_length = unscaled.muscles[&muscle - scene.muscles.data()].fibre_length;
       scale_muscle(size, muscle);
     }
-    // Also what the arm's scene gives itself.
+    // The settings that the arm's scene gives are scaled too.
     scene.skin.settings = times(unscaled.skin.settings, size);
     scene.contact.settings = times(unscaled.contact.settings, size);
     for (auto& [name, thickness] : scene.contact.thickness) thickness *= size;

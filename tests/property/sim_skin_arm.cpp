@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The arm's skin as an anatomist knows it: it slides over the tip of the elbow, and a forearm that
-// turns over does not wring it like the paper of a sweet.
+// Anatomy of the arm's skin: it slides over the tip of the elbow, and it does not narrow between
+// elbow and wrist when the forearm turns over.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -44,7 +45,7 @@ int bone_named(const Model& model, const std::string& name) {
   throw std::runtime_error("no bone " + name);
 }
 
-// The tip of the olecranon: of the ulna's upper 3 cm the point farthest back.
+// The tip of the olecranon: the point of the ulna's upper 3 cm that is farthest back.
 Vec3 tip_of_elbow(const Moved& arm) {
   const Points& ulna = arm.state.bones[bone_named(arm.model, "ulna")].x;
   double top = -1.0;

@@ -82,7 +82,8 @@ TEST(SoftBody, HeldNodesGoWithTheirBodies) {
   EXPECT_EQ(top, 9 * 9 + 8 * 8);
 }
 
-// What the free cow has of momentum is what the ball gave it, although its weights are local.
+// The momentum of the free cow is the impulse that the ball gave it, although its weights are
+// local.
 TEST(SoftBody, LocalWeightsGiveAFreeBodyNoMomentum) {
   const Outcome cow = run("cow.toml", {}, 13);
   const Muscle& muscle = cow.model.muscles[0];
@@ -94,10 +95,10 @@ TEST(SoftBody, LocalWeightsGiveAFreeBodyNoMomentum) {
     linear += p;
     angular += to_vec(now.x[i]).cross(p);
   }
-  const double given = now.given.impulse.norm();
+  const double given = now.contact_impulse.impulse.norm();
   EXPECT_GT(given, 1e-3);
-  EXPECT_LT((linear - now.given.impulse).norm(), 1e-10 * given);
-  EXPECT_LT((angular - now.given.angular_impulse).norm(), 1e-10 * given);
+  EXPECT_LT((linear - now.contact_impulse.impulse).norm(), 1e-10 * given);
+  EXPECT_LT((angular - now.contact_impulse.angular_impulse).norm(), 1e-10 * given);
   EXPECT_LE(cow.volume, 1e-12);
 }
 

@@ -9,6 +9,7 @@
 #include "rig/math.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"

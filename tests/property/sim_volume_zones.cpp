@@ -9,6 +9,7 @@
 #include "sim/bake/measure.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -49,7 +50,7 @@ Motion run(const std::string& scene, const std::vector<std::string>& overrides, 
   return out;
 }
 
-// How far the volume of four zones strays, whatever held it.
+// The largest relative error of the volumes of four zones, under any volume rule.
 double strayed(const Motion& motion) {
   const Model divided = build_model(read_scene(motion.model.source, {"solver.volume=zonal"}));
   const Muscle& muscle = divided.muscles[0];
@@ -98,8 +99,8 @@ TEST(Zonal, QuasiStaticEndsInTheSameShape) {
   EXPECT_LE(largest_distance(dynamic.state.muscles[0].x, still.state.muscles[0].x), 5e-4);
 }
 
-// A muscle that swells as it shortens: its zones are those of the carried shape, at the volume that
-// the muscle has.
+// A muscle that swells as it shortens: its zones have the shares of the volume that they have in
+// the carried shape.
 TEST(Zonal, ZonesOfACarriedShapeSwellWithIt) {
   const Motion zonal = run(kOneMuscle, {"solver.volume=zonal"}, 23);
   EXPECT_LE(zonal.volume, 1e-14);
@@ -123,7 +124,7 @@ TEST(Zonal, SameBytesForAnyThreadsAndFromAnyFrame) {
   const Motion two = run(pair, {"solver.volume=zonal"}, 5, 2);
   EXPECT_LE(one.zone, 1e-11);
   EXPECT_EQ(pack_state(one.state), pack_state(two.state));
-  // As a resumed bake goes on.
+  // From here on as a resumed bake does.
   State later = initial_state(one.model), now = one.state;
   unpack_state(one.model, pack_state(one.state), later);
   Parallel parallel(1);
@@ -134,8 +135,8 @@ TEST(Zonal, SameBytesForAnyThreadsAndFromAnyFrame) {
   EXPECT_EQ(pack_state(later), pack_state(now));
 }
 
-// Most of the squeezed belly has no weights: no motion that they allow gives its volume back. The
-// whole keeps its own then, and it is told how often.
+// Most of the squeezed belly has no weights, so that no motion that they allow restores its zones.
+// Only the whole volume is then restored, and the report counts how often.
 TEST(Zonal, WhereAZoneCannotBeHeldTheWholeIs) {
   const Motion held = run(kBar, {"muscle.bar.weights={ profile = [[0.4, 0], [0.41, 1]] }"}, 20);
   EXPECT_GT(held.fallbacks, 0);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMargin = 0.0015, kDepth = 0.004;
 
-// A tube of 24 cm that bends in its middle, and what the searches for its contacts know of it.
+// A tube of 24 cm that bends in its middle, with the memory of the searches for its contacts.
 struct Limb {
   Shape shape;
   Points rest;
@@ -25,7 +25,7 @@ struct Limb {
     all_free.assign(rest.size(), 1);
     points = rigid_points(shape.surface, rest, nullptr, 0.005);
   }
-  // rad and m, from where it lay at rest.
+  // rad and m, from its rest pose.
   void go_to(double bend, const Vec3& by) {
     shape.x = rest;
     for (Point& p : shape.x) {
@@ -54,7 +54,8 @@ std::vector<Contact> contacts_of(const Limb& limb, const Limb& other, ContactMem
   return contacts;
 }
 
-// Nodes within the margin or up to twice the depth inside, by a search of each without a bound.
+// The nodes that a search without a motion bound finds within the margin or up to twice the depth
+// inside.
 std::vector<int> nodes_near(const Limb& limb, const Limb& other) {
   std::vector<int> nodes;
   for (size_t i = 0; i < limb.rest.size(); ++i) {
@@ -67,8 +68,8 @@ std::vector<int> nodes_near(const Limb& limb, const Limb& other) {
   return nodes;
 }
 
-// Two that lie along each other, bend, are carried far and now and then leap, one into the other:
-// what is known of the steps before hides nothing and spares nearly all searches.
+// Two tubes that lie along each other bend, are carried far and now and then jump into each other.
+// The memory of the steps before hides no contact and saves nearly all searches.
 TEST(Search, KnowsWhatCannotHaveComeNear) {
   Limb a(0.012, {0, 0, 0}), b(0.01, {0.012, 0, -0.025});
   std::mt19937 random(7);

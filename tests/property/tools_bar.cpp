@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Zones against what is not this code: finite elements of the same bar under the same plates.
+// Zones compared with finite elements of the same bar between the same plates.
 #include <gtest/gtest.h>
 
 #include "tools/lab/elements/fem_ball.h"

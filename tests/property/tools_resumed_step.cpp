@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A state that is written and read back takes the next step to the same bytes, in every frame: what
-// a resumed bake stands on; with its loops run backwards, too. Scenes with a fold, contact,
-// friction, a skin, a character, each integrator.
+// A state that is written and read back takes the next step to the same bytes, in every frame and
+// also with its loops run backwards. A resumed bake depends on this. The scenes have a fold,
+// contact, friction, a skin, a character, and each integrator.
 #include "sim/fidelity/planner.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
@@ -31,7 +31,8 @@ void expect_same(const Model& model, const State& a, const State& b, const std::
   EXPECT_TRUE(pack_state(a) == pack_state(b)) << when << ": something else that a part holds";
 }
 
-// Settles and runs all frames; from each goes on twice, once from what a part holds.
+// Settles and runs all frames. After each the next frame is stepped twice, from the state itself
+// and from the packed state of a part.
 void run(const Model& model, int last = 0) {
   Parallel parallel(2);
   StageSeconds seconds;

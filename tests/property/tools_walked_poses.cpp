@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Poses walked in sixteenths of a frame: the carried shape is a continuous function of the pose of
-// the bones. What leaps between two instants no number of substeps can follow.
+// The carried shape is a continuous function of the pose of the bones: poses are taken every
+// sixteenth of a frame. A shape that jumps could not be followed by any number of substeps.
 #include <algorithm>
 #include <cstdlib>
 #include <random>
@@ -35,19 +35,19 @@ struct Walker {
 
   explicit Walker(const Model& of) : model(of), state(initial_state(of)) {}
 
-  // m, the most that a surface's point of the bones that move this muscle has moved.
+  // m, the longest displacement of a surface point of the bones that move this muscle.
   double bones_of(const Muscle& muscle) const {
     double most = 0.0;
     for (size_t b = 0; b < model.bones.size(); ++b) {
       const auto& bodies = muscle.bodies;
       if (std::count(bodies.begin(), bodies.end(), model.bones[b].body) > 0) {
-        most = std::max(most, state.bones[b].moved);
+        most = std::max(most, state.bones[b].displacement);
       }
     }
     return most;
   }
 
-  // The targets where the bodies are; `at` is for the print alone.
+  // Sets the targets for the present pose; `at` is only printed.
   void look(double at) {
     const size_t count = model.muscles.size();
     now.resize(count);
@@ -177,8 +177,8 @@ TEST_F(NewScene, TargetsOfRandomMotionsDoNotLeap) {
   EXPECT_EQ(all.jumps, 0);
 }
 
-// Of another scene, in its clip: THEW_WALK=SCENE.toml, and in THEW_WALK_SET what --set says, one
-// setting a line.
+// The same for any scene and its clip: THEW_WALK=SCENE.toml, with overrides in THEW_WALK_SET, one
+// KEY=VALUE a line.
 TEST(WalkedPoses, OfTheSceneThatIsAskedFor) {
   const char* file = std::getenv("THEW_WALK");
   if (!file) GTEST_SKIP() << "THEW_WALK names no scene";

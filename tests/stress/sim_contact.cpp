@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Contact beyond what a shot asks for: each ends in a valid state, or with an error that names the
-// place.
+// Contact that is harder than in any shot. Each case ends in a valid state or with an error that
+// names muscle and node.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +11,7 @@
 #include "sim/bake/measure.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -84,7 +85,7 @@ std::string ball_obj(double radius) {
 class Contacts : public TempFolder {
  protected:
   // A muscle like a biceps from (0, 0.15, 0) to (0, -0.15, 0), 18 mm thick, and two balls that
-  // slide along x: `left` comes from -0.3 m, `right` from 0.3 m. Keys are metres of their way.
+  // slide along x: `left` comes from -0.3 m, `right` from 0.3 m. Keys are displacements in metres.
   std::filesystem::path shot(double radius, const std::string& keys) const {
     write("ball.obj", ball_obj(radius));
     std::string rig = "<robot name=\"shot\"><link name=\"table\"/>";
@@ -109,7 +110,7 @@ class Contacts : public TempFolder {
   }
 };
 
-// Of the muscle's nodes, how deep they are in the balls.
+// How deep (m) the muscle's nodes are in the balls.
 double depth_in_balls(const Motion& run, double radius) {
   double deepest = 0.0;
   for (const Point& x : run.state.muscles[0].x) {
@@ -171,7 +172,7 @@ TEST_F(Contacts, AThicknessIsKeptFree) {
 
 TEST_F(Contacts, PinchedBetweenTwoBones) {
   constexpr double kBall = 0.02;
-  // Of 36 mm 10 are left, then 4.
+  // The gap of 36 mm closes to 10 mm, then to 4.
   Motion run(shot(kBall,
                   "{ left = [[1, 0.262], [10, 0.275], [20, 0.275], [30, 0.278], [40, 0.278]],"
                   " right = [[1, 0.262], [10, 0.275], [20, 0.275], [30, 0.278], [40, 0.278]] }"));
@@ -180,8 +181,8 @@ TEST_F(Contacts, PinchedBetweenTwoBones) {
   EXPECT_LT(depth_in_balls(run, kBall), 1e-3);
 }
 
-// Between planes to a share of its height, and held: no node in a plane, and a flat cake in the
-// end, no wider than its volume asks for and without a spike.
+// A ball is squeezed between planes to a share of its height and kept there. No node is inside a
+// plane, and the end is a flat disc, no wider than its volume needs and without a spike.
 TEST(ContactsOfBall, SqueezedToATwentieth) {
   constexpr double kRadius = 0.1;
   for (const double share : {0.3, 0.1, 0.05}) {
@@ -214,17 +215,17 @@ TEST(ContactsOfPair, HalfInsideEachOtherAreToldAndParted) {
   const std::string scene = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
   Motion run(scene, {"skin.enabled=false", "muscle.side.path.0.3=0.016",
                      "muscle.side.path.1.3=0.016", "scene.settle=2"});
-  const std::vector<std::string> told = rest_overlaps(run.model);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("\"front\" and \"side\" overlap at rest, by "), std::string::npos)
-      << told[0];
+  const std::vector<std::string> overlaps = rest_overlaps(run.model);
+  ASSERT_EQ(overlaps.size(), 1u);
+  EXPECT_NE(overlaps[0].find("\"front\" and \"side\" overlap at rest, by "), std::string::npos)
+      << overlaps[0];
   const FrameMeasures apart = run.go_to(16);
   EXPECT_LT(apart.contact_penetration, 1e-3);
 }
 
 const std::string kArm = THEW_SOURCE_DIR "/assets/arm/arm.toml";
 
-// From 0 to 130 degrees in one frame: where it ends is where a slow flexion ends.
+// Flexion from 0 to 130 degrees in one frame ends in the same shape as a slow one.
 TEST(ContactsOfArm, FlexedInOneFrame) {
   const std::string linear = "rig.clip.interpolation=linear";
   Motion slow(kArm, {linear, "skin.enabled=false",
@@ -239,7 +240,7 @@ TEST(ContactsOfArm, FlexedInOneFrame) {
   EXPECT_EQ(end.skin.intersecting_pairs, 0);
 }
 
-// A tenth too tight: it is stretched over the flesh that it cannot hold.
+// A skin that is a tenth too small is stretched over the flesh.
 // m^2, of the cut by the plane y = `height` of a closed surface.
 double section(const std::vector<Triangle>& triangles, const Points& x, double height) {
   double twice = 0.0;
@@ -258,7 +259,7 @@ double section(const std::vector<Triangle>& triangles, const Points& x, double h
   return 0.5 * std::abs(twice);
 }
 
-// Wrung like a candy's paper the forearm would narrow between its ends.
+// A forearm that is only wrung would narrow between its ends.
 TEST(ContactsOfArm, TheForearmTurnsWithoutNarrowing) {
   Motion run(kArm,
              {"rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [31, -80]] } }"});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Bodies, meshes, weights and motions beyond reason: each run recovers, or is refused with an error
-// that names the muscle. Never a number that is none, never silence.
+// Extreme bodies, meshes, weights and motions. Each run recovers or is refused with an error that
+// names the muscle. No result has a number that is not finite.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tests/unit/rig/temp.h"
@@ -147,7 +148,8 @@ TEST(Extremes, PlanesThatSqueezeToOnePercent) {
   }
 }
 
-// Held on four sides and pressed on the other two: no motion of what is free reaches the volume.
+// A body is fixed on four sides and pressed on the other two, so that no motion of the free nodes
+// restores the volume.
 TEST(Extremes, AVolumeThatNoMotionReaches) {
   const std::string walls =
       "muscle.cube.fixed=[{body=\"bottom\",high=[-0.0999,1,1]},{body=\"bottom\",low=[0.0999,-1,-1]}"
@@ -270,7 +272,8 @@ TEST_F(ExtremeScene, ATriangleWithoutArea) {
   }
 }
 
-// All the volume on so few nodes tore them out; a floor under the weights keeps them, and says so.
+// The whole volume correction on a few nodes tore them out of the surface. The floor under the
+// weights prevents that, with a warning.
 TEST_F(ExtremeScene, WeightsOnAFewNodes) {
   const size_t nodes = Motion(kPaper + "ball.toml", {"muscle.ball.mesh=ball_1470.obj"})
                            .model.muscles[0]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults inside a substep and in the skin. The linker puts this file's functions between each step
-// and its health check (CMakeLists.txt), so that no code of Thew knows of it.
+// Faults inside a substep and in the skin. The linker calls this file's functions in place of the
+// health checks (CMakeLists.txt), so that the library needs no code for this test.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 #include "sim/cache/cache_parts.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/health.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -21,19 +22,20 @@
 
 namespace thew::tests {
 // By the linker's names: the checks themselves, and what is called in their place.
-using Found = std::optional<StepDiagnosis>;
-Found true_diagnose_step(const Model& model, double h, const State& state) __asm__(
+using Diagnosis = std::optional<StepDiagnosis>;
+Diagnosis true_diagnose_step(const Model& model, double h, const State& state) __asm__(
     "__real__ZN4thew3sim13diagnose_stepERKNS0_5ModelEdRKNS0_5StateE");
-Found diagnose_step_after_fault(const Model& model, double h, const State& state) __asm__(
+Diagnosis diagnose_step_after_fault(const Model& model, double h, const State& state) __asm__(
     "__wrap__ZN4thew3sim13diagnose_stepERKNS0_5ModelEdRKNS0_5StateE");
-Found true_diagnose_skin(const Model& model, const State& state) __asm__(
+Diagnosis true_diagnose_skin(const Model& model, const State& state) __asm__(
     "__real__ZN4thew3sim13diagnose_skinERKNS0_5ModelERKNS0_5StateE");
-Found diagnose_skin_after_fault(const Model& model, const State& state) __asm__(
+Diagnosis diagnose_skin_after_fault(const Model& model, const State& state) __asm__(
     "__wrap__ZN4thew3sim13diagnose_skinERKNS0_5ModelERKNS0_5StateE");
 
 namespace {
 
-/// What befalls the check number `at`, counted from 0, and the `more` that follow it.
+/// The fault that is set before check number `at`, counted from 0, and before the `more` that
+/// follow it.
 struct Fault {
   int at = -1, more = 0;
   int muscle = 0, node = 0, component = 0;
@@ -43,7 +45,7 @@ struct Fault {
   bool until_held = false;  ///< bad whenever the muscle is solved, in check `at` and those after
 
   int seen = 0;
-  Found found;  ///< by the check that followed
+  Diagnosis found;  ///< by the check that followed
 };
 Fault fault;
 
@@ -55,7 +57,7 @@ bool is_due(bool in_skin) {
 
 }  // namespace
 
-Found diagnose_step_after_fault(const Model& model, double h, const State& state) {
+Diagnosis diagnose_step_after_fault(const Model& model, double h, const State& state) {
   if (!is_due(false)) return true_diagnose_step(model, h, state);
   if (fault.until_held) {
     const int m = fault.muscle;
@@ -71,7 +73,7 @@ Found diagnose_step_after_fault(const Model& model, double h, const State& state
   return fault.found = true_diagnose_step(model, h, state);
 }
 
-Found diagnose_skin_after_fault(const Model& model, const State& state) {
+Diagnosis diagnose_skin_after_fault(const Model& model, const State& state) {
   if (!is_due(true)) return true_diagnose_skin(model, state);
   SkinState& skin = const_cast<State&>(state).skin;
   Points* const rows[] = {&skin.x, &skin.offset, &skin.force, &skin.slip};
@@ -96,7 +98,7 @@ class Faults : public testing::TestWithParam<const char*> {
     state_ = initial_state(model_);
     settle(model_, parallel_, state_);
   }
-  // Two frames on from the present state: what goes on from there, and what was measured.
+  // Steps two frames from the present state. Returns the packed state and the measures.
   std::vector<double> two_frames(const Fault& with) {
     fault = with;
     State state = state_;
@@ -106,9 +108,10 @@ class Faults : public testing::TestWithParam<const char*> {
     forget_searches(state);  // they begin anew after a fault, and find the same
     std::vector<double> all = pack_state(state);
     for (const MuscleState& muscle : state.muscles) {
-      all.insert(all.end(), {muscle.volume_error, muscle.substep_volume_error,
-                             1.0 * muscle.unreached, 1.0 * muscle.weight_fallbacks,
-                             muscle.given.impulse.norm(), muscle.given.angular_impulse.norm()});
+      all.insert(all.end(),
+                 {muscle.volume_error, muscle.substep_volume_error, 1.0 * muscle.unreached,
+                  1.0 * muscle.weight_fallbacks, muscle.contact_impulse.impulse.norm(),
+                  muscle.contact_impulse.angular_impulse.norm()});
     }
     return all;
   }
@@ -123,7 +126,8 @@ class Faults : public testing::TestWithParam<const char*> {
   StageSeconds seconds_;
 };
 
-// Found in the same substep, named, taken back whole: the bytes are those of a calm run.
+// A fault is found in the same substep, named, and undone completely: the bytes are those of a run
+// without it.
 TEST_P(Faults, InNodesAreNamedAndLeaveNothing) {
   begin({"skin.enabled=false", std::string("solver.integrator=") + GetParam()});
   const bool is_explicit = std::string(GetParam()) == "explicit";
@@ -185,9 +189,10 @@ TEST_F(Faults, ThatComeBackAreHalved) {
   EXPECT_NE(two_frames(twice), calm);
 }
 
-// First without the other's contact, which does not help; then as its carried shape, at its exact
-// volume, until it can be solved again. Never a jolt; in any frame a state that is read back goes
-// on to the same bytes, with its loops run backwards, too.
+// The muscle is first stepped without contact with the other one, which does not help, and then is
+// its carried shape at its exact volume until it can be solved again. It never jumps. In any frame
+// a state that is written and read back goes on to the same bytes, also with its loops run
+// backwards.
 TEST_F(Faults, ThatStayPutTheirMuscleOnARung) {
   constexpr int kFrames = 24, kBad = 8, kGood = 14;
   const Model model = model_with({"skin.enabled=false", "solver.substeps=2"});
@@ -217,7 +222,7 @@ TEST_F(Faults, ThatStayPutTheirMuscleOnARung) {
     fault = {};
     step_frame(model, time, parallel_, calm, seconds_);
     for (const MuscleState& muscle : hurt.muscles) EXPECT_LE(muscle.volume_error, 1e-12) << frame;
-    taken.push_back(hurt.muscles[1].ladder.taken);
+    taken.push_back(hurt.muscles[1].ladder.frame_rung);
     for (size_t i = 0; i < before.size(); ++i) {
       const Points &now = hurt.muscles[1].x, &then = calm.muscles[1].x;
       farthest = std::max(farthest, norm(now[i] - then[i]));

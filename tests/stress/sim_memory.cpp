@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A two-frame bake in which one allocation fails, whichever it is: it ends with an exception, what
-// was completed stays, and the next bake goes on from there. THEW_EVERY=1 in the environment tries
-// them all.
+// One allocation fails in a bake of two frames, each one in turn. The bake ends with an exception,
+// the frames that were completed stay, and the next bake goes on from there. THEW_EVERY=1 in the
+// environment tries all allocations.
 #include <gtest/gtest.h>
 
 #include <atomic>

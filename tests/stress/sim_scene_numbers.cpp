@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each number of a scene, in the place of which stands what a typing error or a script may put
-// there: refused with file and line, or baked. THEW_EVERY=1 tries all pairs, the default a share.
+// Each number of a scene is replaced by values that a typing error or a script may produce. The
+// scene is refused with file and line, or baked. THEW_EVERY=1 tries all pairs, the default a share
+// of them.
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -95,7 +96,7 @@ struct Span {
   size_t begin, end;
 };
 
-// Of the numbers that are values: not within names or quotes.
+// Finds the numbers that are values, not those within names or quotes.
 std::vector<Span> numbers_of(const std::string& text) {
   std::vector<Span> spans;
   bool quoted = false;
@@ -111,7 +112,7 @@ std::vector<Span> numbers_of(const std::string& text) {
   return spans;
 }
 
-// A figure in a message that is none.
+// Whether a message prints a number that is not finite.
 bool names_no_number(const std::string& message) {
   for (const char* word : {" nan", "-nan", "(nan", " inf ", "-inf", "(inf", " inf,", " inf;"}) {
     if (message.find(word) != std::string::npos) return true;

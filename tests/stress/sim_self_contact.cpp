@@ -65,7 +65,7 @@ TEST(SelfContact, UnaskedForTheyGoThroughEachOther) {
   EXPECT_GT(motion.crossings, 100);
 }
 
-// The far wall of a body that is squeezed thin is no wall that it meets.
+// The opposite wall of a body that is squeezed thin is not taken for a self-contact.
 TEST(SelfContact, NotThroughTheBodysOwnFlesh) {
   Motion motion("assets/paper/ball.toml",
                 {"muscle.ball.mesh=ball_1470.obj", "contact.self=[\"ball\"]",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What should break the step and does not: each ends recovered, within 1 % of the belly of the calm
-// run.
+// Shocks to the state and to the rig. After each the muscle recovers to within 1 % of the belly of
+// an undisturbed run.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/health.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -48,7 +49,7 @@ struct Motion {
   double belly() const { return model.muscles[0].shape.belly[1] - model.muscles[0].shape.belly[0]; }
 };
 
-// Moves every free node of a settled muscle, then lets it go for a second.
+// Moves every free node of a settled muscle and simulates one more second.
 template <typename Move>
 void expect_recovery(Move move) {
   Motion calm, stressed;
@@ -124,7 +125,7 @@ TEST(Stress, ActivationFlickersForAThousandFrames) {
   EXPECT_LT(run.distance(calm), 1e-5);
 }
 
-// One frame, what is done to the state after it, and what the check says of that.
+// Steps one frame, changes the state, and returns the diagnosis of that.
 template <typename Harm>
 StepDiagnosis found_after(Harm harm, const std::vector<std::string>& overrides = {}) {
   Motion run(overrides);
@@ -145,7 +146,8 @@ TEST(Stress, WhatIsNotANumberIsNamed) {
   }
 }
 
-// Each node within its limits of place, speed and stretch: only all of them together are too much.
+// Each node is within the limits of position, speed and stretch; only their sum, the energy, is too
+// high.
 TEST(Stress, EnergyFromNowhereIsNamed) {
   const StepDiagnosis moving = found_after(
       [](const Muscle& muscle, MuscleState& now) {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "rig/text.h"
-#include "sim/bake/laps.h"
+#include "sim/bake/stop_watch.h"
 #include "sim/cache/durable_file.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
@@ -92,10 +92,10 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
   if (diagnosis.node >= 0) {
     json["part"] = diagnosis.part;
     json["nodes"] = {diagnosis.node};
-    json["quantity"] = words_of(diagnosis.cause).quantity;
+    json["quantity"] = cause_text(diagnosis.cause).quantity;
     json["value"] = diagnosis.value;
     json["limit"] = diagnosis.limit;
-    json["unit"] = words_of(diagnosis.cause).unit;
+    json["unit"] = cause_text(diagnosis.cause).unit;
   }
   write_durably(folder / "failure.json",
                 json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -127,9 +127,9 @@ std::optional<nlohmann::ordered_json> kept_report(const std::filesystem::path& f
 
 // Of a bake that is complete only a report that is still to be written wants it.
 void plan_into(const Model& model, const CommandOptions& options, BakeResult& result) {
-  Laps laps;
+  StopWatch watch;
   result.plan = plan_fidelity(model, thread_count(options.threads), [] { stop_if_interrupted(); });
-  result.seconds.plan = laps.next();
+  result.seconds.plan = watch.lap();
 }
 
 // Pictures of those frames of a cache that are not there yet.
@@ -166,7 +166,7 @@ ExitCode check_bounds(const Report& report) {
 
 /// Wall seconds since the command began, and those of its stages so far.
 struct Clock {
-  Laps whole, stage;
+  StopWatch whole, stage;
   Report::Seconds seconds;
 };
 
@@ -197,7 +197,7 @@ ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& 
     sheet = pictures.sheet_file();
     write_png(sheet, image);
   }
-  clock.seconds.render += clock.stage.next();
+  clock.seconds.render += clock.stage.lap();
   Report report = make_report(scene, model, options, frames, result);
   if (!no_movie.empty()) report.warnings.push_back(no_movie);
   for (size_t i = model.warnings.size(); i < report.warnings.size(); ++i) {
@@ -208,8 +208,8 @@ ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& 
       options.out, options.pictures ? scene.render.views : std::vector<SceneView>{});
   const std::string viewer = report_viewer(BakeReader(options.out / "bake.h5"));
   report.seconds = clock.seconds;
-  report.seconds.report = clock.stage.next();  // all of it but writing what says so
-  report.seconds.total = clock.whole.next();
+  report.seconds.report = clock.stage.lap();  // all of it but writing what says so
+  report.seconds.total = clock.whole.lap();
   write_report(options.out, report, sheet, viewer);
   list_report(options.out, pictures.key());
   if (options.json) print(report_as_json(report));
@@ -257,7 +257,7 @@ ExitCode bake_command(const CommandOptions& options) {
       return check_bounds(make_report(scene, model, options, frames, result));
     }
     if (model.solver.tolerance) plan_into(model, options, result);
-    clock.seconds.setup = clock.stage.next();
+    clock.seconds.setup = clock.stage.lap();
     draw_all(reader, frames, options, *pictures);
     return conclude(scene, model, options, frames, result, *pictures, clock);
   }
@@ -267,7 +267,7 @@ ExitCode bake_command(const CommandOptions& options) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
                     static_cast<int>(frames.size()), stderr);
   BakeResult result;
-  clock.seconds.setup = clock.stage.next();
+  clock.seconds.setup = clock.stage.lap();
   try {
     int done = 0;
     result = bake(model,
@@ -282,7 +282,7 @@ ExitCode bake_command(const CommandOptions& options) {
     write_failure(options.out, failure);
     throw;
   }
-  clock.stage.next();  // of the bake, by stage
+  clock.stage.lap();  // of the bake, by stage
   add_bake(result.seconds, clock.seconds);
   clock.seconds.render = pictures->seconds();
   return conclude(scene, model, options, frames, result, *pictures, clock);

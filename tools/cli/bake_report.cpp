@@ -66,14 +66,14 @@ std::vector<Report::Rung> rungs_of(const Model& model, const std::vector<int>& f
     for (size_t f = 0; f < result.measures.size() && f < frames.size(); ++f) {
       const MuscleMeasures& at = result.measures[f].muscles[m];
       if (at.rung == Rung::kNone) continue;
-      Report::Rung& row = taken[{at.rung, at.because}];
+      Report::Rung& row = taken[{at.rung, at.cause}];
       row.frames.push_back(frames[f]);
       row.max_penetration_m = std::max(row.max_penetration_m, at.penetration);
     }
     for (auto& [what, row] : taken) {
       row.muscle = model.muscles[m].name;
       row.rung = kRungs[static_cast<int>(what.first)];
-      row.because = words_of(what.second).happened;
+      row.because = cause_text(what.second).effect;
       rows.push_back(std::move(row));
     }
   }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 
 #include "rig/skeleton.h"
@@ -181,10 +182,28 @@ Error explained(const Call& call) {
   }
 }
 
+// The libraries know no options: where the advice at the end of a message is one that an option of
+// the command follows, it is put in its words.
+std::string with_options(std::string message, const std::string& command) {
+  struct Advice {
+    std::string_view of_library, of_command;
+  };
+  static constexpr Advice kAdvice[] = {
+      {"or replace it", "or replace it with --overwrite"},
+      {"replace them, or bake into another folder",
+       "bake anew with --overwrite, or give another --out"},
+      {"bake again from the start", "bake again without --resume"}};
+  if (command == "bake" && message.ends_with("run again")) return message + " with --resume";
+  for (const auto& [of_library, of_command] : kAdvice) {
+    if (!message.ends_with(of_library)) continue;
+    return message.replace(message.size() - of_library.size(), of_library.size(), of_command);
+  }
+  return message;
+}
+
 // One message for people and, where it was asked for, one document for programs.
 int fail(const Error& error, const Call& call) {
-  std::string message = error.what();
-  if (call.command == "bake" && message.ends_with("run again")) message += " with --resume";
+  const std::string message = with_options(error.what(), call.command);
   std::fprintf(stderr, "thew: %s\n", printable(message).c_str());
   try {
     if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));

@@ -33,7 +33,7 @@ double saved(double work, double uniform) { return uniform > 0.0 ? 1.0 - work / 
 ordered_json chosen_as_json(const ChosenMuscle& muscle) {
   return {{"level", level_name(muscle.level)},
           {"iterations", muscle.iterations},
-          {"chosen_because", muscle.because},
+          {"chosen_because", muscle.reason},
           {"error_probed_m", muscle.probed_error},
           {"error_checked_m", muscle.checked_error},
           {"error_refined_m", muscle.refined_error},

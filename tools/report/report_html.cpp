@@ -255,7 +255,7 @@ std::string fidelity(const Report& report) {
             cell(readable(1e3 * chosen.probed_error)) + cell(readable(1e3 * chosen.checked_error)) +
             cell(readable(1e3 * chosen.refined_error)) +
             cell(percent_saved(chosen.work, chosen.uniform_work)) +
-            cell(escape_html(chosen.because)) + "</tr>\n";
+            cell(escape_html(chosen.reason)) + "</tr>\n";
   }
   return html +
          "</tbody></table></div>\n<p class=\"soft\">Work is counted: nodes times iterations, and "

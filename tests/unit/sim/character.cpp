@@ -7,6 +7,7 @@
 #include "rig/math.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/character_rig.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"

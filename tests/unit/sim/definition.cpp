@@ -9,6 +9,7 @@
 #include "muscles/volume.h"
 #include "rig/math.h"
 #include "sim/scene/build_model.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 

@@ -20,6 +20,7 @@
 #include "sim/fidelity/planner.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/contacts.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
@@ -220,7 +221,7 @@ Json muscles_of(const Model& model, const FidelityPlan& plan, const std::vector<
                    {"error_probed_mm", 1e3 * muscle.probed_error},
                    {"error_checked_mm", 1e3 * muscle.checked_error},
                    {"error_refined_mm", 1e3 * muscle.refined_error},
-                   {"because", muscle.because}});
+                   {"because", muscle.reason}});
   }
   return out;
 }

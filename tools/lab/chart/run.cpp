@@ -12,6 +12,7 @@
 #include "sim/bake/measure.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
@@ -23,7 +24,6 @@ namespace {
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
 constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
 using Frames = std::vector<std::vector<Points>>;  // [frame][muscle]
-
 Scene muscles_of_scene(const ChartAsk& ask) {
   Scene scene = read_scene(ask.scene);
   scene.skin.mesh.clear();

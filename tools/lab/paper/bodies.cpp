@@ -225,10 +225,10 @@ void cow(PaperReport& report, Table2& table) {
     const PaperRun run = run_scene(ask);
     const MuscleState& now = run.state.muscles[0];
     const Momentum gained = momentum_of(run.model->muscles[0], now);
-    const double size = std::max(now.given.impulse.norm(), 1e-30);
-    const double angular = std::max(now.given.angular_impulse.norm(), 0.3 * size);
-    worst = std::max({worst, (gained.linear - now.given.impulse).norm() / size,
-                      (gained.angular - now.given.angular_impulse).norm() / angular});
+    const double size = std::max(now.contact_impulse.impulse.norm(), 1e-30);
+    const double angular = std::max(now.contact_impulse.angular_impulse.norm(), 0.3 * size);
+    worst = std::max({worst, (gained.linear - now.contact_impulse.impulse).norm() / size,
+                      (gained.angular - now.contact_impulse.angular_impulse).norm() / angular});
     table.add(local ? "cow, local zone" : "cow, global zone", run, run.seconds, "1e-4", "20.7");
     const State& pressed = run.kept.begin()->second;
     PaperView bulge = kBare;

@@ -9,6 +9,7 @@
 #include "sim/bake/bake.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/contacts.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 
+#include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"

@@ -169,7 +169,7 @@ TEST(Report, SaysWhatATolerancesChoiceIs) {
   EXPECT_EQ(read["solver"]["fidelity"]["frames_checked"], json({2, 3, 4}));
   const json& muscle = read["muscles"][4]["fidelity"];
   EXPECT_EQ(muscle["level"], "geometric");
-  EXPECT_EQ(muscle["chosen_because"], plan.muscles[4].because);
+  EXPECT_EQ(muscle["chosen_because"], plan.muscles[4].reason);
   EXPECT_EQ(muscle["error_probed_m"], 2e-4);
   EXPECT_EQ(muscle["error_checked_m"], 3e-4);
   EXPECT_EQ(muscle["work_saved"], 0.75);

@@ -5,11 +5,12 @@
 
 namespace thew::sim {
 
-/// Wall seconds of one thread's work, lap by lap: what ends one begins the next, so that nothing
-/// falls between two.
-class Laps {
+/// Measures wall seconds of one thread, lap by lap. The end of a lap is the beginning of the next
+/// one, so that the laps add up to the whole.
+class StopWatch {
  public:
-  double next() {
+  /// Seconds since the last call, or since this object was made.
+  double lap() {
     const Clock::time_point now = Clock::now();
     const std::chrono::duration<double> lap = now - last_;
     last_ = now;

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # find_package(thew CONFIG): thew::rig, thew::muscles, thew::skin, thew::sim, the command thew::thew
-# and thew_add_render_test(). Static libraries hand what they link on to their user, so it has to be
-# found here.
+# and thew_add_render_test(). Found here is what static libraries have to be linked with; no header
+# of these packages is seen by a user, and Eigen is not needed at all.
 include(CMakeFindDependencyMacro)
 enable_language(C)  # FindHDF5 needs it
-find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(assimp 5.2)
 find_dependency(urdfdom)
 find_dependency(HDF5 COMPONENTS C)

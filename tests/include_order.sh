@@ -1,31 +1,31 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# House rules that a machine can check: include_order.sh ROOT [private headers...]
+# House rules that a machine can check: include_order.sh ROOT
 #  - include only to the left: rig < muscles < skin < sim < tools < tests, and inside of these the
 #    rooms in the order of the list below; tools/author and tools/lab come after the product, so that
 #    nothing of it includes them
 #  - a folder holds 30 files of code at most
-#  - public headers include nothing but Thew, Eigen and the standard library, GL lives in tools only
+#  - public headers are those in FOLDER/include/thew, 20 at most; they include nothing but one another
+#    and the standard library
+#  - GL lives in tools only
 #  - rig, muscles and skin print nothing, read no clock, start no thread; up to sim no function of
 #    libm whose bytes differ by processor
 #  - a file is read in one sitting and names its licence
 set -euo pipefail
 cd "$1"
-shift
 find rig muscles skin sim tools tests \
     \( -name '*.h' -o -name '*.cpp' -o -name 'CMakeLists.txt' -o -name '*.cmake' \
        -o -name '*.sh' -o -name '*.py' \) |
-  LC_ALL=C sort | xargs -d '\n' awk -v private="$*" '
+  LC_ALL=C sort | xargs -d '\n' awk '
   BEGIN {
     count = split("rig muscles skin sim tools tests", order, " ")
     for (i = 1; i <= count; ++i) rank[order[i]] = i
-    count = split("rig rig/import muscles skin/surface skin/contact skin sim/cache sim/scene " \
-        "sim/solver sim sim/fidelity sim/bake tools/base tools/render tools/report tools/export " \
+    count = split("rig rig/import rig/api muscles muscles/api skin/surface skin/contact skin " \
+        "sim/cache sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
+        "tools/base tools/render tools/report tools/export " \
         "tools/compare tools/inspect tools/fit tools/cli tools/author tools/lab/elements " \
         "tools/lab/paper tools/lab/chart tools/lab/peers tools/lab/bench tools/lab", rooms, " ")
     for (i = 1; i <= count; ++i) room_rank[rooms[i]] = i
-    count = split(private, list, " ")
-    for (i = 1; i <= count; ++i) hidden[list[i]] = 1
   }
   function complain(what) { print FILENAME ":" FNR ": " what; bad = 1 }
   FNR == 1 {
@@ -37,7 +37,9 @@ find rig muscles skin sim tools tests \
     if (code && ++filled[room] == 31) complain(room " holds more than 30 files of code")
     if (code && folder != "tests" && !(room in room_rank) && room !~ /\/include\/thew$/)
       complain(room " is in no order; give it a place in tests/include_order.sh")
-    public = FILENAME ~ /\.h$/ && rank[folder] < rank["tools"] && !(FILENAME in hidden)
+    public = room ~ /\/include\/thew$/
+    if (public && ++headers == 21) complain("more than 20 public headers")
+    example = room == "tools/examples"
     licensed = 0
   }
   FNR <= 2 && /^(\/\/|#) SPDX-License-Identifier: Apache-2\.0$/ { licensed = 1 }
@@ -46,7 +48,9 @@ find rig muscles skin sim tools tests \
   /^[ \t]*#[ \t]*include[ \t]*"/ {
     split($0, part, "\"")
     target = substr(part[2], 1, index(part[2], "/") - 1)
-    if (target == "thew") next  # the public headers, which include nothing of the folders
+    if (target == "thew") next  # the public headers
+    if (public) complain("public header includes \"" part[2] "\", which is not installed")
+    if (example) complain("an example includes \"" part[2] "\", which is not installed")
     if (!(target in rank) && folder != "tests")
       complain("\"" part[2] "\" has no folder; write \"folder/file.h\"")
     if (rank[target] > rank[folder]) complain(folder " includes " target ", to its right")
@@ -54,12 +58,11 @@ find rig muscles skin sim tools tests \
     sub(/\/[^\/]*$/, "", their_room)
     if (room in room_rank && room_rank[their_room] > room_rank[room])
       complain(room " includes " their_room ", to its right")
-    if (public && part[2] in hidden) complain("public header includes the private " part[2])
   }
   /^[ \t]*#[ \t]*include[ \t]*</ {
     split($0, part, /[<>]/)
-    if (public && part[2] ~ /[.\/]/ && part[2] !~ /^Eigen\//)
-      complain("public header includes <" part[2] ">; only Eigen and std may be seen")
+    if (public && part[2] ~ /[.\/]/)
+      complain("public header includes <" part[2] ">; only the standard library may be seen")
     if (part[2] ~ /^(GL|GLES[23]?|EGL|KHR)\// && folder != "tools")
       complain("<" part[2] "> outside tools")
   }

@@ -12,17 +12,28 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <new>
+#include <utility>
 
 #include "rig/import/confine.h"
 #include "rig/text.h"
+#include "thew/import.h"
 
-namespace thew::rig {
+namespace thew {
+namespace {
+std::atomic<ImportMode> import_mode{ImportMode::kIsolated};
+}
+
+void set_import_mode(ImportMode mode) { import_mode = mode; }
+
+namespace rig {
 namespace {
 
 constexpr std::uint64_t kMemory = std::uint64_t{1} << 30;  // bytes
@@ -90,9 +101,15 @@ void limit(int resource, rlim_t most) {
   ::setrlimit(static_cast<__rlimit_resource>(resource), &now);
 }
 
-// What open_in_child() needs; of the child, in which there is one of it.
+// What open_in_child() needs; of the child, in which there is one of it, or of the thread that
+// reads in its place, which has no socket.
 int socket_of_child = -1;
-std::filesystem::path path_of_child;
+thread_local std::filesystem::path path_of_child;
+
+std::recursive_mutex& one_reader_at_a_time() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
 
 // The bytes of the file, -1 for none, and beside them its descriptor.
 struct FileMessage {
@@ -193,11 +210,29 @@ void allow_seconds(unsigned seconds) {
   ::_exit(0);
 }
 
+// `name` is the reader's own where it is a regular file in or below the folder.
+OpenFile open_below(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::canonical(folder / name, error);
+  if (error || !is_below(path, folder) || !std::filesystem::is_regular_file(path, error)) return {};
+  OpenFile file;
+  file.descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (file.descriptor < 0) return file;
+  struct stat status {};
+  if (::fstat(file.descriptor, &status) == 0 && S_ISREG(status.st_mode)) {
+    file.bytes = static_cast<std::uint64_t>(status.st_size);
+    return file;
+  }
+  ::close(file.descriptor);
+  return {};
+}
+
 }  // namespace
 
 const std::filesystem::path& file_of_child() { return path_of_child; }
 
 OpenFile open_in_child(const std::filesystem::path& name) {
+  if (socket_of_child < 0) return open_below(path_of_child.parent_path(), name);
   const std::string& text = name.native();
   const Header header{kMagic, kAsksForFile, text.size()};
   OpenFile file;
@@ -236,6 +271,10 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
   const std::uintmax_t size = std::filesystem::file_size(file_, error);
   memory_ = kMemory + (error ? 0 : kMemoryPerByte * size);
   seconds_ = kSeconds + static_cast<unsigned>(error ? 0 : size / kBytesPerSecond);
+  if (import_mode == ImportMode::kInProcess) {
+    answer_ = answer;
+    return;
+  }
   const auto fail_to_start = [&](const char* what) {
     throw Error(ErrorCode::kRetry, file_.string() + ": cannot start a process to read it in: " +
                                        what + "; end some processes and run again");
@@ -260,6 +299,10 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
 }
 
 Child::~Child() {
+  if (answer_) {  // what it has opened is closed by the same libraries
+    const std::lock_guard lock(one_reader_at_a_time());
+    answer_ = nullptr;
+  }
   if (socket_ >= 0) ::close(socket_);
   if (process_ < 0) return;
   ::kill(process_, SIGKILL);
@@ -311,23 +354,38 @@ void Child::receive(void* to, std::size_t bytes) {
   }
 }
 
-// What the child asks for is its own where it is a regular file in or below its folder.
 void Child::hand_over(const std::string& name) {
-  const std::filesystem::path folder = real_.parent_path();
-  std::error_code error;
-  const std::filesystem::path file = std::filesystem::canonical(folder / name, error);
-  int descriptor = -1;
-  struct stat status {};
-  if (!error && is_below(file, folder) && std::filesystem::is_regular_file(file, error)) {
-    descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  }
-  const bool good = descriptor >= 0 && ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
-  const bool sent = send_file(socket_, good ? descriptor : -1, good ? status.st_size : -1);
-  if (descriptor >= 0) ::close(descriptor);
+  const OpenFile file = open_below(real_.parent_path(), name);
+  const bool good = file.descriptor >= 0;
+  const bool sent =
+      send_file(socket_, file.descriptor, good ? static_cast<std::int64_t>(file.bytes) : -1);
+  if (good) ::close(file.descriptor);
   if (!sent) fail();
 }
 
+std::string Child::answer_here(std::string_view request) {
+  const std::lock_guard lock(one_reader_at_a_time());
+  struct Current {
+    explicit Current(const std::filesystem::path& path)
+        : before(std::exchange(path_of_child, path)) {}
+    ~Current() { path_of_child = std::move(before); }
+    std::filesystem::path before;
+  } current(real_);
+  try {
+    return answer_(request);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::kRetry, file_.string() +
+                                       ": reading it takes more memory than there is; free some "
+                                       "and try again");
+  } catch (const std::exception& error) {
+    refuse(error.what());
+  }
+}
+
 std::string Child::ask(std::string_view request) {
+  if (answer_) return answer_here(request);
   if (process_ < 0) refuse("its reader has ended");
   const std::uint64_t bytes = request.size();
   if (!send_all(socket_, &bytes, sizeof bytes) ||
@@ -352,4 +410,5 @@ std::string Child::ask(std::string_view request) {
   throw Error(static_cast<ErrorCode>(header.code - kFirstError), text);
 }
 
-}  // namespace thew::rig
+}  // namespace rig
+}  // namespace thew

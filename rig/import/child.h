@@ -22,6 +22,10 @@ namespace thew::rig {
 ///
 /// It is forked, not executed, so that a program that links the library needs no other beside it.
 /// glibc hands a child of a process with threads a sound heap; nothing else is shared here.
+///
+/// Where the host has asked for it (thew/import.h) there is no such process: `answer` runs in this
+/// one, in the thread that asks, without limits. Files are given and errors are reported alike; one
+/// reader works at a time, since urdfdom's log and HDF5 are there once in a process.
 class Child {
  public:
   using Answer = std::function<std::string(std::string_view request)>;
@@ -38,6 +42,7 @@ class Child {
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
+  std::string answer_here(std::string_view request);
   void receive(void* to, std::size_t bytes);
   void hand_over(const std::string& name);
   [[noreturn]] void fail();
@@ -48,9 +53,10 @@ class Child {
   unsigned seconds_;      ///< of processor time, for one answer
   int socket_ = -1;
   int process_ = -1;
+  Answer answer_;  ///< where it runs in this process; else empty
 };
 
-// For what runs in the child.
+// For what runs in the child, or in its place.
 
 /// The canonical path of the file that the child reads.
 const std::filesystem::path& file_of_child();

@@ -56,6 +56,10 @@ class BakeReader {
   const BakeInfo& info() const;
   /// `index` counts written frames from 0; state is empty.
   BakeFrame read(int index) const;
+  /// The positions of one mesh alone, by its place in info().meshes.
+  std::vector<Vec3> read_mesh(int index, int mesh) const;
+  /// The values of a metric in all frames, by its place in info().metric_names.
+  const std::vector<double>& metric(int metric) const;
 
  private:
   struct Data;

@@ -126,14 +126,15 @@ struct OpenBake {
     }
   }
 
-  /// Without metrics, which were read with the rest of the file.
-  BakeFrame read(std::size_t at) const {
+  /// No metrics: they are read with the rest of the file. Of one mesh or, for -1, of all.
+  BakeFrame read(std::size_t at, int mesh) const {
     BakeFrame frame;
     frame.frame = info.frames.at(at);
     for (std::size_t m = 0; m < positions.size(); ++m) {
+      if (mesh >= 0 && m != static_cast<std::size_t>(mesh)) continue;
       file.check_chunk(positions[m], at);
       frame.positions.emplace_back(info.meshes[m].rest.vertices.size());
-      file.read_chunk(positions[m], H5T_NATIVE_DOUBLE, at, frame.positions[m].data());
+      file.read_chunk(positions[m], H5T_NATIVE_DOUBLE, at, frame.positions.back().data());
     }
     return frame;
   }
@@ -243,13 +244,16 @@ void check_info(const Child& child, const BakeInfo& info,
   }
 }
 
-// Answers a request of the parent: an empty one with all but the frames, a number with the frame of
-// that index.
+// Small requests and large answers: empty for all but the frames, else the place of a frame and of
+// a mesh.
 std::string answer(const std::filesystem::path& path, std::shared_ptr<OpenBake>& bake,
                    std::string_view request) {
   if (!bake) bake = std::make_shared<OpenBake>(path);
   if (request.empty()) return pack(bake->info, bake->metrics);
-  BakeFrame frame = bake->read(std::stoul(std::string(request)));
+  std::size_t end = 0;
+  const std::string text(request);
+  const std::size_t at = std::stoul(text, &end);
+  BakeFrame frame = bake->read(at, std::stoi(text.substr(end)));
   return pack(frame);
 }
 
@@ -278,6 +282,9 @@ struct BakeReader::Data {
     check_info(child, info, metrics);
   }
 
+  /// In the frame at place `index`: of the mesh, or of all meshes for -1.
+  std::vector<std::vector<Vec3>> positions(int index, int mesh) const;
+
   mutable Child child;
   BakeInfo info;
   std::vector<std::vector<double>> metrics;  // by metric, then frame
@@ -289,30 +296,49 @@ BakeReader::~BakeReader() = default;
 
 const BakeInfo& BakeReader::info() const { return data_->info; }
 
-BakeFrame BakeReader::read(int index) const {
-  const Data& data = *data_;
-  const std::size_t at = static_cast<std::size_t>(index);
-  if (index < 0 || at >= data.info.frames.size()) {
-    data.child.refuse("it has no frame at place " + std::to_string(index));
+std::vector<std::vector<Vec3>> BakeReader::Data::positions(int index, int mesh) const {
+  const std::size_t at = static_cast<std::size_t>(index), count = mesh < 0 ? info.meshes.size() : 1;
+  if (index < 0 || at >= info.frames.size()) {
+    child.refuse("it has no frame at place " + std::to_string(index));
   }
+  const auto mesh_at = [&](std::size_t m) -> const BakeMesh& {
+    return info.meshes[mesh < 0 ? m : static_cast<std::size_t>(mesh)];
+  };
   BakeFrame frame;
-  bool good = unpack(data.child.ask(std::to_string(index)), frame) &&
-              frame.frame == data.info.frames[at] &&
-              frame.positions.size() == data.info.meshes.size();
-  for (std::size_t m = 0; good && m < frame.positions.size(); ++m) {
-    good = frame.positions[m].size() == data.info.meshes[m].rest.vertices.size();
+  const std::string request = std::to_string(index) + " " + std::to_string(mesh);
+  bool good = unpack(child.ask(request), frame) && frame.frame == info.frames[at] &&
+              frame.positions.size() == count;
+  for (std::size_t m = 0; good && m < count; ++m) {
+    good = frame.positions[m].size() == mesh_at(m).rest.vertices.size();
   }
-  if (!good) data.child.refuse("its reader sent nonsense");
-  for (std::size_t m = 0; m < frame.positions.size(); ++m) {
+  if (!good) child.refuse("its reader sent nonsense");
+  for (std::size_t m = 0; m < count; ++m) {
     const auto& x = frame.positions[m];
     const auto bad = std::find_if(x.begin(), x.end(), [](const Vec3& p) { return !is_bounded(p); });
     if (bad == x.end()) continue;
-    data.child.refuse(data.info.meshes[m].name + ", frame " + std::to_string(frame.frame) +
-                      ", vertex " + std::to_string(bad - x.begin()) +
-                      " lies where no place is, or farther than 10 km");
+    child.refuse(mesh_at(m).name + ", frame " + std::to_string(frame.frame) + ", vertex " +
+                 std::to_string(bad - x.begin()) +
+                 " lies where no place is, or farther than 10 km");
   }
-  for (const auto& metric : data.metrics) frame.metrics.push_back(metric[at]);
+  return std::move(frame.positions);
+}
+
+BakeFrame BakeReader::read(int index) const {
+  BakeFrame frame;
+  frame.positions = data_->positions(index, -1);
+  frame.frame = data_->info.frames[static_cast<std::size_t>(index)];
+  for (const auto& metric : data_->metrics) {
+    frame.metrics.push_back(metric[static_cast<std::size_t>(index)]);
+  }
   return frame;
+}
+
+std::vector<Vec3> BakeReader::read_mesh(int index, int mesh) const {
+  return std::move(data_->positions(index, mesh).front());
+}
+
+const std::vector<double>& BakeReader::metric(int metric) const {
+  return data_->metrics[static_cast<std::size_t>(metric)];
 }
 
 }  // namespace thew::sim

@@ -63,9 +63,9 @@ struct SpringAdder {
                                          " of one spring are in the same place; weld the mesh");
     }
     const double fibre = fibre_share(fibres, a, b, along);
-    const double young = material.young * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
+    const double Y = material.stiffness * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
     springs.nodes.push_back({a, b});
-    springs.stiffness.push_back((share * young + bending / length2) * area / length2);
+    springs.stiffness.push_back((share * Y + bending / length2) * area / length2);
     springs.rest_length.push_back(std::sqrt(length2));
     springs.fibre_share.push_back(fibre);
   }

@@ -12,9 +12,9 @@ namespace thew::muscles {
 /// mesh is refined. The defaults were chosen by trial on the arm; the reason for anisotropy and
 /// shape is in muscles/notes.md ("Shape").
 struct SpringMaterial {
-  double young = 1000.0;     ///< membrane stiffness across the fibres, N/m
-  double anisotropy = 10.0;  ///< stiffness along the fibres over that across them [1]
-  double shear = 0.2;     ///< stiffness of the springs between opposite vertices over `young` [1]
+  double stiffness = 1000.0;  ///< membrane stiffness across the fibres, N/m
+  double anisotropy = 10.0;   ///< stiffness along the fibres over that across them [1]
+  double shear = 0.2;  ///< stiffness of the springs between opposite vertices over `stiffness` [1]
   double bending = 1e-4;  ///< N m, in the same springs
   /// Stiffness against a change of a spring's vector from that of the carried shape, over its
   /// stiffness against a change of length [1]. It stands for the inside of the muscle, which a
@@ -33,7 +33,8 @@ struct Springs {
 };
 
 /// Springs of a mesh (after Van Gelder 1998). Edges: k = Y(a) A / L^2, with A a third of the area
-/// of the two triangles of the edge, L its length, a its angle with the fibres, and Y(a) = young (1
+/// of the two triangles of the edge, L its length, a its angle with the fibres, and Y(a) =
+/// stiffness (1
 /// + (anisotropy - 1) cos^4 a). Opposite vertices: k = (shear Y(a) + bending / L^2) A / L^2. The
 /// bending part grows as 1/h^2 with the edge length h; because distances change only to second
 /// order as a flat plate bends, its energy still falls as h^2 (as h^4 for shear alone). `fibres`:

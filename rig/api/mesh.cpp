@@ -85,7 +85,7 @@ MeshFile read_mesh(const std::filesystem::path& file) {
   }
   out.welded_vertex = imported.order.node;
   out.in_file_order = {
-      rig::to_array(rig::by_file(imported.order, std::move(imported.mesh.vertices))),
+      rig::to_array(rig::in_file_order(imported.order, std::move(imported.mesh.vertices))),
       rig::to_array(imported.order.triangles)};
   return out;
 }

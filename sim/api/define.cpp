@@ -158,11 +158,12 @@ MuscleDef define_muscle(const Skeleton& skeleton, const thew::Muscle& given) {
                                  to_direction(wrap.axis, its + "'s axis"), wrap.radius, wrap.turn});
   }
   muscle.belly = given.belly;
-  muscle.material.young = given.young;
+  muscle.material.stiffness = given.stiffness;
   muscle.f_max = given.f_max;
   muscle.activation = given.activation;
-  if (!(given.young > 0.0 && given.f_max >= 0.0) || !std::isfinite(given.young + given.f_max)) {
-    refuse(what + ": young has to be above 0 and f_max not below");
+  if (!(given.stiffness > 0.0 && given.f_max >= 0.0) ||
+      !std::isfinite(given.stiffness + given.f_max)) {
+    refuse(what + ": stiffness has to be above 0 and f_max not below");
   }
   for (size_t i = 0; i < given.activation.size(); ++i) {
     const auto [frame, value] = given.activation[i];

@@ -11,8 +11,8 @@
 namespace thew::sim {
 namespace {
 
-// What a bake of these muscles takes in memory, about: matrices, nodes, and what contact remembers
-// of each node and collider. Asked before more of them are made.
+// Roughly the memory that a bake of these muscles takes: matrices, nodes, and what contact
+// remembers of each node and collider. It is asked for before they are made.
 void check_memory(const ModelDef& def, const std::vector<Muscle>& muscles) {
   constexpr std::size_t kMost = std::size_t{4} << 30, kNode = 3000, kRemembered = 12;  // bytes
   const std::size_t colliders = def.muscles.size() + def.bones.size();
@@ -67,7 +67,7 @@ void build_surfaces(Model& model) {
   }
 }
 
-// Which collider it is.
+// The index of the collider of this name.
 size_t collider_named(const Model& model, const char* key, const std::string& name) {
   std::vector<std::string> names;
   for (const ContactSurface& surface : model.surfaces) names.push_back(surface.name);
@@ -97,7 +97,7 @@ std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Mo
   return ignore;
 }
 
-// What lies below a skin, at rest.
+// The muscles and bones below a skin, at rest.
 struct Below {
   std::vector<Points> x;
   std::vector<Bvh> trees;

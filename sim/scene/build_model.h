@@ -5,8 +5,8 @@
 
 namespace thew::sim {
 
-/// Builds the model. Error(kUsage, kInput) with place, cause and next move for a definition that
-/// does not fit itself.
+/// Builds the model. Throws Error(kUsage) or Error(kInput), with location, cause and next move,
+/// for a definition whose parts do not fit one another.
 Model build_model(const ModelDef& def);
 
 }  // namespace thew::sim

@@ -28,7 +28,7 @@ void add_hinge(const SceneHinge& hinge, Skeleton& skeleton) {
   skeleton.joint_in_parent[body].linear() *= rotation_about(hinge.axis, -hinge.at_bind) * roll;
 }
 
-// A body that lies at rest as another does.
+// Adds a body that has at rest the pose of another.
 int add_body(const std::string& name, int like, const Location& location, Skeleton& skeleton) {
   if (find_body(skeleton, name) >= 0) {
     throw Error(ErrorCode::kUsage,

@@ -14,14 +14,14 @@
 namespace thew::sim {
 namespace {
 
-// Which of the words it is.
+// The value of the enum whose word it is.
 template <typename Enum, size_t kCount>
 Enum named(const std::string& word, const char* const (&words)[kCount], Enum otherwise) {
   const auto found = std::find(std::begin(words), std::end(words), word);
   return found == std::end(words) ? otherwise : static_cast<Enum>(found - std::begin(words));
 }
 
-// Implicit steps are exact in each iteration. Zones are an exact volume and more besides.
+// Implicit steps are exact in each iteration anyway. Zones hold the exact volume of the whole too.
 VolumeMethod volume_method(const std::string& word, Integrator integrator) {
   const VolumeMethod method = named(word, kVolumeMethods, VolumeMethod::kExact);
   const bool is_explicit = integrator == Integrator::kExplicit;
@@ -52,7 +52,7 @@ MusclePath muscle_path(const Skeleton& skeleton, const Pose& bind_pose, const Sc
   return path;
 }
 
-// By node the body that holds it, -1 none.
+// By node: the body that holds it, or -1.
 std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
                             const TriMesh& mesh) {
   std::vector<int> held(mesh.vertices.size(), -1);
@@ -95,7 +95,7 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
     def.mesh = make_tube(trace_path(def.path, bind_pose), scene.profile.around, scene.profile.rings,
                          scene.profile.radius);
   } else {
-    imported = import_closed_mesh_whole(scene.mesh, scene.mesh_place);
+    imported = import_closed_mesh_whole(scene.mesh, scene.mesh_to_rest);
     def.mesh = imported.mesh;
     def.order = imported.order;
   }

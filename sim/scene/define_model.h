@@ -6,12 +6,12 @@
 
 namespace thew::sim {
 
-/// Reads all that the scene names, rig, meshes and motions. Throws Error with file, cause, next
+/// Reads the rig, meshes and motions that the scene names. Throws Error with file, cause and next
 /// move.
 ModelDef define_model(const Scene& scene);
 Model build_model(const Scene& scene);
 
-/// Of a scene's solver.integrator.
+/// The integrator that a scene calls so in solver.integrator.
 Integrator integrator_of(const std::string& word);
 
 }  // namespace thew::sim

@@ -11,7 +11,7 @@ namespace thew::sim {
 enum class Level {
   kAsleep,       ///< nothing that drives it or may touch it moves: left alone
   kGeometric,    ///< its carried shape with a measured profile, at the exact volume: no forces
-  kQuasiStatic,  ///< springs, contact and volume, the rest of the motion
+  kQuasiStatic,  ///< springs, contact and volume, without inertia
   kDynamic       ///< the same with inertia and damping
 };
 

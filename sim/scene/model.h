@@ -12,13 +12,13 @@
 
 namespace thew::sim {
 
-/// What contact meets of a muscle or a bone.
+/// The surface of a muscle or a bone, as contact meets it.
 struct ContactSurface {
   std::string name;
-  int body = -1;  ///< that carries it; -1: a muscle
+  int body = -1;  ///< the body that carries it; -1: it is a muscle
   Surface surface;
-  std::vector<SurfacePoint> rigid_points;  ///< that contact keeps out of faces
-  double thickness = 0.0;                  ///< m, that contact keeps free over it
+  std::vector<SurfacePoint> rigid_points;  ///< points that contact keeps out of the faces of others
+  double thickness = 0.0;                  ///< m, what contact keeps free over it
 };
 
 /// What does not change while a scene is simulated.
@@ -27,21 +27,22 @@ struct Model : World {
   Lengths lengths;     ///< of the world's size
   Skeleton skeleton;
   Clip clip;
-  std::optional<CharacterRig> character;  ///< where the rig is a character's file
+  std::optional<CharacterRig> character;  ///< set where the rig is a character's file
   std::vector<Muscle> muscles;
   std::vector<Bone> bones;
   std::vector<ContactSurface> surfaces;  ///< by collider: the muscles, then the bones
-  SkinModel skin;                        ///< empty surface: none
+  SkinModel skin;                        ///< its surface is empty where there is no skin layer
   bool has_skin = false;
-  std::optional<SkinnedSkin> skinned;  ///< stands for `skin` but for its triangles and rest
+  std::optional<SkinnedSkin>
+      skinned;  ///< set: it moves in place of `skin`, whose triangles and rest it has
   SolverSettings solver;
   ContactOptions contact;
   /// [muscle][collider]: pairs left out of contact.
   std::vector<std::vector<char>> ignore;
-  /// Where there is a tolerance: what was chosen (fidelity_planner.h).
+  /// Where there is a tolerance: the level of each muscle, see fidelity/planner.h.
   std::optional<Fidelity> fidelity;
   std::string hash;  ///< XXH3-128 of all that the solver reads, hex
-  /// The same by its parts, "clip" or "muscle \"biceps_long\"", to say which of them differ.
+  /// The same of each part, "clip" or "muscle \"biceps_long\"", to say which of them differ.
   std::vector<std::pair<std::string, std::string>> part_hashes;
   std::vector<std::string> warnings;
 

@@ -14,27 +14,27 @@
 
 namespace thew::sim {
 
-/// Time, gravity and size: a scene, the definition that it makes and the model have them alike.
+/// Time, gravity and size, which a scene, its definition and its model all have.
 struct World {
   std::string name = "scene";
   double fps = 24.0;
   int first_frame = 1, last_frame = 1;
-  double settle = 2.0;  ///< s at most, before the first frame
+  double settle = 2.0;  ///< s, the longest time before the first frame
   Vec3 gravity = Vec3(0, -9.81, 0);
-  /// Of a grown man's arm: what every length that is not given is multiplied by.
+  /// This body's length over that of a grown man: it multiplies every length that is not given.
   double size = 1.0;
 };
 
 enum class Integrator { kExplicit, kXpbd, kLocalGlobal, kQuasiStatic };
-/// As a scene says it.
+/// The words for them in a scene, in the order of the enum.
 inline constexpr const char* kIntegrators[] = {"explicit", "xpbd", "local_global", "quasi_static"};
 
-/// How the multiplier of the volume is found.
+/// How the multiplier that holds the volume is found.
 enum class VolumeMethod {
   kNone,
   kPrinted,
   kLinear,
-  kPenalty,     ///< a bulk stiffness in its place: a yardstick
+  kPenalty,     ///< a bulk stiffness stands for it: a yardstick
   kExact,       ///< explicit: linear in each substep, exact at the frame's end
   kExactAlways  ///< explicit: exact in each substep
 };
@@ -42,8 +42,8 @@ inline constexpr const char* kVolumeMethods[] = {"none",    "printed", "linear",
                                                  "penalty", "exact",   "exact_always"};
 
 struct Tolerance {
-  double position = 0.0;  ///< m, of any node in any frame, from the refined step
-  double volume = 1e-9;   ///< relative; the exact multiplier is far below it
+  double position = 0.0;  ///< m, the error of any node in any frame against the refined step
+  double volume = 1e-9;   ///< relative error; that of the exact multiplier is far below
   std::string location = {};
 };
 
@@ -52,8 +52,8 @@ struct SolverSettings {
   VolumeMethod volume = VolumeMethod::kExact;
   int substeps = 1;  ///< a frame; explicit: each in as many as its stability asks for
   int iterations = 3;
-  bool rungs = true;  ///< see rungs.h; false: what cannot be solved is StepFailure
-  /// In place of integrator, substeps and iterations: fidelity_planner.h chooses for each muscle.
+  bool rungs = true;  ///< see rungs.h; false: a step that cannot be solved throws StepFailure
+  /// In place of integrator, substeps and iterations: fidelity/planner.h chooses for each muscle.
   std::optional<Tolerance> tolerance;
 };
 
@@ -61,9 +61,9 @@ struct ContactOptions {
   bool enabled = true;
   ContactSettings settings;
   double friction = 0.0;                                  ///< coefficient, of all surfaces
-  std::vector<std::pair<std::string, double>> thickness;  ///< m, of muscles or bones
+  std::vector<std::pair<std::string, double>> thickness;  ///< m, by the name of a muscle or bone
 };
-/// With the pairs of muscles or bones that do not meet, and the muscles that meet themselves.
+/// Besides: the pairs of muscles or bones that do not meet, and the muscles that meet themselves.
 struct ContactDef : ContactOptions {
   std::vector<std::pair<std::string, std::string>> ignore;
   std::vector<std::string> self;
@@ -82,13 +82,14 @@ struct Forearm {
   Vec3 head, wrist;  ///< m, in the body's frame
 };
 
-/// A rig that is a character's file. Muscles are made in the rest pose: the bind pose with its
-/// hinges at 0.
+/// A rig that is a character's file. Its muscles are made in the rest pose, which is the bind pose
+/// with all hinges at 0.
 struct CharacterRig {
   Character character;
-  BodyClip clip;                ///< empty: keys drive the hinges
-  std::vector<Affine> rest;     ///< world transforms in the rest pose, stretch included
-  std::vector<Affine> stretch;  ///< by body, what its frame without stretch lacks
+  BodyClip clip;             ///< empty: keys drive the hinges
+  std::vector<Affine> rest;  ///< world transforms in the rest pose, stretch included
+  std::vector<Affine>
+      stretch;  ///< by body: the stretch of the bind pose, which its rigid frame leaves out
   std::vector<Forearm>
       forearms;  ///< their bones are bodies of the model's skeleton alone, its last
 };

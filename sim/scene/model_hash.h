@@ -5,8 +5,7 @@
 
 namespace thew::sim {
 
-/// Sets the model's hashes: of all that the solver reads. Pictures, bounds and outputs do not
-/// count.
+/// Sets the model's hashes, of all that the solver reads; not of pictures, bounds and outputs.
 void hash_model(const ModelDef& def, Model& model);
 
 }  // namespace thew::sim

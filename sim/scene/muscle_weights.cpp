@@ -9,7 +9,8 @@
 namespace thew::sim {
 namespace {
 
-// One a vertex of the mesh as it is simulated, or of the file before equal positions were joined.
+// One weight for each vertex of the mesh as it is simulated, or of its file, in which several
+// vertices may have one position.
 std::vector<double> by_order(const std::vector<double>& given, const TriMesh& rest,
                              const ImportedMesh& imported, const std::string& location) {
   const size_t nodes = rest.vertices.size();
@@ -26,7 +27,7 @@ std::vector<double> by_order(const std::vector<double>& given, const TriMesh& re
                   "weight in each line");
 }
 
-std::vector<double> by_place(const SceneWeights& painted, const TriMesh& rest,
+std::vector<double> by_point(const SceneWeights& painted, const TriMesh& rest,
                              const std::string& location) {
   std::vector<double> weights;
   int lost = 0;
@@ -35,8 +36,8 @@ std::vector<double> by_place(const SceneWeights& painted, const TriMesh& rest,
   for (const Vec3& p : rest.vertices) {
     size_t best = 0;
     double least = 1e300;
-    for (size_t k = 0; k < painted.places.size(); ++k) {
-      const double d = (painted.places[k] - p).squaredNorm();
+    for (size_t k = 0; k < painted.points.size(); ++k) {
+      const double d = (painted.points[k] - p).squaredNorm();
       if (d < least) least = d, best = k;
     }
     weights.push_back(painted.weights[best]);
@@ -67,7 +68,7 @@ void add_colours(const ImportedMesh& mesh, const Eigen::Affine3d& to_rest,
                                          " has a colour of " + number_text(weight) +
                                          "; give 0 or more");
     }
-    painted.places.push_back(to_rest * mesh.mesh.vertices[i]);
+    painted.points.push_back(to_rest * mesh.mesh.vertices[i]);
     painted.weights.push_back(weight);
   }
 }
@@ -85,10 +86,10 @@ std::vector<double> authored_weights(const SceneMuscle& scene, const TriMesh& re
     return painted.weights;
   }
   if (painted.channel >= 0) {
-    add_colours(import_mesh(painted.mesh), scene.mesh_place, location, painted);
+    add_colours(import_mesh(painted.mesh), scene.mesh_to_rest, location, painted);
   }
-  return painted.places.empty() ? profile_weights(scene.weights, u)
-                                : by_place(painted, rest, location);
+  return painted.points.empty() ? profile_weights(scene.weights, u)
+                                : by_point(painted, rest, location);
 }
 
 }  // namespace thew::sim

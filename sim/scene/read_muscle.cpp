@@ -7,34 +7,37 @@
 #include "muscles/volume_zones.h"
 #include "rig/math.h"
 #include "rig/text.h"
-#include "sim/scene/values.h"
+#include "sim/scene/muscle_keys.h"
 
 namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
 
+// More nodes than a muscle needs: a slip in a scene must not exhaust the memory.
 constexpr int kTubeNodes = 100000;
-constexpr std::size_t kWeightFileLimit = std::size_t{16} << 20;  // bytes
+// Bytes: a larger file is not what was meant.
+constexpr std::size_t kWeightFileLimit = std::size_t{16} << 20;
 
 void read_tube(TomlValue& table, TubeProfile& profile) {
-  read(table, "around", profile.around, 3, 1000);
-  read(table, "rings", profile.rings, 2, 1000);
-  if (profile.around * profile.rings > kTubeNodes) {
-    refuse(require(table, "rings"), "with around = " + std::to_string(profile.around) +
-                                        " that is more than " + std::to_string(kTubeNodes) +
-                                        " nodes; make one of them smaller");
+  read(table, kProfile["around"], profile.around);
+  read(table, kProfile["rings"], profile.rings);
+  if (TomlValue* rings = find(table, kProfile["rings"]);
+      profile.around * profile.rings > kTubeNodes) {
+    refuse(*rings, "with around = " + std::to_string(profile.around) + " that is more than " +
+                       std::to_string(kTubeNodes) + " nodes; make one of them smaller");
   }
-  profile.radius = pairs_of(require(table, "radius"), "[u, metres]", kShare, {1e-6, 10.0});
+  profile.radius = pairs_of(require(table, kProfile["radius"]), kProfile["radius"]);
 }
 
-// A point that takes a share of how its body turns against another.
+// A point of the path that takes a share of how its body turns against another.
 ScenePathPoint read_shared_point(TomlValue& table, bool is_end) {
-  ScenePathPoint point{text_of(require(table, "body")), vector_of(require(table, "at"), kPlace),
+  ScenePathPoint point{text_of(require(table, kPathPoint["body"])),
+                       vector_of(require(table, kPathPoint["at"]), kPathPoint["at"].range),
                        table.location};
-  TomlValue& with = require(table, "with");
+  TomlValue& with = require(table, kPathPoint["with"]);
   point.with = text_of(with);
-  point.share = number_of(require(table, "share"), kShare);
+  point.share = number_of(require(table, kPathPoint["share"]), kPathPoint["share"].range);
   if (point.with == point.body) refuse(with, "name another body than the point's own");
   if (is_end) {
     refuse(with, "give it to a point between origin and insertion, which are each on one body");
@@ -43,16 +46,16 @@ ScenePathPoint read_shared_point(TomlValue& table, bool is_end) {
 }
 
 void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
-  std::vector<TomlValue>& items =
-      items_of(value, "two points or more, [[\"body\", x, y, z], ...]", 2, 1000);
+  std::vector<TomlValue>& items = items_of(value, kMuscle["path"].form, 2, kMostPathPoints);
   for (TomlValue& item : items) {
     if (item.type == TomlValue::Type::kTable) {
       path.push_back(read_shared_point(item, path.empty() || path.size() + 1 == items.size()));
       continue;
     }
     const std::vector<TomlValue>& parts = items_of(item, "a point, [\"body\", x, y, z]", 4, 4);
-    const Vec3 position(number_of(parts[1], kPlace), number_of(parts[2], kPlace),
-                        number_of(parts[3], kPlace));
+    const Range& range = kMuscle["path"].range;
+    const Vec3 position(number_of(parts[1], range), number_of(parts[2], range),
+                        number_of(parts[3], range));
     path.push_back({text_of(parts[0]), position, item.location});
   }
 }
@@ -60,15 +63,15 @@ void read_path(TomlValue& value, std::vector<ScenePathPoint>& path) {
 SceneWrap read_wrap(TomlValue& table, int segments) {
   SceneWrap wrap;
   wrap.location = table.location;
-  wrap.segment = integer_of(require(table, "segment"), 0, segments - 1);
-  wrap.body = text_of(require(table, "body"));
-  wrap.centre = vector_of(require(table, "centre"), kPlace);
-  TomlValue& axis = require(table, "axis");
-  wrap.axis = vector_of(axis, kDirection);
+  wrap.segment = integer_of(require(table, kWrap["segment"]), {0, segments - 1.0});
+  wrap.body = text_of(require(table, kWrap["body"]));
+  wrap.centre = vector_of(require(table, kWrap["centre"]), kWrap["centre"].range);
+  TomlValue& axis = require(table, kWrap["axis"]);
+  wrap.axis = vector_of(axis, kWrap["axis"].range);
   if (wrap.axis.norm() < 1e-9) refuse(axis, "give a direction, which is not zero");
-  wrap.radius = number_of(require(table, "radius"), kSize);
-  if (const TomlValue* turn = find(table, "turn")) {
-    wrap.turn = integer_of(*turn, -1, 1);
+  wrap.radius = number_of(require(table, kWrap["radius"]), kWrap["radius"].range);
+  if (const TomlValue* turn = find(table, kWrap["turn"])) {
+    wrap.turn = integer_of(*turn, kWrap["turn"].range);
     if (wrap.turn == 0.0) refuse(*turn, "give 1 or -1");
   }
   return wrap;
@@ -77,13 +80,14 @@ SceneWrap read_wrap(TomlValue& table, int segments) {
 SceneFixed read_fixed(TomlValue& table) {
   SceneFixed fixed;
   fixed.location = table.location;
-  fixed.body = text_of(require(table, "body"));
-  read(table, "low", fixed.low, kPlace);
-  read(table, "high", fixed.high, kPlace);
+  fixed.body = text_of(require(table, kFixed["body"]));
+  read(table, kFixed["low"], fixed.low);
+  read(table, kFixed["high"], fixed.high);
   return fixed;
 }
 
-// One weight a line, one line a vertex; or "x y z weight" a line, which finds its vertices.
+// Each line holds the weight of one vertex, in the file's order, or "x y z weight" for the vertices
+// near that point.
 void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
   const std::string text = read_whole(file, kWeightFileLimit);
   std::size_t width = 0, line = 0;
@@ -111,7 +115,7 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
     if (width == 1) {
       muscle.node_weights.push_back(values[0]);
     } else {
-      muscle.painted.places.emplace_back(values[0], values[1], values[2]);
+      muscle.painted.points.emplace_back(values[0], values[1], values[2]);
       muscle.painted.weights.push_back(values[3]);
     }
   }
@@ -122,78 +126,84 @@ void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
 
 ZoneSettings read_zone(TomlValue& table) {
   ZoneSettings zone;
-  read(table, "smallest_radius", zone.smallest_radius, kLength);
-  read(table, "per_impulse", zone.per_impulse, kNotNegative);
-  read(table, "along_load", zone.along_load, kShare);
-  read(table, "largest_radius", zone.largest_radius, {zone.smallest_radius, kMaxCoordinate});
+  read(table, kZone["smallest_radius"], zone.smallest_radius);
+  read(table, kZone["per_impulse"], zone.per_impulse);
+  read(table, kZone["along_load"], zone.along_load);
+  if (const TomlValue* largest = find(table, kZone["largest_radius"])) {
+    zone.largest_radius =
+        number_of(*largest, {zone.smallest_radius, kZone["largest_radius"].range.most});
+  }
   return zone;
 }
 
 void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle) {
   if (value.type != TomlValue::Type::kTable) {
-    muscle.weights = preset_profile(word_of(value, {"left", "even", "right"}));
+    muscle.weights = preset_profile(word_of(value, kMuscle["weights"]));
     return;
   }
   SceneWeights& painted = muscle.painted;
-  read(value, "tolerance", painted.tolerance, kLength);
-  if (const TomlValue* colour = find(value, "colour")) {
-    const std::vector<std::string> channels = {"red", "green", "blue", "alpha"};
-    const std::string& word = word_of(*colour, channels);
+  read(value, kWeights["tolerance"], painted.tolerance);
+  if (const TomlValue* colour = find(value, kWeights["colour"])) {
+    const std::string& word = word_of(*colour, kWeights["colour"]);
+    const auto& channels = kWeights["colour"].words;
     painted.channel =
         static_cast<int>(std::find(channels.begin(), channels.end(), word) - channels.begin());
-    if (const TomlValue* file = find(value, "file")) painted.mesh = file_of(*file, folders);
+    if (const TomlValue* file = find(value, kWeights["file"]))
+      painted.mesh = file_of(*file, folders);
     return;
   }
-  const auto [kind, what] = require_one(value, {"profile", "file", "zone"});
+  const auto [kind, what] =
+      require_one(value, {&kWeights["profile"], &kWeights["file"], &kWeights["zone"]});
   if (kind == "file") read_weight_file(file_of(*what, folders), muscle);
   if (kind == "zone") muscle.zone = read_zone(*what);
-  if (kind == "profile") muscle.weights.keys = pairs_of(*what, "[u, weight]", kShare, kNotNegative);
+  if (kind == "profile") muscle.weights.keys = pairs_of(*what, kWeights["profile"]);
 }
 
-// Scaled, then turned, then moved.
+// The order is that of MeshTransform.
 Eigen::Affine3d read_transform(TomlValue& table) {
-  double scale = 1.0, angle = 0.0;
-  Vec3 axis = Vec3::UnitY(), move = Vec3::Zero();
-  read(table, "scale", scale, kScale);
-  if (TomlValue* given = find(table, "axis")) axis = direction_of(*given);
-  read(table, "angle", angle, {-360.0, 360.0});
-  read(table, "move", move, kPlace);
+  MeshTransform transform;
+  read(table, kTransform["scale"], transform.scale);
+  if (TomlValue* axis = find(table, kTransform["axis"])) {
+    transform.axis = direction_of(*axis, kTransform["axis"].range);
+  }
+  read(table, kTransform["angle"], transform.angle);
+  read(table, kTransform["move"], transform.move);
   Eigen::Affine3d out = Eigen::Affine3d::Identity();
-  out.linear() = scale * rotation_about(axis, angle * kDegree);
-  out.translation() = move;
+  out.linear() = transform.scale * rotation_about(transform.axis, transform.angle * kDegree);
+  out.translation() = transform.move;
   return out;
 }
 
 void read_material(TomlValue& table, SpringMaterial& material) {
-  read(table, "young", material.young, kPositive);
-  read(table, "anisotropy", material.anisotropy, kPositive);
-  read(table, "shear", material.shear, kNotNegative);
-  read(table, "bending", material.bending, kNotNegative);
-  read(table, "shape", material.shape, kNotNegative);
-  read(table, "density", material.density, kPositive);
+  read(table, kMaterial["stiffness"], material.stiffness);
+  read(table, kMaterial["anisotropy"], material.anisotropy);
+  read(table, kMaterial["shear"], material.shear);
+  read(table, kMaterial["bending"], material.bending);
+  read(table, kMaterial["shape"], material.shape);
+  read(table, kMaterial["density"], material.density);
 }
 
 void read_belly(TomlValue& value, std::array<double, 2>& belly) {
-  const std::vector<TomlValue>& ends = items_of(value, "metres along the path, [from, to]", 2, 2);
-  belly = {number_of(ends[0], kLength), number_of(ends[1], kLength)};
+  const std::vector<TomlValue>& ends = items_of(value, kMuscle["belly"].form, 2, 2);
+  const Range& range = kMuscle["belly"].range;
+  belly = {number_of(ends[0], range), number_of(ends[1], range)};
   if (belly[1] <= belly[0]) refuse(ends[1], "give more than " + number_text(belly[0]));
 }
 
-// What only a muscle with a path has.
+// Reads what only a muscle with a path has.
 void read_along_path(TomlValue& table, SceneMuscle& muscle) {
-  for (TomlValue* wrap : tables_of(table, "wrap")) {
+  for (TomlValue* wrap : tables_of(table, kMuscle["wrap"])) {
     muscle.wraps.push_back(read_wrap(*wrap, static_cast<int>(muscle.path.size()) - 1));
   }
-  if (TomlValue* belly = find(table, "belly")) read_belly(*belly, muscle.belly);
-  read(table, "twist_from", muscle.twist_from, kLength);
-  std::string shape = "target";
-  read(table, "shape", shape, {"target", "weights"});
-  muscle.shape = shape == "target" ? SceneMuscle::Shape::kTarget : SceneMuscle::Shape::kWeights;
-  read(table, "guide", muscle.guide, kNotNegative);
-  read(table, "f_max", muscle.f_max, kNotNegative);
-  read(table, "fibre_length", muscle.fibre_length, kSize);
-  if (TomlValue* activation = find(table, "activation")) {
-    muscle.activation = pairs_of(*activation, "[frame, activation]", kFrames, kShare);
+  if (TomlValue* belly = find(table, kMuscle["belly"])) read_belly(*belly, muscle.belly);
+  read(table, kMuscle["twist_from"], muscle.twist_from);
+  muscle.shape = read_word(table, kMuscle["shape"]) == "target" ? SceneMuscle::Shape::kTarget
+                                                                : SceneMuscle::Shape::kWeights;
+  read(table, kMuscle["guide"], muscle.guide);
+  read(table, kMuscle["f_max"], muscle.f_max);
+  read(table, kMuscle["fibre_length"], muscle.fibre_length);
+  if (TomlValue* activation = find(table, kMuscle["activation"])) {
+    muscle.activation = pairs_of(*activation, kMuscle["activation"]);
   }
 }
 
@@ -201,10 +211,11 @@ void read_along_path(TomlValue& table, SceneMuscle& muscle) {
 void read_soft_body(TomlValue& table, SceneMuscle& muscle) {
   muscle.shape = SceneMuscle::Shape::kWeights;
   muscle.guide = muscle.damping = muscle.material.shape = 0.0;
-  for (TomlValue* fixed : tables_of(table, "fixed")) muscle.fixed.push_back(read_fixed(*fixed));
-  if (TomlValue* material = find(table, "material")) {
-    if (TomlValue* shape = find(*material, "shape")) {
-      if (number_of(*shape, kNotNegative) != 0.0)
+  for (TomlValue* fixed : tables_of(table, kMuscle["fixed"]))
+    muscle.fixed.push_back(read_fixed(*fixed));
+  if (TomlValue* material = find(table, kMuscle["material"])) {
+    if (TomlValue* shape = find(*material, kMaterial["shape"])) {
+      if (number_of(*shape, kMaterial["shape"].range) != 0.0)
         refuse(*shape, "remove it: a body without a path has no carried shape");
     }
   }
@@ -217,27 +228,29 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   muscle.fibre_length *= size;
   muscle.painted.tolerance *= size;
   muscle.location = table.location;
-  muscle.name = name_of(require(table, "name"));
-  const auto [kind, form] = require_one(table, {"mesh", "profile"});
-  if (kind == "mesh") muscle.mesh = file_of(*form, folders);
+  muscle.name = name_of(require(table, kMuscle["name"]));
+  const auto [kind, form] = require_one(table, {&kMuscle["mesh"], &kMuscle["profile"]});
   if (kind == "mesh") {
-    if (TomlValue* location = find(table, "transform"))
-      muscle.mesh_place = read_transform(*location);
+    muscle.mesh = file_of(*form, folders);
+    if (TomlValue* given = find(table, kMuscle["transform"])) {
+      muscle.mesh_to_rest = read_transform(*given);
+    }
   }
   if (kind == "profile") read_tube(*form, muscle.profile);
-  TomlValue* path = find(table, "path");
+  TomlValue* path = find(table, kMuscle["path"]);
   const bool has_path = path || kind == "profile";  // a profile runs along a path
-  if (has_path) read_path(path ? *path : require(table, "path"), muscle.path);
+  if (has_path) read_path(path ? *path : require(table, kMuscle["path"]), muscle.path);
   if (has_path) {
     read_along_path(table, muscle);
   } else {
     read_soft_body(table, muscle);
   }
-  if (TomlValue* weights = find(table, "weights")) read_weights(*weights, folders, muscle);
-  read(table, "damping", muscle.damping, kNotNegative);
-  if (TomlValue* material = find(table, "material")) read_material(*material, muscle.material);
-  read(table, "colour", muscle.colour, kShare);
-  read(table, "zones", muscle.zones, 1, kMaxZones);
+  if (TomlValue* weights = find(table, kMuscle["weights"])) read_weights(*weights, folders, muscle);
+  read(table, kMuscle["damping"], muscle.damping);
+  if (TomlValue* material = find(table, kMuscle["material"]))
+    read_material(*material, muscle.material);
+  read(table, kMuscle["colour"], muscle.colour);
+  read(table, kMuscle["zones"], muscle.zones);
   return muscle;
 }
 

@@ -5,7 +5,7 @@
 
 namespace thew::sim {
 
-/// Reads one [[muscle]]; lengths that it does not give are multiplied by `size`.
+/// Reads one [[muscle]]. Lengths that it does not give are multiplied by `size`.
 SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size);
 
 }  // namespace thew::sim

@@ -3,17 +3,18 @@
 
 #include "rig/import/character_import.h"
 #include "rig/math.h"
+#include "sim/scene/rig_keys.h"
 
 namespace thew::sim {
 namespace {
 
 SceneForearm read_forearm(TomlValue& table) {
   SceneForearm forearm;
-  forearm.ulna = text_of(require(table, "ulna"));
-  forearm.radius = text_of(require(table, "radius"));
-  forearm.head = vector_of(require(table, "head"), kPlace);
-  TomlValue& wrist = require(table, "wrist");
-  forearm.wrist = vector_of(wrist, kPlace);
+  forearm.ulna = text_of(require(table, kForearm["ulna"]));
+  forearm.radius = text_of(require(table, kForearm["radius"]));
+  forearm.head = vector_of(require(table, kForearm["head"]), kForearm["head"].range);
+  TomlValue& wrist = require(table, kForearm["wrist"]);
+  forearm.wrist = vector_of(wrist, kForearm["wrist"].range);
   if (forearm.wrist.norm() < 1e-6 || (forearm.wrist - forearm.head).norm() < 1e-6) {
     refuse(wrist, "give another place than the body's origin and the radius' head");
   }
@@ -23,21 +24,24 @@ SceneForearm read_forearm(TomlValue& table) {
 SceneHinge read_hinge(TomlValue& table) {
   SceneHinge hinge;
   hinge.location = table.location;
-  hinge.name = text_of(require(table, "name"));
-  hinge.body = text_of(require(table, "body"));
-  hinge.axis = direction_of(require(table, "axis"));
-  constexpr Range kTurn{-360.0, 360.0};
-  read(table, "at_bind", hinge.at_bind, kTurn);
+  hinge.name = text_of(require(table, kHinge["name"]));
+  hinge.body = text_of(require(table, kHinge["body"]));
+  hinge.axis = direction_of(require(table, kHinge["axis"]), kHinge["axis"].range);
+  read(table, kHinge["at_bind"], hinge.at_bind);
   hinge.at_bind *= kDegree;
-  read(table, "roll", hinge.roll, kTurn);
+  read(table, kHinge["roll"], hinge.roll);
   hinge.roll *= kDegree;
-  if (hinge.roll != 0.0) hinge.along = direction_of(require(table, "along"));
-  if (TomlValue* range = find(table, "range")) {
-    const std::vector<TomlValue>& ends = items_of(*range, "degrees, [from, to]", 2, 2);
-    hinge.range = {number_of(ends[0], kTurn) * kDegree, number_of(ends[1], kTurn) * kDegree};
+  if (hinge.roll != 0.0) {
+    hinge.along = direction_of(require(table, kHinge["along"]), kHinge["along"].range);
+  }
+  if (TomlValue* range = find(table, kHinge["range"])) {
+    const std::vector<TomlValue>& ends = items_of(*range, kHinge["range"].form, 2, 2);
+    for (int i = 0; i < 2; ++i) {
+      hinge.range[i] = number_of(ends[i], kHinge["range"].range) * kDegree;
+    }
     if (hinge.range[1] < hinge.range[0]) refuse(ends[1], "give no less than the first");
   }
-  if (TomlValue* forearm = find(table, "forearm")) hinge.forearm = read_forearm(*forearm);
+  if (TomlValue* forearm = find(table, kHinge["forearm"])) hinge.forearm = read_forearm(*forearm);
   return hinge;
 }
 
@@ -46,27 +50,28 @@ SceneHinge read_hinge(TomlValue& table) {
 void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) {
   SceneCharacter& character = scene.character;
   character.given = true;
-  read(table, "scale", character.scale, kScale);
-  for (TomlValue* hinge : tables_of(table, "hinge")) {
+  read(table, kRig["scale"], character.scale);
+  for (TomlValue* hinge : tables_of(table, kRig["hinge"])) {
     character.hinges.push_back(read_hinge(*hinge));
   }
-  for (TomlValue* bone : tables_of(table, "bone")) {
-    character.bones.push_back({name_of(require(*bone, "name")), text_of(require(*bone, "body")),
-                               file_of(require(*bone, "mesh"), folders), bone->location});
+  for (TomlValue* bone : tables_of(table, kRig["bone"])) {
+    character.bones.push_back({name_of(require(*bone, kBone["name"])),
+                               text_of(require(*bone, kBone["body"])),
+                               file_of(require(*bone, kBone["mesh"]), folders), bone->location});
   }
 }
 
 bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene) {
   SceneCharacter& character = scene.character;
-  TomlValue* file = find(table, "file");
+  TomlValue* file = find(table, kClip["file"]);
   const bool is_text = file && file->type == TomlValue::Type::kText;
   const bool motion = is_text && names_motion(file->text);
-  if (const TomlValue* name = find(table, "animation")) {
+  if (const TomlValue* name = find(table, kClip["animation"])) {
     character.animation = text_of(*name);
     scene.clip_location = name->location;
-    for (const char* other : {"keys", "file"}) {
-      TomlValue* both = find(table, other);
-      // Of another character's file, it says which.
+    for (const Key* other : {&kClip["keys"], &kClip["file"]}) {
+      TomlValue* both = find(table, *other);
+      // Beside the file of another character, the name says which animation of that file.
       if (!both || (both == file && is_text && names_character(file->text))) continue;
       refuse(*both, "remove it, or the animation at " + name->location);
     }
@@ -75,7 +80,7 @@ bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene)
   if (!motion) return false;
   scene.clip_location = file->location;
   character.motion = file_of(*file, folders);
-  if (TomlValue* columns = find(table, "columns")) {
+  if (TomlValue* columns = find(table, kClip["columns"])) {
     const TomlValue& names = entries_of(*columns);
     for (size_t i = 0; i < names.items.size(); ++i) {
       character.motion_names.push_back({names.keys[i], text_of(names.items[i])});

@@ -6,7 +6,7 @@
 
 namespace thew::sim {
 
-// What a rig that is a character's file has beside a URDF: scale, hinges, bones, its animations.
+// What [rig] has for a character's file besides what it has for a URDF.
 
 /// [rig] scale, [[rig.hinge]], [[rig.bone]].
 void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene);

@@ -10,6 +10,8 @@
 #include "rig/text.h"
 #include "sim/scene/read_muscle.h"
 #include "sim/scene/read_rig.h"
+#include "sim/scene/rig_keys.h"
+#include "sim/scene/scene_keys.h"
 #include "sim/scene/values.h"
 
 namespace thew::sim {
@@ -17,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// From a mouse to what no animal is; beyond it other numbers are meant.
-constexpr Range kBodySize{1e-3, 1e3};
+// Names in a list of a scene: more than a scene has muscles, so that no slip exhausts the memory.
+constexpr std::size_t kMostNames = 1000000;
 
-// "1-120", "-5--1", "7"
+// Reads "1-120", "-5--1" or "7".
 std::optional<std::array<int, 2>> parse_frames(const std::string& text) {
   std::array<int, 2> frames;
   const char* end = text.data() + text.size();
@@ -35,19 +37,18 @@ std::optional<std::array<int, 2>> parse_frames(const std::string& text) {
   return frames;
 }
 
-void read_frames(TomlValue& value, Scene& scene) {
+void read_frames(TomlValue& value, const Range& range, Scene& scene) {
   std::optional<std::array<int, 2>> frames;
   if (value.type == TomlValue::Type::kText) frames = parse_frames(value.text);
   if (value.type == TomlValue::Type::kInteger) {
-    const int one = integer_of(value, -kLastFrame, kLastFrame);
+    const int one = integer_of(value, range);
     frames = {one, one};
   }
   if (value.type == TomlValue::Type::kArray && value.items.size() == 2) {
-    frames = {integer_of(value.items[0], -kLastFrame, kLastFrame),
-              integer_of(value.items[1], -kLastFrame, kLastFrame)};
+    frames = {integer_of(value.items[0], range), integer_of(value.items[1], range)};
   }
-  if (!frames || (*frames)[0] > (*frames)[1] || (*frames)[0] < -kLastFrame ||
-      (*frames)[1] > kLastFrame) {
+  if (!frames || (*frames)[0] > (*frames)[1] || (*frames)[0] < range.least ||
+      (*frames)[1] > range.most) {
     refuse(value, "give the first and the last frame, \"1-120\", without a step");
   }
   scene.first_frame = (*frames)[0];
@@ -55,16 +56,18 @@ void read_frames(TomlValue& value, Scene& scene) {
 }
 
 void read_general(TomlValue& table, Scene& scene) {
-  if (const TomlValue* name = find(table, "name")) scene.name = text_of(*name);
-  read(table, "fps", scene.fps, {1e-2, 1e5});
-  if (TomlValue* frames = find(table, "frames")) read_frames(*frames, scene);
-  read(table, "settle", scene.settle, {0.0, 1000.0});
-  read(table, "gravity", scene.gravity, {-1e4, 1e4});
-  read(table, "size", scene.size, kBodySize);
+  if (const TomlValue* name = find(table, kScene["name"])) scene.name = text_of(*name);
+  read(table, kScene["fps"], scene.fps);
+  if (TomlValue* frames = find(table, kScene["frames"])) {
+    read_frames(*frames, kScene["frames"].range, scene);
+  }
+  read(table, kScene["settle"], scene.settle);
+  read(table, kScene["gravity"], scene.gravity);
+  read(table, kScene["size"], scene.size);
 }
 
-// The joints' own key frames need not be the same; a clip has one row of all joints a key. Where
-// they differ each joint's own curve is sampled at all of them and at every frame.
+// Joints may have keys at different frames, but a clip has one row of values for all joints. Where
+// the frames differ, each joint's own curve is sampled at all of them and at every frame.
 Clip merge_curves(const std::vector<Clip>& curves, const Scene& scene) {
   Clip clip = curves[0];
   std::set<double> times;
@@ -101,13 +104,12 @@ Clip read_keys(TomlValue& keys, double unit, Clip::Interpolation interpolation,
     Clip& curve = curves.emplace_back();
     curve.joints = {keys.keys[j]};
     curve.interpolation = interpolation;
-    for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kFrames,
-                                               {-kMaxAngle / kDegree, kMaxAngle / kDegree})) {
+    for (const auto& [frame, value] : pairs_of(keys.items[j], "[frame, value]", kClip["keys"])) {
       curve.times.push_back((frame - scene.first_frame) / scene.fps);
       curve.values.push_back({value * unit});
     }
   }
-  if (curves.empty()) refuse(keys, "give { JOINT = [[frame, value], ...] }");
+  if (curves.empty()) refuse(keys, std::string("give ") + kClip["keys"].form);
   return merge_curves(curves, scene);
 }
 
@@ -133,23 +135,22 @@ Clip read_clip_file(TomlValue& value, TomlValue* columns, const Folders& folders
 
 void read_clip(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.clip_location = table.location;
-  std::string interpolation = "smooth", unit = "rad";
-  read(table, "interpolation", interpolation, {"smooth", "linear"});
-  const auto way =
-      interpolation == "linear" ? Clip::Interpolation::kLinear : Clip::Interpolation::kSmooth;
-  const auto [kind, value] = require_one(table, {"keys", "file"});
+  const auto way = read_word(table, kClip["interpolation"]) == "linear"
+                       ? Clip::Interpolation::kLinear
+                       : Clip::Interpolation::kSmooth;
+  const auto [kind, value] = require_one(table, {&kClip["keys"], &kClip["file"]});
   if (kind == "keys") {
-    read(table, "unit", unit, {"rad", "deg"});
+    const std::string unit = read_word(table, kClip["unit"]);
     scene.clip = read_keys(*value, unit == "deg" ? kDegree : 1.0, way, scene);
     scene.clip.angles_only = unit == "deg";
   } else {
-    scene.clip = read_clip_file(*value, find(table, "columns"), folders);
+    scene.clip = read_clip_file(*value, find(table, kClip["columns"]), folders);
     scene.clip.interpolation = way;
   }
 }
 
 void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
-  TomlValue& file = require(table, "file");
+  TomlValue& file = require(table, kRig["file"]);
   scene.rig = file_of(file, folders);
   scene.rig_location = file.location;
   scene.clip_location = table.location;
@@ -157,138 +158,132 @@ void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.clip.values = {{}};
   const bool character = names_character(scene.rig);
   if (character) read_character_rig(table, folders, scene);
-  TomlValue* clip = find(table, "clip");
+  TomlValue* clip = find(table, kRig["clip"]);
   if (clip && character && read_character_clip(*clip, folders, scene)) return;
   if (clip) read_clip(*clip, folders, scene);
 }
 
 void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   scene.skin.location = table.location;
-  std::string kind = "layer";
-  read(table, "kind", kind, {"layer", "skinned"});
-  scene.skin.skinned = kind == "skinned";
+  scene.skin.skinned = read_word(table, kSkin["kind"]) == "skinned";
   if (scene.skin.skinned && !scene.character.given) {
-    refuse(*find(table, "kind"), "give a layer's mesh, or a character as [rig] file",
+    refuse(*find(table, kSkin["kind"]), "give a layer's mesh, or a character as [rig] file",
            ", but the rig has no skin of its own");
   }
-  if (!scene.skin.skinned) scene.skin.mesh = file_of(require(table, "mesh"), folders);
+  if (!scene.skin.skinned) scene.skin.mesh = file_of(require(table, kSkin["mesh"]), folders);
   SkinSettings& settings = scene.skin.settings;
-  read(table, "thickness", settings.thickness, kLength);
-  read(table, "smoothing", settings.smoothing, kShare);
-  read(table, "iterations", settings.iterations, 1, 10000);
-  read(table, "fold_gap", settings.fold_gap, kLength);
-  read(table, "reach", settings.reach, kSize);
-  std::string volume = "none";
-  read(table, "volume", volume, {"none", "exact"});
-  settings.keeps_volume = volume == "exact";
+  read(table, kSkin["thickness"], settings.thickness);
+  read(table, kSkin["smoothing"], settings.smoothing);
+  read(table, kSkin["iterations"], settings.iterations);
+  read(table, kSkin["fold_gap"], settings.fold_gap);
+  read(table, kSkin["reach"], settings.reach);
+  settings.keeps_volume = read_word(table, kSkin["volume"]) == "exact";
   if (settings.keeps_volume && scene.skin.skinned) {
-    refuse(*find(table, "volume"), "remove it, or give a layer's mesh",
+    refuse(*find(table, kSkin["volume"]), "remove it, or give a layer's mesh",
            ", but the character's own skin need not be closed");
   }
-  bool enabled = true;
-  read(table, "enabled", enabled);
-  if (enabled) return;
+  read(table, kSkin["enabled"], scene.skin.enabled);
+  if (scene.skin.enabled) return;
   scene.skin.mesh.clear();
   scene.skin.skinned = false;
 }
 
-// What is beyond them no choice of ours can promise.
-constexpr Range kPositionTolerance{1e-6, 1.0}, kVolumeTolerance{1e-12, 1.0};
-
 void read_tolerance(TomlValue& solver, TomlValue& table, Scene& scene) {
-  for (const char* key : {"integrator", "substeps", "iterations"}) {
-    if (const TomlValue* other = find(solver, key)) {
+  for (const Key* key : {&kSolver["integrator"], &kSolver["substeps"], &kSolver["iterations"]}) {
+    if (const TomlValue* other = find(solver, *key)) {
       refuse(*other, "remove it, or the tolerance at " + table.location,
              ", but a tolerance chooses it for each muscle");
     }
   }
-  if (const TomlValue* volume = find(solver, "volume"); volume && volume->text != "exact") {
+  if (const TomlValue* volume = find(solver, kSolver["volume"]);
+      volume && volume->text != "exact") {
     refuse(*volume, "give \"exact\", or remove the tolerance at " + table.location,
            ", which holds no tolerance");
   }
   auto& tolerance = scene.solver.tolerance.emplace();
   tolerance.location = table.location;
-  tolerance.position = length_of(require(table, "position"), kPositionTolerance);
-  read(table, "volume", tolerance.volume, kVolumeTolerance);
+  tolerance.position =
+      length_of(require(table, kTolerance["position"]), kTolerance["position"].range);
+  read(table, kTolerance["volume"], tolerance.volume);
 }
 
 void read_solver(TomlValue& table, Scene& scene) {
   scene.solver.location = table.location;
-  read(table, "integrator", scene.solver.integrator,
-       {"explicit", "xpbd", "local_global", "quasi_static"});
-  read(table, "volume", scene.solver.volume,
-       {"none", "penalty", "printed", "linear", "exact", "exact_always", "zonal"});
-  read(table, "substeps", scene.solver.substeps, 1, 1000000);
-  read(table, "iterations", scene.solver.iterations, 1, 10000);
+  read(table, kSolver["integrator"], scene.solver.integrator);
+  read(table, kSolver["volume"], scene.solver.volume);
+  read(table, kSolver["substeps"], scene.solver.substeps);
+  read(table, kSolver["iterations"], scene.solver.iterations);
   const std::string& integrator = scene.solver.integrator;
   if (scene.solver.volume == "zonal" && (integrator == "xpbd" || integrator == "explicit")) {
-    refuse(*find(table, "volume"), "take integrator = \"local_global\" or \"quasi_static\"",
+    refuse(*find(table, kSolver["volume"]),
+           "take integrator = \"local_global\" or \"quasi_static\"",
            ", which \"" + integrator + "\" cannot hold");
   }
-  if (TomlValue* tolerance = find(table, "tolerance")) read_tolerance(table, *tolerance, scene);
+  if (TomlValue* tolerance = find(table, kSolver["tolerance"]))
+    read_tolerance(table, *tolerance, scene);
 }
 
 void read_contact(TomlValue& table, Scene& scene) {
-  read(table, "enabled", scene.contact.enabled);
-  read(table, "margin", scene.contact.settings.margin, kLength);
-  read(table, "max_depth", scene.contact.settings.max_depth, kLength);
-  read(table, "gap", scene.contact.settings.gap, kLength);
-  read(table, "spacing", scene.contact.settings.spacing, kSize);
-  read(table, "friction", scene.contact.friction, kNotNegative);
-  if (TomlValue* thickness = find(table, "thickness")) {
+  read(table, kContact["enabled"], scene.contact.enabled);
+  read(table, kContact["margin"], scene.contact.settings.margin);
+  read(table, kContact["max_depth"], scene.contact.settings.max_depth);
+  read(table, kContact["gap"], scene.contact.settings.gap);
+  read(table, kContact["spacing"], scene.contact.settings.spacing);
+  read(table, kContact["friction"], scene.contact.friction);
+  if (TomlValue* thickness = find(table, kContact["thickness"])) {
     if (thickness->type != TomlValue::Type::kTable) {
-      refuse(*thickness, "name surfaces, { humerus = 0.001 }");
+      refuse(*thickness, kContact["thickness"].form);
     }
-    for (const std::string& name : thickness->keys) {
-      double metres = 0.0;
-      read(*thickness, name.c_str(), metres, kLength);
-      scene.contact.thickness.push_back({name, metres});
+    entries_of(*thickness);
+    for (std::size_t i = 0; i < thickness->items.size(); ++i) {
+      scene.contact.thickness.push_back(
+          {thickness->keys[i], number_of(thickness->items[i], kContact["thickness"].range)});
     }
   }
-  if (TomlValue* self = find(table, "self")) {
-    for (TomlValue& item : items_of(*self, "names of muscles, [\"a\", ...]", 0, 1000000)) {
+  if (TomlValue* self = find(table, kContact["self"])) {
+    for (TomlValue& item : items_of(*self, kContact["self"].form, 0, kMostNames)) {
       scene.contact.self.push_back(text_of(item));
     }
   }
   if (!can_solve_contact(scene, scene.solver.integrator)) {
-    refuse(*find(table, scene.contact.friction > 0.0 ? "friction" : "self"),
+    refuse(*find(table, scene.contact.friction > 0.0 ? kContact["friction"] : kContact["self"]),
            "take integrator = \"local_global\" or \"quasi_static\"",
            ", which \"" + scene.solver.integrator + "\" cannot solve");
   }
-  TomlValue* ignore = find(table, "ignore");
+  TomlValue* ignore = find(table, kContact["ignore"]);
   if (!ignore) return;
   scene.contact.location = ignore->location;
-  for (TomlValue& item : items_of(*ignore, "pairs of names, [[\"a\", \"b\"], ...]", 0, 1000000)) {
+  for (TomlValue& item : items_of(*ignore, kContact["ignore"].form, 0, kMostNames)) {
     const std::vector<TomlValue>& pair = items_of(item, "a pair of names, [\"a\", \"b\"]", 2, 2);
     scene.contact.ignore.push_back({text_of(pair[0]), text_of(pair[1])});
   }
 }
 
 void read_cut(TomlValue& value, SceneView& view) {
-  for (TomlValue& item : items_of(value, "planes, [[nx, ny, nz, d], ...]", 1, kMostCuts)) {
+  for (TomlValue& item : items_of(value, kView["cut"].form, 1, kMostCuts)) {
     const std::vector<TomlValue>& four = items_of(item, "a plane, [nx, ny, nz, d]", 4, 4);
-    const Vec3 normal(number_of(four[0], kDirection), number_of(four[1], kDirection),
-                      number_of(four[2], kDirection));
+    const Vec3 normal(number_of(four[0], kView["cut"].range),
+                      number_of(four[1], kView["cut"].range),
+                      number_of(four[2], kView["cut"].range));
     if (!(normal.norm() > 1e-9)) refuse(item, "give a normal that is not zero");
     const Vec3 n = normal.normalized();
-    view.cut.push_back({n.x(), n.y(), n.z(), number_of(four[3], kPlace)});
+    view.cut.push_back({n.x(), n.y(), n.z(), number_of(four[3], kView["cut"].second)});
   }
 }
 
 SceneView read_view(TomlValue& table) {
-  const std::vector<std::string> shows = {"skin", "muscles", "weights", "cutaway"};
   SceneView view;
-  view.name = name_of(require(table, "name"));
-  for (const std::string& show : shows) {
-    if (view.name == show) view.show = show;
+  view.name = name_of(require(table, kView["name"]));
+  for (const char* word : kView["show"].words) {
+    if (word && view.name == word) view.show = word;
   }
-  read(table, "show", view.show, shows);
-  read(table, "eye", view.eye, kPlace);
-  read(table, "target", view.target, kPlace);
-  read(table, "up", view.up, kDirection);
-  read(table, "field_of_view", view.field_of_view, {1.0, 170.0});
-  read(table, "light", view.light, kDirection);
-  if (TomlValue* cut = find(table, "cut")) read_cut(*cut, view);
+  read(table, kView["show"], view.show);
+  read(table, kView["eye"], view.eye);
+  read(table, kView["target"], view.target);
+  read(table, kView["up"], view.up);
+  read(table, kView["field_of_view"], view.field_of_view);
+  read(table, kView["light"], view.light);
+  if (TomlValue* cut = find(table, kView["cut"])) read_cut(*cut, view);
   if (view.show == "cutaway" && view.cut.empty()) {
     throw Error(ErrorCode::kUsage, table.location + ": [" + table.name +
                                        "] has no cut; say where the skin is open, by planes of the "
@@ -313,13 +308,13 @@ void refuse_duplicate(const TomlValue& table, std::set<std::string>& names,
 
 SceneRender read_render(TomlValue& table) {
   SceneRender render;
-  if (TomlValue* size = find(table, "size")) {
-    const std::vector<TomlValue>& two = items_of(*size, "pixels, [width, height]", 2, 2);
-    render.width = integer_of(two[0], 16, 16384);  // OSMesa draws nonsense beyond that
-    render.height = integer_of(two[1], 16, 16384);
+  if (TomlValue* size = find(table, kRender["size"])) {
+    const std::vector<TomlValue>& two = items_of(*size, kRender["size"].form, 2, 2);
+    render.width = integer_of(two[0], kRender["size"].range);
+    render.height = integer_of(two[1], kRender["size"].range);
   }
   std::set<std::string> names;
-  for (TomlValue* view : tables_of(table, "view")) {
+  for (TomlValue* view : tables_of(table, kRender["view"])) {
     render.views.push_back(read_view(*view));
     refuse_duplicate(*view, names, render.views.back().name);
   }
@@ -327,37 +322,35 @@ SceneRender read_render(TomlValue& table) {
 }
 
 void read_bounds(TomlValue& table, Scene& scene) {
-  for (const char* quantity :
-       {"volume_error", "substep_volume_error", "penetration", "poke_through", "attachment_gap"}) {
+  for (const Key& quantity : kBound.keys) {
     const TomlValue* limit = find(table, quantity);
     if (!limit) continue;
     for (const Bound& bound : scene.bounds) {
-      if (bound.quantity == quantity) refuse(*limit, "remove it, or the one at " + bound.location);
+      if (bound.quantity == quantity.name)
+        refuse(*limit, "remove it, or the one at " + bound.location);
     }
-    scene.bounds.push_back({quantity, number_of(*limit, kNotNegative), limit->location});
+    scene.bounds.push_back({quantity.name, number_of(*limit, quantity.range), limit->location});
   }
 }
 
 void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
-  if (TomlValue* table = find(root, "scene")) read_general(*table, scene);
+  if (TomlValue* table = find(root, kFile["scene"])) read_general(*table, scene);
   scene.skin.settings = times(scene.skin.settings, scene.size);
   scene.contact.settings = times(scene.contact.settings, scene.size);
-  read_rig(require(root, "rig"), folders, scene);
+  read_rig(require(root, kFile["rig"]), folders, scene);
   std::set<std::string> names;
-  for (TomlValue* table : tables_of(root, "muscle")) {
+  for (TomlValue* table : tables_of(root, kFile["muscle"])) {
     scene.muscles.push_back(read_muscle(*table, folders, scene.size));
     refuse_duplicate(*table, names, scene.muscles.back().name);
   }
-  if (TomlValue* table = find(root, "skin")) read_skin(*table, folders, scene);
-  if (TomlValue* table = find(root, "solver")) read_solver(*table, scene);
-  if (TomlValue* table = find(root, "contact")) read_contact(*table, scene);
-  if (TomlValue* table = find(root, "render")) scene.render = read_render(*table);
-  if (TomlValue* table = find(root, "output")) {
-    std::string precision = "single";
-    read(*table, "precision", precision, {"single", "double"});
-    scene.output.double_precision = precision == "double";
+  if (TomlValue* table = find(root, kFile["skin"])) read_skin(*table, folders, scene);
+  if (TomlValue* table = find(root, kFile["solver"])) read_solver(*table, scene);
+  if (TomlValue* table = find(root, kFile["contact"])) read_contact(*table, scene);
+  if (TomlValue* table = find(root, kFile["render"])) scene.render = read_render(*table);
+  if (TomlValue* table = find(root, kFile["output"])) {
+    scene.output.double_precision = read_word(*table, kOutput["precision"]) == "double";
   }
-  for (TomlValue* table : tables_of(root, "bound")) read_bounds(*table, scene);
+  for (TomlValue* table : tables_of(root, kFile["bound"])) read_bounds(*table, scene);
 }
 
 }  // namespace
@@ -379,13 +372,14 @@ Scene read_scene(const fs::path& file, const std::vector<std::string>& overrides
   scene.folder = folders.root;
   read_all(root, folders, scene);
   refuse_unknown_keys(root);
+  list_old_names(root, scene.warnings);
   return scene;
 }
 
 SceneRender read_render(const fs::path& file, const std::vector<std::string>& overrides) {
   TomlValue root = read_toml(file);
   for (const std::string& setting : overrides) override_toml(root, setting);
-  TomlValue& table = require(root, "render");
+  TomlValue& table = require(root, kFile["render"]);
   SceneRender render = read_render(table);
   refuse_unknown_keys(table);
   return render;

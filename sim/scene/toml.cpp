@@ -19,6 +19,7 @@ struct TomlSlip {};
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
 
@@ -27,10 +28,12 @@ struct TomlSlip {};
 namespace thew::sim {
 namespace {
 
-constexpr std::size_t kFileLimit = std::size_t{4} << 20;  // bytes
+constexpr std::size_t kFileLimit = std::size_t{4} << 20;  // bytes; a scene has some thousands
+// Far more parts of a key and levels of nesting than a scene has, far fewer than overflow the
+// stack.
 constexpr int kKeyParts = 32, kDepth = 64;
 
-using PlaceOf = std::function<Location(const toml::source_region&)>;
+using LocationOf = std::function<Location(const toml::source_region&)>;
 
 [[noreturn]] void fail(const Location& location, const std::string& what) {
   std::string message = location + ": " + what;
@@ -75,7 +78,7 @@ void check_dotted_keys(std::string_view text, const Location& location) {
   }
 }
 
-// toml::parse, with a place for the slips that have none: the first line at whose end they show.
+// toml::parse, with a location for the slips that have none: the first line at whose end they show.
 toml::table parse(std::string_view text, const Location& location) {
   check_dotted_keys(text, location);
   try {
@@ -100,7 +103,7 @@ toml::table parse(std::string_view text, const Location& location) {
        "a value is missing, or a bracket does not match; correct the TOML there");
 }
 
-// Names of an item within its parent, as --set would say them.
+// The name of an item within its parent, as --set would say it.
 std::string item_name(const std::string& parent, const std::string& key) {
   return parent.empty() ? key : parent + "." + key;
 }
@@ -112,7 +115,7 @@ std::string array_item_name(const std::string& parent, std::size_t index, const 
 }
 
 TomlValue convert(const toml::node& node, const std::string& name, const Location& location,
-                  const PlaceOf& location_of, int depth) {
+                  const LocationOf& location_of, int depth) {
   using Type = TomlValue::Type;
   if (depth > kDepth) fail(location, "tables and arrays are nested too deep; no scene needs that");
   TomlValue value;
@@ -186,14 +189,20 @@ TomlValue* held(TomlValue& table, const std::string& key) {
   return at == table.keys.end() ? nullptr : &table.items[at - table.keys.begin()];
 }
 
+[[noreturn]] void refuse_without(const TomlValue& table, const std::string& key) {
+  const std::string near = nearest_name(key, table.keys);
+  fail(table.location, title(table) + " lacks the key \"" + key + "\"" +
+                           (near.empty() ? "; add it" : "; is \"" + near + "\" meant to be it?"));
+}
+
 TomlValue parse_setting(const std::string& text, const std::string& path,
                         const Location& location) {
-  const auto same_place = [&](const toml::source_region&) { return location; };
+  const auto same_location = [&](const toml::source_region&) { return location; };
   TomlValue value;
   try {
     const toml::table parsed = parse("value = " + text, location);
     const toml::node* node = parsed.get("value");
-    if (node && parsed.size() == 1) return convert(*node, path, location, same_place, 0);
+    if (node && parsed.size() == 1) return convert(*node, path, location, same_location, 0);
   } catch (const toml::parse_error& error) {
     if (text.empty() || std::string_view("\"'[{").find(text[0]) != std::string_view::npos) {
       fail(location, "\"" + text + "\" is no TOML value: " + std::string(error.description()) +
@@ -209,7 +218,7 @@ TomlValue parse_setting(const std::string& text, const std::string& path,
 
 TomlValue& step_into(TomlValue& at, const std::string& word, const Location& location);
 
-// The item of an array that `word` names; where it is a key of an item, what that key holds.
+// The item of an array that `word` names. Where `word` is a key of one item, what that key holds.
 TomlValue& step_into_array(TomlValue& array, const std::string& word, const Location& location) {
   std::vector<std::string> names;
   std::vector<TomlValue*> tables, holders;
@@ -238,7 +247,7 @@ TomlValue& step_into_array(TomlValue& array, const std::string& word, const Loca
   return step_into(holders.empty() ? *tables.back() : *holders[0], word, location);
 }
 
-// What `word` names within `at`; a table gets a new key where it lacks one.
+// What `word` names within `at`. A table that lacks the key gets it.
 TomlValue& step_into(TomlValue& at, const std::string& word, const Location& location) {
   if (at.type == TomlValue::Type::kArray) return step_into_array(at, word, location);
   if (at.type != TomlValue::Type::kTable) {
@@ -314,40 +323,58 @@ void refuse_unknown_keys(const TomlValue& root) {
   }
 }
 
-TomlValue* find(TomlValue& table, const std::string& key) {
-  if (table.type != TomlValue::Type::kTable) refuse(table, "give a table, { " + key + " = ... }");
-  table.known.push_back(key);
-  TomlValue* value = held(table, key);
+void list_old_names(const TomlValue& root, std::vector<std::string>& warnings) {
+  if (!root.renamed.empty()) {
+    warnings.push_back(root.location + ": the key " + root.name + " is called \"" + root.renamed +
+                       "\" now; rename it");
+  }
+  for (const TomlValue& item : root.items) list_old_names(item, warnings);
+}
+
+TomlValue* find(TomlValue& table, const Key& key) {
+  if (table.type != TomlValue::Type::kTable) {
+    refuse(table, std::string("give a table, { ") + key.name + " = ... }");
+  }
+  table.known.emplace_back(key.name);
+  TomlValue* value = held(table, key.name);
+  if (TomlValue* old = *key.old ? held(table, key.old) : nullptr) {
+    if (value) {
+      refuse(*old, "remove it, or the one at " + value->location,
+             std::string(", but its new name, \"") + key.name + "\", is given as well");
+    }
+    old->renamed = key.name;
+    value = old;
+  }
   if (value) value->read = true;
+  if (!value && key.need == Need::kRequired) refuse_without(table, key.name);
   return value;
 }
 
-TomlValue& require(TomlValue& table, const std::string& key) {
+TomlValue& require(TomlValue& table, const Key& key) {
+  assert(key.need != Need::kOptional);  // the reference would call it so
   if (TomlValue* value = find(table, key)) return *value;
-  const std::string near = nearest_name(key, table.keys);
-  fail(table.location, title(table) + " lacks the key \"" + key + "\"" +
-                           (near.empty() ? "; add it" : "; is \"" + near + "\" meant to be it?"));
+  refuse_without(table, key.name);
 }
 
 std::pair<std::string, TomlValue*> require_one(TomlValue& table,
-                                               const std::vector<std::string>& keys) {
+                                               const std::vector<const Key*>& keys) {
   std::pair<std::string, TomlValue*> one = {"", nullptr};
   std::string all;
-  for (const std::string& key : keys) {
-    all += (all.empty() ? "\"" : ", \"") + key + "\"";
-    TomlValue* value = find(table, key);
+  for (const Key* key : keys) {
+    all += (all.empty() ? "\"" : ", \"") + std::string(key->name) + "\"";
+    TomlValue* value = find(table, *key);
     if (value && one.second) {
-      fail(value->location,
-           title(table) + " has both \"" + one.first + "\" and \"" + key + "\"; keep one of them");
+      fail(value->location, title(table) + " has both \"" + one.first + "\" and \"" + key->name +
+                                "\"; keep one of them");
     }
-    if (value) one = {key, value};
+    if (value) one = {key->name, value};
   }
   if (!one.second)
     fail(table.location, title(table) + " has none of " + all + "; give one of them");
   return one;
 }
 
-std::vector<TomlValue*> tables_of(TomlValue& parent, const std::string& key) {
+std::vector<TomlValue*> tables_of(TomlValue& parent, const Key& key) {
   TomlValue* value = find(parent, key);
   if (!value) return {};
   if (value->type == TomlValue::Type::kTable) return {value};

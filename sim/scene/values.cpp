@@ -2,6 +2,7 @@
 #include "sim/scene/values.h"
 
 #include <algorithm>
+#include <cassert>
 #include <charconv>
 #include <string_view>
 
@@ -40,12 +41,13 @@ double length_of(const TomlValue& value, const Range& range) {
                     number_text(range.most) + " m, as \"0.5 mm\" or in metres");
 }
 
-int integer_of(const TomlValue& value, int least, int most) {
-  if (value.type == TomlValue::Type::kInteger && value.number >= least && value.number <= most) {
+int integer_of(const TomlValue& value, const Range& range) {
+  if (value.type == TomlValue::Type::kInteger && value.number >= range.least &&
+      value.number <= range.most) {
     return static_cast<int>(value.number);
   }
-  refuse(value,
-         "give a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  refuse(value, "give a whole number from " + std::to_string(static_cast<int>(range.least)) +
+                    " to " + std::to_string(static_cast<int>(range.most)));
 }
 
 bool truth_of(const TomlValue& value) {
@@ -62,10 +64,15 @@ const std::string& text_of(const TomlValue& value) {
   return value.text;
 }
 
-const std::string& word_of(const TomlValue& value, const std::vector<std::string>& words) {
-  if (std::find(words.begin(), words.end(), value.text) != words.end()) return value.text;
+const std::string& word_of(const TomlValue& value, const Key& key) {
+  std::vector<std::string> words;
   std::string all;
-  for (const std::string& word : words) all += (all.empty() ? "\"" : ", \"") + word + "\"";
+  for (const char* word : key.words) {
+    if (!word) break;
+    words.emplace_back(word);
+    all += (all.empty() ? "\"" : ", \"") + words.back() + "\"";
+  }
+  if (std::find(words.begin(), words.end(), value.text) != words.end()) return value.text;
   refuse(value, "give one of " + all + did_you_mean(value.text, words));
 }
 
@@ -110,44 +117,54 @@ Vec3 vector_of(TomlValue& value, const Range& range) {
   return {number_of(items[0], range), number_of(items[1], range), number_of(items[2], range)};
 }
 
-Vec3 direction_of(TomlValue& value) {
-  const Vec3 direction = vector_of(value, kDirection);
+Vec3 direction_of(TomlValue& value, const Range& range) {
+  const Vec3 direction = vector_of(value, range);
   if (direction.norm() < 1e-9) refuse(value, "give a direction, which is not zero");
   return direction.normalized();
 }
 
-Pairs pairs_of(TomlValue& value, const std::string& what, const Range& first, const Range& second) {
+Pairs pairs_of(TomlValue& value, const std::string& form, const Key& key) {
   Pairs pairs;
-  for (TomlValue& item : items_of(value, "pairs, [" + what + ", ...]", 1, 1000000)) {
-    const std::vector<TomlValue>& two = items_of(item, "a pair, " + what, 2, 2);
-    pairs.push_back({number_of(two[0], first), number_of(two[1], second)});
+  for (TomlValue& item : items_of(value, "pairs, [" + form + ", ...]", 1, 1000000)) {
+    const std::vector<TomlValue>& two = items_of(item, "a pair, " + form, 2, 2);
+    pairs.push_back({number_of(two[0], key.range), number_of(two[1], key.second)});
     if (pairs.size() > 1 && pairs.back()[0] <= pairs[pairs.size() - 2][0]) {
       refuse(two[0], "give more than " + number_text(pairs[pairs.size() - 2][0]) +
-                         ", which is before it: pairs " + what + " go upwards");
+                         ", which is before it: pairs " + form + " go upwards");
     }
   }
   return pairs;
 }
 
-void read(TomlValue& table, const std::string& key, double& out, const Range& range) {
-  if (const TomlValue* value = find(table, key)) out = number_of(*value, range);
+void read(TomlValue& table, const Key& key, double& out) {
+  assert(key.type == KeyType::kNumber);
+  if (const TomlValue* value = find(table, key)) out = number_of(*value, key.range);
 }
 
-void read(TomlValue& table, const std::string& key, int& out, int least, int most) {
-  if (const TomlValue* value = find(table, key)) out = integer_of(*value, least, most);
+void read(TomlValue& table, const Key& key, int& out) {
+  assert(key.type == KeyType::kInteger);
+  if (const TomlValue* value = find(table, key)) out = integer_of(*value, key.range);
 }
 
-void read(TomlValue& table, const std::string& key, bool& out) {
+void read(TomlValue& table, const Key& key, bool& out) {
+  assert(key.type == KeyType::kTruth);
   if (const TomlValue* value = find(table, key)) out = truth_of(*value);
 }
 
-void read(TomlValue& table, const std::string& key, Vec3& out, const Range& range) {
-  if (TomlValue* value = find(table, key)) out = vector_of(*value, range);
+void read(TomlValue& table, const Key& key, Vec3& out) {
+  assert(key.type == KeyType::kVector);
+  if (TomlValue* value = find(table, key)) out = vector_of(*value, key.range);
 }
 
-void read(TomlValue& table, const std::string& key, std::string& out,
-          const std::vector<std::string>& words) {
-  if (const TomlValue* value = find(table, key)) out = word_of(*value, words);
+void read(TomlValue& table, const Key& key, std::string& out) {
+  assert(key.type == KeyType::kWord);
+  if (const TomlValue* value = find(table, key)) out = word_of(*value, key);
+}
+
+std::string read_word(TomlValue& table, const Key& key) {
+  std::string word = key.words[0];
+  read(table, key, word);
+  return word;
 }
 
 }  // namespace thew::sim

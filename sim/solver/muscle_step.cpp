@@ -83,7 +83,7 @@ void update_zone(const Muscle& muscle, double h, MuscleState& state) {
     state.weights = muscle.weights;
     return;
   }
-  const double softness = SpringMaterial{}.young / muscle.settings.material.young;
+  const double softness = SpringMaterial{}.stiffness / muscle.settings.material.stiffness;
   state.zone_radius = grown_radius(zone, std::max(state.zone_radius, zone.smallest_radius),
                                    softness * load.norm(), h);
   zone_weights(muscle.zone_links, muscle.rest.vertices, load.normalized(), zone, state.zone_radius,

@@ -50,6 +50,6 @@ grep -qx "hash $hash" "$work/consumer.txt"
 status=0
 "$work/prefix/bin/thew" golden check "$scene" --progress none \
   --golden "$source/../golden/one_muscle" --out "$work/stiffer" \
-  --set muscle.flexor.material.young=1010 >"$work/stiffer.txt" || status=$?
+  --set muscle.flexor.material.stiffness=1010 >"$work/stiffer.txt" || status=$?
 cat "$work/stiffer.txt"
 [[ $status == 1 ]] && grep -q "flexor moved" "$work/stiffer.txt"

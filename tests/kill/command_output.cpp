@@ -316,6 +316,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
   const std::map<std::string, std::set<std::string>> own = {
       {"sim/scene/toml.cpp", {"--set"}},
       {"sim/scene/toml.h", {"--set"}},
+      {"sim/scene/reference.cpp", {"--set", "--keys"}},  // a page, no message
       {"tools/base/options.cpp", {"--frames", "--progress"}},
       {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
       {"tools/compare/compare_html.cpp", {"--cut"}},          // of its style sheet

@@ -63,7 +63,7 @@ TEST(Refinement, BendingEnergyOfASheetFallsAsTheSquareOfTheMesh) {
   const auto energy = [&](int n, const SpringMaterial& material) {
     return energy_of(sheet(n, n, 0.08 / n), {}, material, roll);
   };
-  const SpringMaterial bending{.young = 0.0, .bending = 1e-4}, membrane{.bending = 0.0};
+  const SpringMaterial bending{.stiffness = 0.0, .bending = 1e-4}, membrane{.bending = 0.0};
   for (int n : {20, 40}) {
     EXPECT_NEAR(energy(n, bending) / energy(2 * n, bending), 4.0, 0.4);
     EXPECT_NEAR(energy(n, membrane) / energy(2 * n, membrane), 16.0, 1.6);
@@ -127,7 +127,7 @@ TEST(Refinement, UnitsDoNotMatter) {
   for (Vec3& p : millimetres.vertices) p *= to_length;
   const SpringMaterial si;
   SpringMaterial other = si;
-  other.young *= to_force / to_length;
+  other.stiffness *= to_force / to_length;
   other.bending *= to_force * to_length;
   const Springs a = make_springs(metres, {}, si), b = make_springs(millimetres, {}, other);
   const Points x = moved(to_points(metres.vertices), 1.0, noise(metres.vertices.size(), 0.002, 13));

@@ -114,7 +114,7 @@ TEST(Fidelity, ALongClipIsKeptBetweenItsProbes) {
 
 TEST(Fidelity, AMuscleThatJigglesIsDynamic) {
   const Settings soft = {"rig.clip.keys={ elbow = [[1, 0], [8, 60], [24, 60]] }",
-                         "muscle.flexor.material={ young = 100, shape = 0.3 }",
+                         "muscle.flexor.material={ stiffness = 100, shape = 0.3 }",
                          "muscle.flexor.damping=2"};
   const Outcome out = outcome_of("one_muscle", soft, 4e-4);
   EXPECT_EQ(out.plan.muscles[0].level, Level::kDynamic) << out.plan.muscles[0].reason;

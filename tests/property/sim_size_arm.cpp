@@ -70,7 +70,7 @@ void scale_muscle(double size, SceneMuscle& muscle) {
     *length *= size;
   }
   muscle.f_max *= mass * size;
-  muscle.material.young *= mass;
+  muscle.material.stiffness *= mass;
   muscle.material.bending *= mass * size * size;
 }
 

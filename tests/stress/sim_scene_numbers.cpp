@@ -44,7 +44,7 @@ damping = 10
 f_max = 200
 fibre_length = 0.12
 activation = [[1, 0], [3, 1]]
-material = { young = 900, anisotropy = 8, shear = 0.3, bending = 2e-4, density = 1050, shape = 1 }
+material = { stiffness = 900, anisotropy = 8, shear = 0.3, bending = 2e-4, density = 1050, shape = 1 }
 colour = [0.1, 0.2, 0.3]
 zones = 3
 profile = { around = 10, rings = 9, radius = [[0, 0.004], [0.5, 0.018], [1, 0.005]] }

@@ -105,10 +105,10 @@ TEST(Stress, AFrameASecondAndTenThousand) {
 }
 
 TEST(Stress, StiffnessOverTenDecades) {
-  for (const char* young : {"1e-3", "1", "1e3", "1e7"}) {
-    Motion run({std::string("muscle.flexor.material.young=") + young});
+  for (const char* stiffness : {"1e-3", "1", "1e3", "1e7"}) {
+    Motion run({std::string("muscle.flexor.material.stiffness=") + stiffness});
     run.go(23);
-    EXPECT_LE(run.worst_volume, 1e-12) << young;
+    EXPECT_LE(run.worst_volume, 1e-12) << stiffness;
   }
 }
 
@@ -155,7 +155,7 @@ TEST(Stress, EnergyFromNowhereIsNamed) {
           if (!muscle.driven[i]) now.v[i][i % 3] += i % 2 ? 6.0 : -6.0;
         }
       },
-      {"muscle.flexor.material.young=10"});
+      {"muscle.flexor.material.stiffness=10"});
   EXPECT_EQ(moving.cause, Cause::kEnergy);
   EXPECT_GT(moving.value, moving.limit);
   const StepDiagnosis stretched = found_after([](const Muscle& muscle, MuscleState& now) {

@@ -11,6 +11,7 @@
 #include "rig/math.h"
 #include "sim/bake/measure.h"
 #include "sim/scene/reader.h"
+#include "sim/scene/reference.h"
 #include "sim/scene/scene.h"
 #include "tools/base/options.h"
 #include "tools/base/signals.h"
@@ -356,6 +357,21 @@ Inspection inspect(const fs::path& file, bool as_json, const std::string& frames
   ordered_json all = {{"file", file.string()}, {"sound", found.sound}};
   all.update(found.facts);
   return {all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n", found.sound};
+}
+
+std::string inspect_keys(bool as_json) {
+  if (!as_json) return scene_reference();
+  ordered_json keys = ordered_json::array();
+  for (const KeyEntry& entry : scene_keys()) {
+    keys.push_back({{"section", entry.section},
+                    {"key", entry.key},
+                    {"type", entry.type},
+                    {"unit", entry.unit},
+                    {"default", entry.standard},
+                    {"range", entry.range},
+                    {"meaning", entry.meaning}});
+  }
+  return ordered_json{{"keys", keys}}.dump(1) + "\n";
 }
 
 }  // namespace thew::tools

@@ -16,4 +16,7 @@ struct Inspection {
 /// where it cannot be read at all.
 Inspection inspect(const std::filesystem::path& file, bool as_json, const std::string& frames = "");
 
+/// The reference of all keys of a scene: Markdown, or JSON.
+std::string inspect_keys(bool as_json);
+
 }  // namespace thew::tools

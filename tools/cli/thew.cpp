@@ -5,7 +5,9 @@
 #include <cstring>
 
 #include "tools/base/commit.h"
+#include "tools/base/printing.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/inspect_command.h"
 #include "tools/cli/program_main.h"
 
 namespace thew::tools {
@@ -88,10 +90,21 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   return command;
 }
 
-CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired) {
+CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired, bool& keys) {
   CLI::App* command = app.add_subcommand(
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
-  command->add_option("FILE", options.input, "mesh, character, .urdf, .toml or .h5")->required();
+  CLI::Option* file =
+      command->add_option("FILE", options.input, "mesh, character, .urdf, .toml or .h5");
+  file->required();
+  command
+      ->add_flag_callback(
+          "--keys",
+          [&keys, file] {
+            keys = true;
+            file->required(false);
+          },
+          "no file, but the reference of all keys of a scene, as Markdown")
+      ->excludes(file);
   command->add_flag("--json", options.json, kJsonFlag);
   command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
@@ -198,6 +211,7 @@ struct Arguments {
   fs::path scene, repaired, actual, golden;
   std::vector<std::string> meshes;
   int turntable = 0, basis = 0;
+  bool keys = false;
   std::function<ExitCode(CommandOptions&)> run;
 };
 
@@ -210,8 +224,11 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
        [&a](CommandOptions& o) { return render_command(o, a.scene, a.turntable); });
   runs(add_export(app, options, a.meshes, a.basis),
        [&a](CommandOptions& o) { return export_command(o, a.meshes, a.basis); });
-  runs(add_inspect(app, options, a.repaired),
-       [&a](CommandOptions& o) { return inspect_command(o, a.repaired); });
+  runs(add_inspect(app, options, a.repaired, a.keys), [&a](CommandOptions& o) {
+    if (!a.keys) return inspect_command(o, a.repaired);
+    print(inspect_keys(o.json));
+    return ExitCode::kDone;
+  });
   runs(add_new(app, a.create, options), [&a](CommandOptions&) { return new_command(a.create); });
   runs(add_compare(app, options, a.actual, a.limits, a.millimetres),
        [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.limits); });

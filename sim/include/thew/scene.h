@@ -70,7 +70,7 @@ struct Muscle {
   /// By vertex, 0 or more, in any unit: how much of the volume correction it takes (Hong et al.
   /// 2006, W in eqs 9 to 14). Empty: all alike.
   std::vector<double> weights = {};
-  double young = 1000.0;                               ///< N/m, of its surface across the fibres
+  double stiffness = 1000.0;                           ///< N/m, of its surface across the fibres
   double f_max = 0.0;                                  ///< N, with which it can pull of itself
   std::vector<std::array<double, 2>> activation = {};  ///< (frame, 0 to 1), frames rising
 };

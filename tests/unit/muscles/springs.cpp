@@ -23,7 +23,7 @@ TEST(Springs, StiffnessOfTwoTriangles) {
   TriMesh square;
   square.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
   square.triangles = {{0, 1, 3}, {0, 3, 2}};
-  SpringMaterial material{.young = 600, .anisotropy = 4, .shear = 0.5, .bending = 12};
+  SpringMaterial material{.stiffness = 600, .anisotropy = 4, .shear = 0.5, .bending = 12};
   const Springs plain = make_springs(square, {}, material);
   ASSERT_EQ(plain.structural, 5);
   ASSERT_EQ(plain.nodes.size(), 6u);

@@ -270,7 +270,7 @@ TEST_F(Api, EachPartOfADefinitionCounts) {
   });
   moves("belly", [](auto& d) { d.muscles[0].belly = {0.08, 0.24}; });
   moves("wraps", [](auto& d) { d.muscles[0].wraps = {}; });
-  moves("young", [](auto& d) { d.muscles[0].young = 300; });
+  moves("stiffness", [](auto& d) { d.muscles[0].stiffness = 300; });
   moves("activation", [](auto& d) {
     d.muscles[0].f_max = 300;
     d.muscles[0].activation = {{1, 0}, {6, 1}};

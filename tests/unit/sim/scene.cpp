@@ -71,7 +71,7 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.f_max, 624);
   EXPECT_EQ(tube.fibre_length, 0.12);
   EXPECT_EQ(tube.activation, (Pairs{{-2, 0}, {10.5, 0.5}, {28, 1}}));
-  EXPECT_EQ(tube.material.young, 900);
+  EXPECT_EQ(tube.material.stiffness, 900);
   EXPECT_EQ(tube.material.anisotropy, 8);
   EXPECT_EQ(tube.material.shear, 0.3);
   EXPECT_EQ(tube.material.bending, 2e-4);

@@ -14,8 +14,9 @@ TEST_F(SceneFile, UnknownKeysAreRefusedAnywhere) {
             ":14: unknown key \"substep\" in [solver]; did you mean \"substeps\"?");
   EXPECT_EQ(error_of("[solvr]\n"),
             ":13: unknown key \"solvr\" in the scene; did you mean \"solver\"?");
-  EXPECT_EQ(error_of("material = { youg = 1 }\n"),
-            ":13: unknown key \"youg\" in [muscle.biceps.material]; did you mean \"young\"?");
+  EXPECT_EQ(
+      error_of("material = { stifness = 1 }\n"),
+      ":13: unknown key \"stifness\" in [muscle.biceps.material]; did you mean \"stiffness\"?");
   EXPECT_EQ(error_of("[output]\nzzz = 1\n"),
             ":14: unknown key \"zzz\" in [output]; there are precision");
   EXPECT_STARTS(error_of("\n[[bound]]\nvolume_err = 1\n"),
@@ -166,16 +167,16 @@ TEST_F(SceneFile, AnyLetterAfterANumberIsASlip) {
 TEST_F(SceneFile, Overrides) {
   const std::string more =
       "weights = \"left\"\n[[render.view]]\nname = \"v\"\n[[bound]]\nvolume_error = 1e-9\n";
-  const Scene scene =
-      read_scene(this->scene(more),
-                 {"muscle.biceps.weights=right", "muscle.biceps.path.1.2 = 0.2",
-                  "solver.substeps=4", "solver.integrator=\"explicit\"",
-                  "render.view.v.show=muscles", "bound.volume_error=1e-6", "bound.penetration=0.1",
-                  "scene.name=two words", "muscle.biceps.material={young=5}", "muscle.0.guide=3",
-                  "rig.clip.keys.elbow=[[1,0],[2,1]]", "muscle.biceps.material.shear=0.5"});
+  const Scene scene = read_scene(
+      this->scene(more),
+      {"muscle.biceps.weights=right", "muscle.biceps.path.1.2 = 0.2", "solver.substeps=4",
+       "solver.integrator=\"explicit\"", "render.view.v.show=muscles", "bound.volume_error=1e-6",
+       "bound.penetration=0.1", "scene.name=two words", "muscle.biceps.material={stiffness=5}",
+       "muscle.0.guide=3", "rig.clip.keys.elbow=[[1,0],[2,1]]",
+       "muscle.biceps.material.shear=0.5"});
   EXPECT_EQ(scene.muscles[0].weights.keys, preset_profile("right").keys);
   EXPECT_EQ(scene.muscles[0].path[1].position, Vec3(0, 0.2, 0));
-  EXPECT_EQ(scene.muscles[0].material.young, 5);
+  EXPECT_EQ(scene.muscles[0].material.stiffness, 5);
   EXPECT_EQ(scene.muscles[0].material.shear, 0.5);
   EXPECT_EQ(scene.muscles[0].guide, 3);
   EXPECT_EQ(scene.solver.substeps, 4);

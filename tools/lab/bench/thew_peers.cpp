@@ -118,13 +118,14 @@ Json compare_ball(const fs::path& folder, int parts) {
     return build_model(read_scene(folder / "ball.toml", overrides));
   };
   std::vector<std::pair<std::string, std::function<Outcome()>>> runs;
-  for (const char* young : {"1000", "30"}) {  // Bullet has no such figure: its links are a share
-    const std::string material = std::string("muscle.ball.material.young=") + young;
+  for (const char* stiffness :
+       {"1000", "30"}) {  // Bullet has no such figure: its links are a share
+    const std::string material = std::string("muscle.ball.material.stiffness=") + stiffness;
     for (const std::string integrator : {"explicit", "local_global"}) {
       if (integrator == "local_global" && parts > 10) continue;  // minutes, and no faster there
       const Model model =
           ours({material, "solver.integrator=" + integrator, "solver.iterations=1"});
-      runs.emplace_back(integrator + ", " + young + " N/m",
+      runs.emplace_back(integrator + ", " + stiffness + " N/m",
                         [model] { return run_our_ball(model); });
     }
   }

@@ -179,7 +179,7 @@ Model model_of(const Body& body, const std::string& quantity, double value) {
   muscle.material = body.material;
   muscle.material.anisotropy = 1.0;
   muscle.material.shape = 0.0;
-  if (quantity == "stiffness") muscle.material.young *= value;
+  if (quantity == "stiffness") muscle.material.stiffness *= value;
   if (quantity == "nodes with weight") muscle.weights = weights_at_top(body, value);
   if (twists) muscle.fixed_to = held_ends(body);
   def.bones = {plane_of(body, "top", kTop), plane_of(body, "bottom", kBottom)};

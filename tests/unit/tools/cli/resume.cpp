@@ -179,7 +179,7 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
                               "muscle.front.shape=weights",
                               "muscle.front.guide=251",
                               "muscle.front.damping=21",
-                              "muscle.front.material.young=901",
+                              "muscle.front.material.stiffness=901",
                               "muscle.front.material.anisotropy=3",
                               "muscle.front.material.shear=0.31",
                               "muscle.front.material.bending=1e-3",

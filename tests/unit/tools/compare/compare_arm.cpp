@@ -36,7 +36,7 @@ class ComparedArm : public TempFolder {
 TEST_F(ComparedArm, TheMuscleWhoseStiffnessChangedMovedMost) {
   const fs::path a = bake("a");
   EXPECT_TRUE(compare(a, bake("same"), {}).same());
-  const fs::path b = bake("b", {"muscle.biceps_long.material.young=1010"});
+  const fs::path b = bake("b", {"muscle.biceps_long.material.stiffness=1010"});
   const Comparison comparison = compare(a, b, {});
   EXPECT_FALSE(comparison.same());
   EXPECT_EQ(comparison.geometry->meshes.front().name, "biceps_long");

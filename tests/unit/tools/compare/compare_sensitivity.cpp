@@ -49,7 +49,7 @@ class Sensitivity : public TempFolder {
 };
 
 TEST_F(Sensitivity, AStiffnessChangedByOnePercent) {
-  const fs::path a = bake("a"), b = bake("b", {"muscle.flexor.material.young=1010"});
+  const fs::path a = bake("a"), b = bake("b", {"muscle.flexor.material.stiffness=1010"});
   const std::string text = told(a, b);
   EXPECT_HAS(text, "scene or inputs differ as well");
   EXPECT_HAS(text, "  flexor moved 0.000");

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rig/math.h"
+#include "sim/scene/keys.h"
+#include "sim/scene/scene.h"
+
+namespace thew::sim {
+
+// The keys of [rig] and of the tables in it.
+
+inline constexpr Key kRigKeys[] = {
+    {.name = "file",
+     .type = KeyType::kFile,
+     .meaning = "The bodies and joints: a URDF, or a character (.gltf, .glb, .vrm, .fbx, .dae).",
+     .need = Need::kRequired},
+    {.name = "scale",
+     .type = KeyType::kNumber,
+     .meaning = "Multiplies all lengths of a character's file.",
+     .standard = default_of<&SceneCharacter::scale>,
+     .range = kScale},
+    {.name = "hinge",
+     .type = KeyType::kTables,
+     .meaning = "Joints of a character that keys can drive."},
+    {.name = "bone",
+     .type = KeyType::kTables,
+     .meaning = "Bones of a character, whose file has none."},
+    {.name = "clip",
+     .type = KeyType::kTable,
+     .meaning = "The motion; without this table the rig stays in its rest pose."}};
+inline constexpr Section kRig{"rig", "[rig]", "The bodies, and the motion that they follow.",
+                              kRigKeys};
+
+inline constexpr Key kClipKeys[] = {
+    {.name = "keys",
+     .type = KeyType::kForm,
+     .meaning =
+         "Values of each joint by frame, between which it moves smoothly. A clip has `keys` or a "
+         "`file`, or the `animation` of a character.",
+     .unit = "angles: `unit`; sliding joints: m",
+     .need = Need::kConditional,
+     .range = kFrames,
+     .second = {-kMaxAngle / kDegree, kMaxAngle / kDegree},
+     .form = "{ JOINT = [[frame, value], ...] }"},
+    {.name = "file",
+     .type = KeyType::kFile,
+     .meaning =
+         "A motion: .mot, .sto or .csv drives joints; .bvh, or another character's file, drives a "
+         "character's bodies.",
+     .need = Need::kConditional},
+    {.name = "columns",
+     .type = KeyType::kForm,
+     .meaning = "Which joint a column of the file drives, \"\" for none; of a motion of bodies, "
+                "which body of "
+                "the character is meant by a name of the file.",
+     .form = "{ THEIRS = \"OURS\" }"},
+    {.name = "animation",
+     .type = KeyType::kText,
+     .meaning = "An animation of the character; beside a file that holds several, which of them."},
+    {.name = "interpolation",
+     .type = KeyType::kWord,
+     .meaning = "The way from one value to the next.",
+     .words = {"smooth", "linear"}},
+    {.name = "unit",
+     .type = KeyType::kWord,
+     .meaning = "The unit of `keys`; with \"deg\" they may drive joints that turn, and no others.",
+     .words = {"rad", "deg"}}};
+inline constexpr Section kClip{"rig.clip", "[rig.clip]", "The motion.", kClipKeys};
+
+inline constexpr Key kHingeKeys[] = {
+    {.name = "name",
+     .type = KeyType::kText,
+     .meaning = "The joint's name, by which keys drive it.",
+     .need = Need::kRequired},
+    {.name = "body",
+     .type = KeyType::kText,
+     .meaning = "The body of the character that it turns.",
+     .need = Need::kRequired},
+    {.name = "axis",
+     .type = KeyType::kDirection,
+     .meaning = "The axis about which it turns, in the body's frame.",
+     .need = Need::kRequired,
+     .range = kDirection},
+    {.name = "at_bind",
+     .type = KeyType::kNumber,
+     .meaning =
+         "Its angle in the character's bind pose; muscles are made in the pose in which it is 0.",
+     .unit = "degrees",
+     .standard = [] { return toml_text(SceneHinge{}.at_bind / kDegree); },
+     .range = kTurn},
+    {.name = "along",
+     .type = KeyType::kDirection,
+     .meaning = "The direction along the body in its frame, about which `roll` turns it; it goes "
+                "with a roll that is not 0, and with no other.",
+     .need = Need::kConditional,
+     .range = kDirection},
+    {.name = "roll",
+     .type = KeyType::kNumber,
+     .meaning = "Turn about `along` from the bind pose to the pose in which the muscles are made.",
+     .unit = "degrees",
+     .standard = [] { return toml_text(SceneHinge{}.roll / kDegree); },
+     .range = kTurn},
+    {.name = "range",
+     .type = KeyType::kForm,
+     .meaning = "The angles between which it may turn.",
+     .unit = "degrees",
+     .standard =
+         [] {
+           const auto range = SceneHinge{}.range;
+           return "[" + toml_text(range[0] / kDegree) + ", " + toml_text(range[1] / kDegree) + "]";
+         },
+     .range = kTurn,
+     .form = "degrees, [from, to]"},
+    {.name = "forearm",
+     .type = KeyType::kTable,
+     .meaning = "Two bodies more where the body is a forearm."}};
+inline constexpr Section kHinge{"rig.hinge", "[[rig.hinge]]",
+                                "A joint that turns a body of a character about one axis.",
+                                kHingeKeys};
+
+inline constexpr Key kForearmKeys[] = {
+    {.name = "ulna",
+     .type = KeyType::kText,
+     .meaning = "Name of a new body for paths and bones, which follows the hinge without the "
+                "forearm's roll.",
+     .need = Need::kRequired},
+    {.name = "radius",
+     .type = KeyType::kText,
+     .meaning =
+         "Name of a new body that turns by that roll, about the line from `head` to `wrist`.",
+     .need = Need::kRequired},
+    {.name = "head",
+     .type = KeyType::kVector,
+     .meaning = "The head of the radius, in the forearm's frame.",
+     .unit = "m",
+     .need = Need::kRequired,
+     .range = kPlace},
+    {.name = "wrist",
+     .type = KeyType::kVector,
+     .meaning = "The wrist, in the forearm's frame.",
+     .unit = "m",
+     .need = Need::kRequired,
+     .range = kPlace}};
+inline constexpr Section kForearm{"rig.hinge.forearm", "[rig.hinge.forearm]",
+                                  "The two bones of a character's forearm, which is one body.",
+                                  kForearmKeys};
+
+inline constexpr Key kBoneKeys[] = {{.name = "name",
+                                     .type = KeyType::kName,
+                                     .meaning = "What contact and the bake call it.",
+                                     .need = Need::kRequired},
+                                    {.name = "body",
+                                     .type = KeyType::kText,
+                                     .meaning = "The body that carries it.",
+                                     .need = Need::kRequired},
+                                    {.name = "mesh",
+                                     .type = KeyType::kFile,
+                                     .meaning = "A closed mesh in the body's frame.",
+                                     .need = Need::kRequired}};
+inline constexpr Section kBone{"rig.bone", "[[rig.bone]]", "A bone of a character.", kBoneKeys};
+
+}  // namespace thew::sim

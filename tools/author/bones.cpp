@@ -177,7 +177,7 @@ TriMesh surface_nets(Grid& grid) {
 
 // Evens out the triangles: towards the mean of the neighbours, then back onto the surface.
 void relax(const BoneShape& bone, TriMesh& mesh) {
-  constexpr int kPasses = 8;
+  constexpr int kPasses = 8;  // and one that only smooths
   for (int pass = 0; pass <= kPasses; ++pass) {
     std::vector<Vec3> sum(mesh.vertices.size(), Vec3::Zero());
     std::vector<int> count(mesh.vertices.size(), 0);

@@ -7,7 +7,7 @@
 namespace thew::tools {
 namespace {
 
-constexpr int kSamples = 257;
+constexpr int kSamples = 257;        // points of a curve, so that one lies in its middle
 constexpr double kRounding = 0.004;  // m, of the corners: tendons lie close to bone
 constexpr double kTurning = 0.015;   // m, over which sections turn round a corner
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/author/files.h"
 
-#include <fstream>
 #include <string>
 
 #include "rig/math.h"
 #include "rig/text.h"
+#include "sim/cache/durable_file.h"
 #include "tools/author/bones.h"
 #include "tools/author/packing.h"
 #include "tools/author/skin.h"
@@ -19,15 +19,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMadeBy = ", metres; made by author_arm, Apache-2.0";
 constexpr double kSkinClearance = 0.0029;  // m; the scene asks for 2 mm
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) {
-    throw Error(ErrorCode::kOutput, file.string() + ": cannot be written; check folder and space");
-  }
-}
 
 std::string urdf_text(const Skeleton& skeleton) {
   std::string text =
@@ -99,7 +90,7 @@ void write_arm(const fs::path& table, const fs::path& folder) {
   for (const BoneShape& bone : bones) {
     const Vec3 shift = humerus - rest[find_body(skeleton, bone.body)].translation();
     below.push_back(bone_mesh(bone));
-    write_text(
+    replace_durably(
         folder / "bones" / (bone.body + ".obj"),
         obj_text(bone.body + " in its own frame" + kMadeBy, in_order_of_use(below.back()), shift));
   }
@@ -107,17 +98,17 @@ void write_arm(const fs::path& table, const fs::path& folder) {
   std::string blocks;
   for (size_t m = 0; m < muscles.size(); ++m) {
     const std::string& name = muscles[m].name;
-    write_text(
+    replace_durably(
         folder / "muscles" / (name + ".obj"),
         obj_text(name + " at rest in the root's frame" + std::string(kMadeBy), meshes[m], humerus));
     blocks += muscle_text(muscles[m], skeleton);
   }
   below.insert(below.end(), meshes.begin(), meshes.end());
-  write_text(folder / "skin.obj",
-             obj_text("skin at rest in the root's frame" + std::string(kMadeBy),
-                      arm_skin(below, kSkinClearance), humerus));
-  write_text(folder / "arm.urdf", urdf_text(skeleton));
-  write_text(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
+  replace_durably(folder / "skin.obj",
+                  obj_text("skin at rest in the root's frame" + std::string(kMadeBy),
+                           arm_skin(below, kSkinClearance), humerus));
+  replace_durably(folder / "arm.urdf", urdf_text(skeleton));
+  replace_durably(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
 }
 
 }  // namespace thew::tools

@@ -13,6 +13,7 @@ namespace thew::tools {
 namespace {
 
 constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
+// Passes that press the sections apart, and then those that look at the meshes between nodes.
 constexpr int kPasses = 40, kSettlingPasses = 30;
 // Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
 // it does not swell; more where it does: contact presses it out.
@@ -219,7 +220,7 @@ void cast(const Outside& out, const SectionedMuscle& muscle, double least, Secti
 // Out of what is in the way, by the slope of `out`.
 template <typename Outside>
 Vec3 way_in(const Outside& out, const Vec3& p, double depth) {
-  constexpr double kStep = 2e-4;
+  constexpr double kStep = 2e-4;  // m, of the differences
   const double value = out(p) + depth;
   if (value <= 0.0) return Vec3::Zero();
   Vec3 g;

@@ -6,16 +6,15 @@
 #include <cmath>
 
 #include "rig/math.h"
-#include "skin/surface/surface.h"
 #include "tools/author/bones.h"
-#include "tools/author/sections.h"
+#include "tools/author/smoothing.h"
 
 namespace thew::tools {
 namespace {
 
-constexpr int kAround = 64, kRings = 78, kCapRings = 9;
-constexpr double kRoundest = 0.07;   // m, radius of the sharpest bump
-constexpr double kFat = 0.004;       // m, over muscle and bone
+constexpr int kAround = 64, kRings = 78, kCapRings = 9;  // nodes a ring; rings, and of a cap
+constexpr double kRoundest = 0.07;                       // m, radius of the sharpest bump
+constexpr double kFat = 0.004;                           // m, over muscle and bone
 constexpr double kOutermost = 0.13;  // m from the axis, where the search inwards begins
 
 // What fills an arm besides the twelve muscles: deltoid, the other muscles of the forearm, the
@@ -96,30 +95,21 @@ std::vector<Ray> make_rays() {
   return rays;
 }
 
-struct Below {
-  Surface surface;
-  Points x;
-  Bvh bvh;
-};
-
-Below merge(const std::vector<TriMesh>& meshes) {
-  Below below;
-  std::vector<Triangle> triangles;
+Measured merge(const std::vector<TriMesh>& meshes) {
+  TriMesh all;
   for (const TriMesh& mesh : meshes) {
-    const int first = static_cast<int>(below.x.size());
-    for (const Vec3& p : mesh.vertices) below.x.push_back(to_point(p));
+    const int first = static_cast<int>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     for (const Triangle& t : mesh.triangles) {
-      triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
   }
-  below.surface = make_surface(std::move(triangles), static_cast<int>(below.x.size()));
-  below.bvh = build_bvh(below.surface, below.x);
-  return below;
+  return Measured(std::move(all));
 }
 
 // Unsigned: overlapping meshes (tendons in bone) have no sign, and the search never gets inside.
-double distance_below(const Below& below, const Vec3& p) {
-  constexpr double kBound = 0.03;
+double distance_below(const Measured& below, const Vec3& p) {
+  constexpr double kBound = 0.03;  // m, beyond which no distance is asked for
   const ClosestPoint near = closest_point(below.surface, below.bvh, below.x, p, kBound);
   return near.triangle < 0 ? kBound : (near.point - p).norm();
 }
@@ -176,7 +166,8 @@ TriMesh mesh_of(const std::vector<Ray>& rays, const std::vector<Triangle>& trian
 }
 
 // Moves the nodes of every triangle whose middle or edges come too near outwards, for good.
-bool keep_clear(const Below& below, const TriMesh& mesh, double clearance, std::vector<Ray>& rays) {
+bool keep_clear(const Measured& below, const TriMesh& mesh, double clearance,
+                std::vector<Ray>& rays) {
   bool moved = false;
   const auto check = [&](const Vec3& p, const Triangle& t) {
     const double missing = clearance - distance_below(below, p);
@@ -197,7 +188,7 @@ bool keep_clear(const Below& below, const TriMesh& mesh, double clearance, std::
 }  // namespace
 
 TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
-  const Below below = merge(meshes);
+  const Measured below = merge(meshes);
   const BoneShape filling = flesh();
   std::vector<Ray> rays = make_rays();
   for (Ray& ray : rays) {

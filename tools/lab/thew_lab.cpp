@@ -5,6 +5,7 @@
 #include "tools/cli/program_main.h"
 #include "tools/lab/chart/command.h"
 #include "tools/lab/paper/command.h"
+#include "tools/lab/results/command.h"
 
 namespace thew::tools {
 namespace {
@@ -12,34 +13,44 @@ namespace {
 struct Arguments {
   bool quick = false, stability = false;
   std::filesystem::path cow;
-  CLI::App *paper = nullptr, *chart = nullptr;
+  CLI::App *paper = nullptr, *chart = nullptr, *results = nullptr;
 };
 
-CLI::App* add_paper(CLI::App& app, CommandOptions& options, bool& quick,
-                    std::filesystem::path& cow) {
-  CLI::App* command =
-      app.add_subcommand("paper", "the paper's tables and figures, ours beside them");
-  command->add_option("--out", options.out, "folder of the report")->required();
+CLI::App* add_command(CLI::App& app, const char* name, const char* what, const char* out,
+                      CommandOptions& options) {
+  CLI::App* command = app.add_subcommand(name, what);
+  command->add_option("--out", options.out, out)->required();
   command->add_flag("--json", options.json, kJsonFlag);
-  add_overwrite(*command, options);
-  command->add_flag("--quick", quick, "within a minute: fewer frames, repetitions and elements");
-  command->add_option("--cow", cow, "a closed mesh, brought to the cow's 14,136 triangles")
-      ->check(CLI::ExistingFile);
   command->add_option("--progress", options.progress, kProgressWords);
   return command;
 }
 
-CLI::App* add_chart(CLI::App& app, CommandOptions& options, bool& stability) {
-  CLI::App* command = app.add_subcommand("chart", "speed against accuracy of a scene's muscles");
-  command->add_option("SCENE", options.input, "scene file, TOML")->required();
-  command->add_option("--out", options.out, "folder of the chart")->required();
-  add_overwrite(*command, options);
-  command->add_option("--threads", options.threads, "0: all; what is timed runs on one")
+void add_threads(CLI::App& command, CommandOptions& options) {
+  command.add_option("--threads", options.threads, "0: all; what is timed runs on one")
       ->check(CLI::Range(0, 1024));
-  command->add_flag("--json", options.json, kJsonFlag);
-  command->add_flag("--stability", stability, "maps of where each integrator fails instead");
-  command->add_option("--progress", options.progress, kProgressWords);
-  return command;
+}
+
+void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
+  app.description("The laboratory: measures Thew, and the methods that it is set against.");
+  a.paper = add_command(app, "paper",
+                        "runs the paper's experiments and sets its tables and figures beside ours",
+                        "folder of the report", options);
+  add_overwrite(*a.paper, options);
+  a.paper->add_flag("--quick", a.quick, "within a minute: fewer frames, repetitions and elements");
+  a.paper->add_option("--cow", a.cow, "a closed mesh, brought to the cow's 14,136 triangles")
+      ->check(CLI::ExistingFile);
+  a.chart = add_command(app, "chart",
+                        "draws speed against accuracy of a scene's muscles, setting by setting",
+                        "folder of the chart", options);
+  a.chart->add_option("SCENE", options.input, "scene file, TOML")->required();
+  add_overwrite(*a.chart, options);
+  add_threads(*a.chart, options);
+  a.chart->add_flag("--stability", a.stability, "maps of where each integrator fails instead");
+  a.results = add_command(
+      app, "results", "measures every figure that is stated of Thew and writes them on one page",
+      "Markdown file; what stands there is replaced", options);
+  a.results->add_flag("--quick", a.quick, "in a minute or two: the arm and the paper, roughly");
+  add_threads(*a.results, options);
 }
 
 }  // namespace
@@ -50,13 +61,11 @@ int main(int argc, char** argv) {
   return thew::tools::program_main(
       argc, argv,
       {.commit = thew::tools::kCommit,
-       .declare =
-           [&](CLI::App& app, thew::tools::CommandOptions& options) {
-             a.paper = thew::tools::add_paper(app, options, a.quick, a.cow);
-             a.chart = thew::tools::add_chart(app, options, a.stability);
-           },
+       .declare = [&](CLI::App& app,
+                      thew::tools::CommandOptions& options) { declare(app, options, a); },
        .run =
            [&](thew::tools::CommandOptions& options, thew::tools::Call&) {
+             if (*a.results) return thew::tools::results_command(options, a.quick);
              return *a.paper ? thew::tools::paper_command(options, a.quick, a.cow)
                              : thew::tools::chart_command(options, a.stability);
            }});

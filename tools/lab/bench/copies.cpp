@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lab/bench/copies.h"
-
+#include <cmath>
 #include <string>
+
+#include "sim/cache/durable_file.h"
+#include "sim/scene/define_model.h"
+#include "sim/scene/reader.h"
+#include "skin/surface/surface.h"
+#include "tools/lab/base/measures.h"
+#include "tools/lab/base/play.h"
+#include "tools/lab/bench/benches.h"
+#include "tools/lab/bench/scale_plot.h"
 
 namespace thew::tools {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 void add_skeleton(const Skeleton& one, const Vec3& shift, const std::string& mark, Skeleton& all) {
   const int by = all.size();
@@ -23,8 +33,25 @@ void add_skeleton(const Skeleton& one, const Vec3& shift, const std::string& mar
   }
 }
 
-}  // namespace
+// CPU seconds of one search without memory, as near a bone as a node that touches it.
+double price_of_query(const Model& model, const State& state) {
+  const Surface& bone = model.surfaces[model.muscles.size()].surface;
+  const BoneState& now = state.bones.front();
+  const Points& from = now.x;
+  constexpr int kRounds = 20;  // searches from each node, some milliseconds together
+  double sum = 0.0;
+  const double begin = cpu_seconds();
+  for (int r = 0; r < kRounds; ++r) {
+    for (const Point& p : from) {
+      const Vec3 near = to_vec(p) + 2e-3 * Vec3(1.0, 0.1 * r, -0.5);
+      sum += closest_point(bone, now.bvh, now.x, near, 0.01).distance;
+    }
+  }
+  const double each = (cpu_seconds() - begin) / (kRounds * static_cast<double>(from.size()));
+  return std::isfinite(sum) ? each : 0.0;
+}
 
+// The definition `count` times in a row, `apart` (m) along z, in one scene; without its skin.
 ModelDef copies_of(const ModelDef& one, int count, double apart) {
   ModelDef all = one;
   all.skin.mesh = {};
@@ -63,6 +90,44 @@ ModelDef copies_of(const ModelDef& one, int count, double apart) {
     }
   }
   return all;
+}
+
+}  // namespace
+
+Json contact_of_copies(const std::string& scene, const std::filesystem::path& picture) {
+  const ModelDef one = define_model(read_scene(scene));
+  const double frames = one.last_frame - one.first_frame;
+  Json out = {{"scene", one.name}};
+  std::vector<ScalePoint> points;
+  double nodes_of_one = 0.0, first = 0.0;
+  for (const MuscleDef& muscle : one.muscles) nodes_of_one += muscle.mesh.vertices.size();
+  // Of 60 arms the model would take more than the 4 GiB that build_model() allows.
+  for (const int count : {1, 2, 4, 8, 16, 32, 56}) {
+    const Model model = build_model(copies_of(one, count, 1.0));
+    const Played run = play(model, settled_state(model));
+    std::int64_t searches = 0;
+    for (const MuscleState& muscle : run.state.muscles) {
+      searches += muscle.memory.searches + muscle.face_memory.searches;
+    }
+    const int last = static_cast<int>(model.muscles.size() - one.muscles.size());
+    const Point apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
+    const double milliseconds = 1e3 * run.stages.contact / frames, nodes = count * nodes_of_one;
+    const double price = price_of_query(model, run.state);
+    if (count == 1) first = milliseconds;
+    const double grown = count * std::log(nodes) / std::log(nodes_of_one);
+    out["copies"].push_back(
+        {{"copies", count},
+         {"nodes", nodes},
+         {"contact_ms_per_frame", milliseconds},
+         {"over_n_log_n", milliseconds / (first * grown)},
+         {"searches_per_node_and_frame", searches / (nodes * frames)},
+         {"query_us", 1e6 * price},
+         {"queries_worth_per_node_and_frame", 1e-3 * milliseconds / (price * nodes)},
+         {"off_the_first_um", 1e6 * std::abs(apart[2] - (count - 1.0))}});
+    points.push_back({count, milliseconds, first * grown});
+  }
+  replace_durably(picture, draw_scale("Contact of " + one.name + ", 1 to 56 of it", points));
+  return out;
 }
 
 }  // namespace thew::tools

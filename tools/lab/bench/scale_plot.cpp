@@ -9,7 +9,7 @@
 namespace thew::tools {
 
 std::string draw_scale(const std::string& title, const std::vector<ScalePoint>& points) {
-  constexpr double kLeft = 70, kRight = 560, kTop = 44, kBottom = 320;
+  constexpr double kLeft = 70, kRight = 560, kTop = 44, kBottom = 320;  // px
   double most = 1.0, least = 1e9;
   for (const ScalePoint& point : points) {
     most = std::max({most, point.milliseconds, point.expected});

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // thew_peers ARM.toml: Debian's Bullet soft body beside our muscles, on the same meshes, masses and
-// motion in one run, as one JSON object. CPU milliseconds a frame of one thread, medians of
-// interleaved runs. thew_peers --chart DIR: the ball's speed against its accuracy, ours, Bullet's
-// and finite elements. thew_peers --bar DIR: one multiplier and zones, each with its own, beside
-// finite elements.
+// motion in one run, as one JSON object (in a file too, where one is named). CPU milliseconds a
+// frame of one thread, medians of interleaved runs. thew_peers --chart DIR: the ball's speed
+// against its accuracy, ours, Bullet's and finite elements. thew_peers --bar DIR: one multiplier
+// and zones, each with its own, beside finite elements.
 #include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "sim/cache/durable_file.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
-#include "tools/base/exit_code.h"
 #include "tools/base/options.h"
 #include "tools/base/temporary_folder.h"
-#include "tools/lab/paper/run.h"
+#include "tools/lab/base/measures.h"
 #include "tools/lab/paper/shapes.h"
 #include "tools/lab/peers/ball_chart.h"
 #include "tools/lab/peers/bar_chart.h"
@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kRuns = 3;
+constexpr int kRuns = 3;  // of which times are the medians
 
 // Targets of the held nodes by frame and muscle, from our own run.
 using Targets = std::vector<std::vector<Points>>;
@@ -142,7 +142,8 @@ Json compare_arm(const std::string& scene) {
   const Model model =
       build_model(read_scene(scene, {"skin.enabled=false", "contact.enabled=false"}));
   Targets targets;
-  const auto keep = [&](int, const State& state) {
+  const auto keep = [&](int frame, const State& state) {
+    if (frame == model.first_frame) return;
     std::vector<Points>& rows = targets.emplace_back();
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.target);
   };
@@ -156,24 +157,34 @@ Json compare_arm(const std::string& scene) {
   };
   const BulletSetting best = most_accurate_of_all(peer);
   return compare(best, [&] { return peer(best); },
-                 {{"the scene's, without contact",
-                   [&] { return run_ours(model, [](int, const State&) {}); }}});
+                 {{"the scene's, without contact", [&] { return run_ours(model); }}});
 }
 
-int run(const std::string& arm, const std::string& chart) {
+int run(int argc, char** argv) {
+  const std::string_view asked = argc > 1 ? argv[1] : "";
+  const bool draws = asked == "--chart" || asked == "--bar";
+  if (argc < 2 || argc > 3 || (draws && argc != 3)) {
+    std::fprintf(stderr, "usage: thew_peers ARM.toml [OUT.json] | --chart DIR | --bar DIR\n");
+    return 2;
+  }
+  if (asked == "--bar") {
+    draw_bar_chart(argv[2]);
+    return 0;
+  }
   const TemporaryFolder temporary("peers");
   const fs::path& folder = temporary.path();
   for (const char* name : {"ball.toml", "ball_1766.obj", "press.urdf", "box.obj"}) {
     fs::copy_file(own_asset(std::string("paper/") + name), folder / name);
   }
-  if (!chart.empty()) {
-    draw_ball_chart(folder, chart);
+  if (draws) {
+    draw_ball_chart(folder, argv[2]);
     return 0;
   }
   Json out;
   for (const int parts : {10, 16, 22}) out["balls"].push_back(compare_ball(folder, parts));
-  out["arm"] = compare_arm(arm);
+  out["arm"] = compare_arm(argv[1]);
   std::printf("%s\n", out.dump(2).c_str());
+  if (argc == 3) replace_durably(argv[2], out.dump(2) + "\n");
   return 0;
 }
 
@@ -181,23 +192,5 @@ int run(const std::string& arm, const std::string& chart) {
 }  // namespace thew::tools
 
 int main(int argc, char** argv) {
-  const bool charts = argc == 3 && std::string_view(argv[1]) == "--chart";
-  const bool bar = argc == 3 && std::string_view(argv[1]) == "--bar";
-  if (argc != 2 && !charts && !bar) {
-    std::fprintf(stderr, "usage: thew_peers ARM.toml | --chart DIR | --bar DIR\n");
-    return 2;
-  }
-  try {
-    if (bar) {
-      thew::tools::draw_bar_chart(argv[2]);
-      return 0;
-    }
-    return charts ? thew::tools::run("", argv[2]) : thew::tools::run(argv[1], "");
-  } catch (const thew::Error& error) {
-    std::fprintf(stderr, "thew_peers: %s\n", error.what());
-    return static_cast<int>(thew::tools::exit_code_of(error.code()));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "thew_peers: %s\n", error.what());
-    return static_cast<int>(thew::tools::ExitCode::kSolver);
-  }
+  return thew::tools::run_or_tell("thew_peers", thew::tools::run, argc, argv);
 }

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/base/html_page.h"
 #include "tools/base/svg_chart.h"
+#include "tools/lab/base/table.h"
 #include "tools/lab/chart/maps.h"
 
 namespace thew::tools {
@@ -123,11 +123,7 @@ std::string maps_json(const std::vector<StabilityMap>& maps) {
 
 std::string maps_html(const std::string& scene, const std::vector<StabilityMap>& maps) {
   std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-      escape_html(scene) + ": where methods fail</title><style>" + kPageStyle +
-      ".maps{display:flex;flex-wrap:wrap;gap:18px}</style></head><body><main>\n<h1>" +
-      escape_html(scene) +
-      ": where methods fail</h1>\n<p class=\"soft\">The scene's first muscle as a body by itself, "
+      "<p class=\"soft\">The scene's first muscle as a body by itself, "
       "with its material and the exact volume: loaded in 0.6 s (struck: as fast as said), held for "
       "0.6 s, let go in 0.6 s, left at rest for 0.6 s. Stiffness, weights and overlap under a "
       "squeeze to 60 % of the height; twisted by its ends, elsewhere between two planes.</p>\n<p>";
@@ -156,7 +152,8 @@ std::string maps_html(const std::string& scene, const std::vector<StabilityMap>&
     }
     html += draw_map(map);
   }
-  return html + "</div>\n</main></body></html>\n";
+  return html_page(scene + ": where methods fail",
+                   ".maps { display: flex; flex-wrap: wrap; gap: 18px; }", html + "</div>\n");
 }
 
 }  // namespace thew::tools

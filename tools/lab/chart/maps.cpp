@@ -13,6 +13,7 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tools/base/signals.h"
+#include "tools/lab/base/measures.h"
 #include "tools/lab/paper/shapes.h"
 
 namespace thew::tools {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPhase = 0.6;     // s: to the load, there, back, at rest
 constexpr double kMostWork = 3e7;  // nodes times substeps that an explicit cell may take
-constexpr int kMostNodes = 2000;
+constexpr int kMostNodes = 2000;   // of a body that hundreds of runs are made of
 const std::vector<double> kSteps = {0.00625, 0.025, 0.1, 0.2};  // s
 
 struct Method {
@@ -62,9 +63,8 @@ Body body_of(const fs::path& file) {
                     " nodes; the maps take hundreds of runs of the first muscle, "
                     "give a scene whose first has 2,000 at most");
   }
-  Vec3 low = body.mesh.vertices.front(), high = low;
-  for (const Vec3& p : body.mesh.vertices) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  const Vec3 extent = high - low, middle = 0.5 * (low + high);
+  const Bounds bounds = bounds_of(body.mesh.vertices);
+  const Vec3 extent = bounds.high - bounds.low, middle = bounds.centre();
   std::array<int, 3> axis = {0, 1, 2};
   std::stable_sort(axis.begin(), axis.end(), [&](int a, int b) { return extent[a] > extent[b]; });
   std::swap(axis[1], axis[2]);

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/cache/durable_file.h"
-#include "tools/base/html_page.h"
 #include "tools/base/program.h"
 #include "tools/base/svg_chart.h"
 
@@ -308,56 +307,64 @@ nlohmann::ordered_json json_of(const Refinement& refinement) {
   return out;
 }
 
-std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
-
-std::string row_of(const ChartPoint& point) {
-  std::string row = "<tr><td>" + escape_html(setting_name(point.setting)) +
-                    (point.is_default ? " <b>(the scene's)</b>" : "") + "</td>";
-  if (!point.failure.empty()) {
-    return row + "<td colspan=\"8\">failed: " + escape_html(point.failure) + "</td></tr>\n";
-  }
-  for (const double value : {point.milliseconds, point.largest_mm, point.rms_mm, point.percent,
-                             point.own_mm, point.volume_error, point.penetration_mm}) {
-    row += cell(value >= 0.0 ? readable(value) : "");
-  }
-  return row + cell(point.on_front ? "front" : "") + "</tr>\n";
-}
-
-std::string table_of(const std::vector<ChartPoint>& points) {
-  std::string html =
-      "<div class=\"wide\"><table><thead><tr><th>setting</th><th>CPU ms a frame</th>"
-      "<th>largest, mm</th><th>RMS, mm</th><th>% of the muscle</th><th>from its own, mm</th>"
-      "<th>volume error</th><th>penetration, mm</th><th></th></tr></thead>\n";
-  for (const ChartPoint& point : points) html += row_of(point);
-  return html + "</table></div>\n";
-}
-
-std::string rows_of(const Refinement& refinement) {
-  if (!refinement.failure.empty()) {
-    return "<tr><td>" + escape_html(refinement.integrator) +
-           "</td><td colspan=\"4\">failed: " + escape_html(refinement.failure) + "</td></tr>\n";
-  }
-  std::string html;
-  for (std::size_t k = 0; k < refinement.settings.size(); ++k) {
-    const bool finest = k + 1 == refinement.settings.size();
-    html += "<tr>" + cell(escape_html(setting_name(refinement.settings[k]))) +
-            cell(finest ? "" : readable(refinement.largest_mm[k])) +
-            cell(finest ? "" : readable(refinement.rms_mm[k])) +
-            cell(k < refinement.order.size() ? readable(refinement.order[k]) : "") +
-            cell(finest ? readable(refinement.apart_mm) : "") + "</tr>\n";
-  }
-  return html;
-}
-
-std::string table_of(const std::vector<Refinement>& refinements) {
-  std::string html =
-      "<div class=\"wide\"><table><thead><tr><th>setting</th><th>to the next, largest, mm</th>"
-      "<th>RMS, mm</th><th>order</th><th>finest from the reference, mm</th></tr></thead>\n";
-  for (const Refinement& refinement : refinements) html += rows_of(refinement);
-  return html + "</table></div>\n";
-}
+// "" where there is none.
+std::string figure_of(double value) { return value >= 0.0 ? number(value) : ""; }
 
 }  // namespace
+
+Table points_of(const Chart& chart) {
+  Table table{"",
+              "Each setting",
+              "Errors are distances from " + setting_name(chart.reference) +
+                  ", over all nodes and frames. Front: nothing cheaper is nearer.",
+              {"setting", "CPU ms a frame", "time over the scene's own", "largest, mm", "RMS, mm",
+               "% of the muscle", "from its own finest, mm", "volume error", "penetration, mm", ""},
+              {}};
+  double own = 0.0;
+  for (const ChartPoint& point : chart.points) {
+    if (point.is_default) own = point.milliseconds;
+  }
+  for (const ChartPoint& point : chart.points) {
+    std::vector<std::string>& row = table.rows.emplace_back(table.head.size());
+    row.front() = point_name(point) + (point.is_default ? " (the scene's)" : "");
+    row.back() = point.failure.empty() ? (point.on_front ? "front" : "") : point.failure;
+    if (!point.failure.empty()) continue;
+    const double over = own > 0.0 ? point.milliseconds / own : -1.0;
+    int column = 0;
+    for (const double value :
+         {point.milliseconds, over, point.largest_mm, point.rms_mm, point.percent, point.own_mm,
+          point.volume_error, point.penetration_mm}) {
+      row[++column] = figure_of(value);
+    }
+  }
+  return table;
+}
+
+Table refinements_of(const Chart& chart) {
+  Table table{
+      "",
+      "Does each integrator converge, and to the same?",
+      "Each line halves the step of the one above. Order: log2 of a difference (RMS) over "
+      "the next one, 1 for a method of first order. The last difference is how far to "
+      "trust the errors of position.",
+      {"setting", "to the next, largest, mm", "RMS, mm", "order", "finest from the reference, mm"},
+      {}};
+  for (const Refinement& refinement : chart.refinements) {
+    if (!refinement.failure.empty()) {
+      table.rows.push_back({refinement.integrator, refinement.failure, "", "", ""});
+      continue;
+    }
+    for (std::size_t k = 0; k < refinement.settings.size(); ++k) {
+      const bool finest = k + 1 == refinement.settings.size();
+      table.rows.push_back({setting_name(refinement.settings[k]),
+                            finest ? "" : number(refinement.largest_mm[k]),
+                            finest ? "" : number(refinement.rms_mm[k]),
+                            k < refinement.order.size() ? number(refinement.order[k]) : "",
+                            finest ? number(refinement.apart_mm) : ""});
+    }
+  }
+  return table;
+}
 
 std::string chart_json(const Chart& chart) {
   nlohmann::ordered_json out = {{"scene", chart.scene},
@@ -375,19 +382,13 @@ std::string chart_json(const Chart& chart) {
 }
 
 std::string chart_html(const Chart& chart) {
-  const std::string finest = setting_name(chart.reference);
   std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-      escape_html(chart.scene) + ": speed against accuracy</title><style>" + kPageStyle +
-      "</style></head><body><main>\n<h1>" + escape_html(chart.scene) +
-      ": speed against accuracy</h1>\n<p class=\"soft\">The muscles without the skin. Errors: "
-      "distance of each node, over all " +
-      std::to_string(chart.frames) + " frames, from " + escape_html(finest) +
+      "<p class=\"soft\">The muscles without the skin. Errors: distance of each node, over all " +
+      std::to_string(chart.frames) + " frames, from " + escape_html(setting_name(chart.reference)) +
       ". Cost: CPU time of one thread over the first " + std::to_string(chart.timed_frames) +
       " frames, median of " + std::to_string(chart.repetitions) +
       " interleaved repetitions. Each explicit substep is divided further, for each muscle into "
-      "what "
-      "its own stability asks for.</p>\n";
+      "what its own stability asks for.</p>\n";
   const auto add = [&](double ChartPoint::*error, const std::string& what) {
     html += "<figure>" + draw_cost(chart, error, what) + "</figure>\n";
   };
@@ -398,13 +399,8 @@ std::string chart_html(const Chart& chart) {
   html += "<h2>Volume and contact</h2>\n";
   add(&ChartPoint::volume_error, "largest volume error");
   add(&ChartPoint::penetration_mm, "deepest penetration, mm");
-  html += "<h2>All runs</h2>\n" + table_of(chart.points);
-  html +=
-      "<h2>Does each integrator converge, and to the same?</h2>\n<p>Each line halves the step of "
-      "the one above. Order: log2 of a difference (RMS) over the next one, 1 for a method of first "
-      "order. The last difference is how far to trust the errors above.</p>\n" +
-      table_of(chart.refinements);
-  return html + "</main></body></html>\n";
+  html += "<h2>All runs</h2>\n" + html_of(points_of(chart)) + html_of(refinements_of(chart));
+  return html_page(chart.scene + ": speed against accuracy", "", html);
 }
 
 }  // namespace thew::tools

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/lab/base/table.h"
 #include "tools/lab/chart/run.h"
 
 namespace thew::tools {
@@ -15,6 +16,10 @@ std::string draw_cost(const Chart& chart, double ChartPoint::*error, const std::
 /// what went wrong, "" for nothing: that rsvg-convert is not installed is nothing either, and then
 /// there is no picture.
 std::string write_picture(const std::filesystem::path& png, const std::filesystem::path& svg);
+
+/// All that was run, setting by setting; the refinements.
+Table points_of(const Chart& chart);
+Table refinements_of(const Chart& chart);
 
 std::string chart_csv(const Chart& chart);
 std::string chart_json(const Chart& chart);

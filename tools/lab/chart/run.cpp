@@ -17,7 +17,8 @@
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
 #include "tools/base/signals.h"
-#include "tools/lab/paper/run.h"
+#include "tools/lab/base/measures.h"
+#include "tools/lab/base/play.h"
 
 namespace thew::tools {
 namespace {
@@ -37,42 +38,25 @@ Scene muscles_of_scene(const ChartAsk& ask) {
   return scene;
 }
 
-Model model_with(Scene scene, const ChartSetting& setting) {
-  scene.solver.integrator = setting.integrator;
-  scene.solver.volume = setting.volume;
-  scene.solver.substeps = setting.substeps;
-  scene.solver.iterations = setting.iterations;
-  Model model = build_model(scene);
-  model.solver.rungs = false;  // a failure is what a chart shows
-  return model;
-}
-
 // Calls on_frame(model, state) at each frame, the first one included; settles once for all runs of
-// a point. What the solver cannot do is the point's failure; all other errors end the chart.
-void simulate(const Scene& scene, ChartPoint& point, int last,
-              const std::function<void(const Model&, State&)>& on_frame,
-              std::optional<State>& settled, double& seconds) {
-  const Model model = model_with(scene, point.setting);
-  Parallel one(1);
-  StageSeconds stages;
+// a point. What the solver cannot do is the point's failure; all other errors end the chart. CPU
+// seconds.
+double simulate(const Scene& scene, ChartPoint& point, int last,
+                const std::function<void(const Model&, State&)>& on_frame,
+                std::optional<State>& settled) {
+  Model model = solved_as(scene, point.setting);
+  model.solver.rungs = false;  // a failure is what a chart shows
   try {
-    if (!settled) {
-      State rest = initial_state(model);
-      settle(model, one, rest, [] { stop_if_interrupted(); });
-      settled = rest;
-    }
-    State state = *settled;
-    if (on_frame) on_frame(model, state);
-    for (int frame = scene.first_frame + 1; frame <= last; ++frame) {
-      stop_if_interrupted();
-      const double begin = cpu_seconds();
-      step_frame(model, (frame - scene.first_frame) / scene.fps, one, state, stages);
-      seconds += cpu_seconds() - begin;
-      if (on_frame) on_frame(model, state);
-    }
+    if (!settled) settled = settled_state(model);
+    return play(model, *settled, last,
+                [&](int, State& state) {
+                  if (on_frame) on_frame(model, state);
+                })
+        .seconds;
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kSolver) throw;
     point.failure = error.what();
+    return 0.0;
   }
 }
 
@@ -80,7 +64,8 @@ void simulate(const Scene& scene, ChartPoint& point, int last,
 // steps are as many as the time is long, tens of thousands a frame on the arm: some of them tell.
 double first_frame(const Scene& scene, const ChartSetting& setting) {
   stop_if_interrupted();
-  Model model = model_with(scene, setting);
+  Model model = solved_as(scene, setting);
+  model.solver.rungs = false;
   Parallel one(1);
   StageSeconds stages;
   State state = initial_state(model);
@@ -123,38 +108,17 @@ void give_up_slow(const Scene& scene, const ChartSetting& reference, double long
 
 Frames run_frames(const Scene& scene, ChartPoint& point) {
   Frames frames;
-  double unused = 0.0;
   std::optional<State> settled;
   const auto keep = [&](const Model&, State& state) {
     std::vector<Points>& rows = frames.emplace_back();
     for (const MuscleState& muscle : state.muscles) rows.push_back(muscle.x);
   };
-  simulate(scene, point, scene.last_frame, keep, settled, unused);
+  simulate(scene, point, scene.last_frame, keep, settled);
   return frames;
 }
 
-struct Distance {
-  double largest = 0.0, sum = 0.0;  // mm, mm^2
-  std::size_t count = 0;
-  double rms() const {
-    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
-  }
-};
-
-// Of the nodes of a muscle; the largest of these alone.
-double add_distance(const Points& here, const Points& there, Distance& out) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < there.size(); ++i, ++out.count) {
-    const double mm = 1e3 * (to_vec(here[i]) - to_vec(there[i])).norm();
-    largest = std::max(largest, mm);
-    out.sum += mm * mm;
-  }
-  out.largest = std::max(out.largest, largest);
-  return largest;
-}
-
-Distance distance_of(const Frames& a, const Frames& b) {
-  Distance out;
+NodeDistance distance_of(const Frames& a, const Frames& b) {
+  NodeDistance out;
   for (std::size_t f = 0; f < a.size(); ++f) {
     for (std::size_t m = 0; m < a[f].size(); ++m) add_distance(a[f][m], b[f][m], out);
   }
@@ -181,7 +145,7 @@ Frames refine(const Scene& scene, Parallel& parallel, const std::function<void()
     return {};
   }
   for (int k = 0; k + 1 < count; ++k) {
-    const Distance next = distance_of(runs[k], runs[k + 1]);
+    const NodeDistance next = distance_of(runs[k], runs[k + 1]);
     refinement.largest_mm.push_back(next.largest);
     refinement.rms_mm.push_back(next.rms());
     if (k == 0) continue;
@@ -192,24 +156,17 @@ Frames refine(const Scene& scene, Parallel& parallel, const std::function<void()
   return std::move(runs.back());
 }
 
-double rest_diagonal(const Muscle& muscle) {
-  Vec3 low = muscle.rest.vertices.front(), high = low;
-  for (const Vec3& x : muscle.rest.vertices) low = low.cwiseMin(x), high = high.cwiseMax(x);
-  return (high - low).norm();
-}
-
 // `own`: of the finest run of the point's integrator, empty where there is none.
 void measure_point(const Scene& scene, const Frames& reference, const Frames& own,
                    ChartPoint& point, std::optional<State>& settled) {
-  Distance distance, from_own;
-  double unused = 0.0;
+  NodeDistance distance, from_own;
   std::size_t frame = 0;
   std::vector<double> areas;
   Parallel one(1);
   const auto compare = [&](const Model& model, State& state) {
     if (areas.empty()) areas = rest_belly_areas(model, initial_state(model));
     for (int m = 0; m < state.count(); ++m) {
-      const double diagonal_mm = 1e3 * rest_diagonal(model.muscles[m]);
+      const double diagonal_mm = 2e3 * bounds_of(model.muscles[m].rest.vertices).radius();
       const double mm = add_distance(state.muscles[m].x, reference[frame][m], distance);
       point.percent = std::max(point.percent, 100.0 * mm / diagonal_mm);
       if (!own.empty()) add_distance(state.muscles[m].x, own[frame][m], from_own);
@@ -221,7 +178,7 @@ void measure_point(const Scene& scene, const Frames& reference, const Frames& ow
     point.penetration_mm = std::max(point.penetration_mm, 1e3 * measures.contact_penetration);
     ++frame;
   };
-  simulate(scene, point, scene.last_frame, compare, settled, unused);
+  simulate(scene, point, scene.last_frame, compare, settled);
   if (!point.failure.empty()) {
     ChartPoint failed;
     failed.setting = point.setting;
@@ -252,13 +209,17 @@ std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, con
   return points;
 }
 
-}  // namespace
-
-namespace {
-
 std::string held_volume(const std::string& volume) { return volume == "zonal" ? volume : "exact"; }
 
 }  // namespace
+
+Model solved_as(Scene scene, const ChartSetting& setting) {
+  scene.solver.integrator = setting.integrator;
+  scene.solver.volume = setting.volume;
+  scene.solver.substeps = setting.substeps;
+  scene.solver.iterations = setting.iterations;
+  return build_model(scene);
+}
 
 std::string setting_name(const ChartSetting& setting) {
   std::string counts = " " + std::to_string(setting.substeps);
@@ -400,8 +361,8 @@ void time_points(const Scene& scene, std::vector<std::optional<State>>& settled,
   for (int r = 0; r < chart.repetitions; ++r) {
     for (std::size_t k = 0; k < chart.points.size(); ++k) {
       if (chart.points[k].failure.empty()) {
-        simulate(scene, chart.points[k], scene.first_frame + chart.timed_frames, {}, settled[k],
-                 seconds[k].emplace_back(0.0));
+        seconds[k].push_back(simulate(scene, chart.points[k],
+                                      scene.first_frame + chart.timed_frames, {}, settled[k]));
       }
       on_run();
     }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/scene/model.h"
 #include "sim/scene/scene.h"
 
 namespace thew::tools {
@@ -20,6 +21,9 @@ struct ChartSetting {
 /// "local_global 1x3 exact": substeps x iterations. Explicit ones take no iterations, quasi-static
 /// ones no substeps and as many iterations as they need.
 std::string setting_name(const ChartSetting& setting);
+
+/// The scene's model, all muscles solved in this way.
+Model solved_as(Scene scene, const ChartSetting& setting);
 
 /// What a run of all frames cost and how far it was from the reference.
 struct ChartPoint {

@@ -36,8 +36,6 @@ const std::vector<Point>& points_of(int order) {
   return order == 1 ? kOne : kFive;
 }
 
-constexpr int kMiddles[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-
 // Derivatives of the shape functions by the reference coordinates l1, l2, l3.
 Gradients reference_gradients(int order, const Point& p) {
   Eigen::Matrix<double, 4, 3> dl;

@@ -25,8 +25,11 @@ struct FemMaterial {
   double density = 1060.0;  ///< kg/m^3
 };
 
+/// Corners between which the middles of a quadratic tetrahedron lie, in their order.
+inline constexpr int kMiddles[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
 struct FemBody {
-  int order = 1;  ///< 1: 4 nodes, 2: 10 nodes (corners, then middles of 01 02 03 12 13 23)
+  int order = 1;  ///< 1: 4 nodes, 2: 10 nodes (corners, then kMiddles)
   std::vector<Vec3> rest, x, v;
   std::vector<int> elements;  ///< 4 or 10 nodes each
   std::vector<char> surface;  ///< by node: planes stop it

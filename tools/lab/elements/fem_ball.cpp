@@ -104,18 +104,53 @@ FemBody linear_ball(const TriMesh& surface, int tetrahedra, const FemMaterial& m
   return body;
 }
 
-void add_element(std::array<std::array<int, 3>, 4> c,
-                 const std::function<int(const std::array<int, 3>&)>& node, FemBody& body) {
+namespace {
+
+// The quadratic tetrahedron of four points of a lattice (even, so that their middles are of it
+// too), turned outward.
+void add_element(std::array<LatticePoint, 4> c, const NodeOfLattice& node, FemBody& body) {
   const auto side = [&](int k) {
     return Vec3(c[k][0] - c[0][0], c[k][1] - c[0][1], c[k][2] - c[0][2]);
   };
   if (side(1).cross(side(2)).dot(side(3)) < 0.0) std::swap(c[2], c[3]);
   for (const auto& corner : c) body.elements.push_back(node(corner));
-  for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}) {
-    std::array<int, 3> middle;
+  for (const auto& [a, b] : kMiddles) {
+    LatticePoint middle;
     for (int k = 0; k < 3; ++k) middle[k] = (c[a][k] + c[b][k]) / 2;
     body.elements.push_back(node(middle));
   }
+}
+
+}  // namespace
+
+void add_kuhn_cell(const LatticePoint& cell,
+                   const std::function<LatticePoint(const LatticePoint&)>& place,
+                   const NodeOfLattice& node, FemBody& body) {
+  for (const auto& order : kKuhnOrders) {
+    std::array<LatticePoint, 4> corners;
+    LatticePoint at = cell;
+    bool inside = true;
+    for (int k = 0; k < 4; ++k) {
+      if (k > 0) ++at[order[k - 1]];
+      corners[k] = place(at);
+      for (const int coordinate : corners[k]) inside = inside && coordinate >= 0;
+    }
+    if (inside) add_element(corners, node, body);
+  }
+}
+
+FemResult close_planes(double from, double to, int steps, FemStep step, FemBody& body) {
+  step.direct = true;
+  step.iterations = 60;
+  step.tolerance = 1e-6 * from;
+  step.firmness = 300.0 * body.material.shear * from;
+  FemResult result;
+  for (int i = 1; i <= steps; ++i) {
+    step.high = from + (to - from) * i / steps;
+    result = solve_step(body, step);
+    if (!result.converged) break;
+  }
+  return result;
 }
 
 FemBody octant_ball(double radius, int n, const FemMaterial& material) {
@@ -124,8 +159,8 @@ FemBody octant_ball(double radius, int n, const FemMaterial& material) {
   FemBody body;
   body.order = 2;
   body.material = material;
-  std::map<std::array<int, 3>, int> index;
-  const auto node = [&](const std::array<int, 3>& at) {
+  std::map<LatticePoint, int> index;
+  const auto node = [&](const LatticePoint& at) {
     const auto [found, added] = index.try_emplace(at, static_cast<int>(body.rest.size()));
     if (added) {
       const Vec3 p(at[0], at[1], at[2]);
@@ -136,41 +171,19 @@ FemBody octant_ball(double radius, int n, const FemMaterial& material) {
     }
     return found->second;
   };
-  // Kuhn's tetrahedra of the lattice of partial sums u >= v >= w: each lies within the octant.
+  // Of the lattice of partial sums u >= v >= w: each element lies within the octant.
+  const auto place = [](const LatticePoint& sums) {
+    return LatticePoint{2 * (sums[0] - sums[1]), 2 * (sums[1] - sums[2]), 2 * sums[2]};
+  };
   for (int u = 0; u < n; ++u) {
     for (int v = 0; v <= u; ++v) {
       for (int w = 0; w <= v; ++w) {
-        for (const auto& order : kKuhnOrders) {
-          std::array<std::array<int, 3>, 4> c;
-          int at[3] = {u, v, w};
-          bool inside = true;
-          for (int k = 0; k < 4; ++k) {
-            if (k > 0) ++at[order[k - 1]];
-            inside = inside && at[0] >= at[1] && at[1] >= at[2];
-            c[k] = {2 * (at[0] - at[1]), 2 * (at[1] - at[2]), 2 * at[2]};
-          }
-          if (inside) add_element(c, node, body);
-        }
+        add_kuhn_cell({u, v, w}, place, node, body);
       }
     }
   }
   prepare(body);
   return body;
-}
-
-FemResult squeeze_octant(FemBody& body, double radius, double height, int steps) {
-  FemResult result;
-  for (int i = 1; i <= steps; ++i) {
-    FemStep step;
-    step.high = radius + (height - radius) * i / steps;
-    step.direct = true;
-    step.iterations = 60;
-    step.tolerance = 1e-6 * radius;
-    step.firmness = 300.0 * body.material.shear * radius;
-    result = solve_step(body, step);
-    if (!result.converged) break;
-  }
-  return result;
 }
 
 TriMesh octant_surface(const FemBody& body) {

@@ -19,18 +19,22 @@ FemBody linear_ball(const TriMesh& surface, int tetrahedra, const FemMaterial& m
 /// Kuhn's six tetrahedra of a cube: the order of its axes along which each goes to the far corner.
 inline constexpr int kKuhnOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                           {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-/// Adds the quadratic tetrahedron of four points of a lattice (even, so that their middles are of
-/// it too), turned outward; `node` numbers a point.
-void add_element(std::array<std::array<int, 3>, 4> corners,
-                 const std::function<int(const std::array<int, 3>&)>& node, FemBody& body);
+using LatticePoint = std::array<int, 3>;
+using NodeOfLattice = std::function<int(const LatticePoint&)>;  ///< numbers a point
+/// Adds Kuhn's quadratic tetrahedra of a cell: `place` takes their corners to points of a lattice,
+/// even ones, so that the middles between them are of it too. Those with a corner below zero are
+/// left out.
+void add_kuhn_cell(const LatticePoint& cell,
+                   const std::function<LatticePoint(const LatticePoint&)>& place,
+                   const NodeOfLattice& node, FemBody& body);
 
 /// One eighth of a ball (x, y, z >= 0) of quadratic curved tetrahedra, n^3 of them, its three
 /// planes of symmetry fixed. Neo-Hookean.
 FemBody octant_ball(double radius, int n, const FemMaterial& material);
 
-/// Brings the octant quasi-statically between planes at +-`height` (m) in `steps`. The result of
-/// the last step that converged.
-FemResult squeeze_octant(FemBody& body, double radius, double height, int steps);
+/// Brings the planes quasi-statically from y = `from` to `to` (m) in `steps`, with the edge that
+/// `step` gives them. The result of the last step that converged, or of the one that did not.
+FemResult close_planes(double from, double to, int steps, FemStep step, FemBody& body);
 
 /// Triangles of the curved faces of the octant, each of a quadratic face split in four.
 TriMesh octant_surface(const FemBody& body);

@@ -18,8 +18,8 @@ FemBody quarter_bar(const BarShape& shape, int n, int m, const FemMaterial& mate
   FemBody body;
   body.order = 2;
   body.material = material;
-  std::map<std::array<int, 3>, int> index;
-  const auto node = [&](const std::array<int, 3>& at) {
+  std::map<LatticePoint, int> index;
+  const auto node = [&](const LatticePoint& at) {
     const auto [found, added] = index.try_emplace(at, static_cast<int>(body.rest.size()));
     if (!added) return found->second;
     const double x = shape.held * (at[2] - m) / m, u = x / shape.half.x();
@@ -32,40 +32,21 @@ FemBody quarter_bar(const BarShape& shape, int n, int m, const FemMaterial& mate
     for (bool fixed : {end, end || at[0] == 0, end || at[1] == 0}) body.fixed.push_back(fixed);
     return found->second;
   };
-  // Kuhn's tetrahedra of the partial sums u >= v, and of the layers.
+  // Of the partial sums u >= v, and of the layers.
+  const auto place = [](const LatticePoint& sums) {
+    return LatticePoint{2 * (sums[0] - sums[1]), 2 * sums[1], 2 * sums[2]};
+  };
   for (int cell = 0; cell < n * n * m; ++cell) {
-    const int u = cell % n, v = cell / n % n, w = cell / (n * n);
-    for (const auto& order : kKuhnOrders) {
-      std::array<std::array<int, 3>, 4> c;
-      int at[3] = {u, v, w};
-      bool inside = true;
-      for (int k = 0; k < 4; ++k) {
-        if (k > 0) ++at[order[k - 1]];
-        inside = inside && at[0] >= at[1];
-        c[k] = {2 * (at[0] - at[1]), 2 * at[1], 2 * at[2]};
-      }
-      if (inside) add_element(c, node, body);
-    }
+    add_kuhn_cell({cell % n, cell / n % n, cell / (n * n)}, place, node, body);
   }
   prepare(body);
   return body;
 }
 
 FemResult squeeze_bar(const BarShape& shape, int steps, FemBody& body) {
-  FemResult result;
-  for (int i = 1; i <= steps; ++i) {
-    FemStep step;
-    step.high = shape.half.y() - shape.travel * i / steps;
-    step.edge = 0.0;
-    step.rounding = shape.rounding;
-    step.direct = true;
-    step.iterations = 60;
-    step.tolerance = 1e-6 * shape.half.y();
-    step.firmness = 300.0 * body.material.shear * shape.half.y();
-    result = solve_step(body, step);
-    if (!result.converged) break;
-  }
-  return result;
+  const double thick = shape.half.y();
+  return close_planes(thick, thick - shape.travel, steps, {.edge = 0.0, .rounding = shape.rounding},
+                      body);
 }
 
 }  // namespace thew::tools

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "tools/base/exit_code.h"
+#include "tools/lab/base/measures.h"
 #include "tools/lab/elements/fem_bar.h"
 #include "tools/lab/paper/shapes.h"
 
@@ -46,18 +47,18 @@ void write_all(const std::filesystem::path& folder) {
   write_obj(folder / "cow.obj", "quadruped", paper_cow(14136));
 }
 
+int run(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: author_paper FOLDER\n");
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  write_all(argv[1]);
+  return 0;
+}
+
 }  // namespace
 }  // namespace thew::tools
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: author_paper FOLDER\n");
-    return static_cast<int>(thew::tools::ExitCode::kUsage);
-  }
-  try {
-    thew::tools::write_all(argv[1]);
-  } catch (const thew::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return static_cast<int>(thew::tools::exit_code_of(error.code()));
-  }
+  return thew::tools::run_or_tell("author_paper", thew::tools::run, argc, argv);
 }

@@ -24,14 +24,13 @@ PaperAsk ball(const PaperReport& report, int triangles, const std::string& volum
 
 // How near the finer and finer meshes of the truth are to the finest.
 void add_truth(const BallElements& elements, PaperReport& report) {
-  PaperTable table{
-      "neo_hookean.csv",
-      "The neo-Hookean ball at half its height, refined: it converges",
-      "An eighth of the ball, quadratic tetrahedra, each with one mean dilatation "
-      "(no locking); Lame's first constant a thousand times the shear modulus. Distance "
-      "of the surface nodes from the finest mesh, % of the radius.",
-      {"tetrahedra", "V/V0 - 1", "radius at the equator, m", "mean distance", "largest"},
-      {}};
+  Table table{"neo_hookean.csv",
+              "The neo-Hookean ball at half its height, refined: it converges",
+              "An eighth of the ball, quadratic tetrahedra, each with one mean dilatation "
+              "(no locking); Lame's first constant a thousand times the shear modulus. Distance "
+              "of the surface nodes from the finest mesh, % of the radius.",
+              {"tetrahedra", "V/V0 - 1", "radius at the equator, m", "mean distance", "largest"},
+              {}};
   const size_t meshes = elements.squeezed.size();
   double last = 0.0;
   for (size_t k = 0; k < meshes; ++k) {
@@ -59,12 +58,12 @@ void add_truth(const BallElements& elements, PaperReport& report) {
 }
 
 void add_raised(const BallElements& elements, PaperReport& report) {
-  PaperTable table{"fem_penalty.csv",
-                   "The finite elements' penalty raised (1,470 triangles)",
-                   "Failed: Newton did not converge within 8 steps of a frame.",
-                   {"penalty, Pa", "volume error", "most Newton steps", "inverted elements",
-                    "CPU s a frame", "failed"},
-                   {}};
+  Table table{"fem_penalty.csv",
+              "The finite elements' penalty raised (1,470 triangles)",
+              "Failed: Newton did not converge within 8 steps of a frame.",
+              {"penalty, Pa", "volume error", "most Newton steps", "inverted elements",
+               "CPU s a frame", "failed"},
+              {}};
   for (const auto& [penalty, fem] : elements.raised) {
     table.rows.push_back(
         {number(penalty), number(fem.volume_error, 2), std::to_string(fem.iterations),
@@ -100,22 +99,20 @@ TimedBall time_ball(int triangles, PaperReport& report) {
 }
 
 struct BallTables {
-  PaperTable times{"table1.csv", "Table 1: CPU seconds a frame", "", {}, {}};
-  PaperTable ratios{"table1_ratios.csv",
-                    "Table 1, ratios: what carries over between machines",
-                    "",
-                    {"triangles", "exact at frames / conventional", "without contact", "printed",
-                     "exact always / conventional", "FEM / exact at frames", "printed"},
-                    {}};
-  PaperTable errors{
-      "table1_errors.csv", "Table 1, errors: largest |V/V0 - 1| at frames", "", {}, {}};
-  PaperTable shape{
-      "distance.csv",
-      "Distance of the surface from the converged neo-Hookean ball, % of the radius",
-      "Mean and largest over the nodes. Half height: held between the planes. Rest: 0.8 s "
-      "after the release, against the sphere.",
-      {"triangles", "method", "half height, mean", "largest", "rest, mean", "largest"},
-      {}};
+  Table times{"table1.csv", "Table 1: CPU seconds a frame", "", {}, {}};
+  Table ratios{"table1_ratios.csv",
+               "Table 1, ratios: what carries over between machines",
+               "",
+               {"triangles", "exact at frames / conventional", "without contact", "printed",
+                "exact always / conventional", "FEM / exact at frames", "printed"},
+               {}};
+  Table errors{"table1_errors.csv", "Table 1, errors: largest |V/V0 - 1| at frames", "", {}, {}};
+  Table shape{"distance.csv",
+              "Distance of the surface from the converged neo-Hookean ball, % of the radius",
+              "Mean and largest over the nodes. Half height: held between the planes. Rest: 0.8 s "
+              "after the release, against the sphere.",
+              {"triangles", "method", "half height, mean", "largest", "rest, mean", "largest"},
+              {}};
   // The worst of all rows.
   double volume_error = 0.0, deepest = 0.0, distance = 0.0;
   double overhead = 0.0, free = 0.0, always = 0.0, least_fem = 1e9;
@@ -324,7 +321,7 @@ void paper_ball(const PaperTimes& times, std::future<BallElements>& elements_to_
   tables.always = std::max(tables.always, always);
   tables.ratios.rows.push_back(
       {"1536, the cube twisted by 90°", "", number(free), "", number(always), "", ""});
-  for (const PaperTable* table : {&tables.times, &tables.ratios, &tables.errors, &tables.shape}) {
+  for (const Table* table : {&tables.times, &tables.ratios, &tables.errors, &tables.shape}) {
     report.add(*table);
   }
   add_verdicts(tables, report);

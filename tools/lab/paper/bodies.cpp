@@ -20,12 +20,12 @@ namespace thew::tools {
 namespace {
 
 struct Table2 {
-  PaperTable table{"table2.csv",
-                   "Table 2: errors and speed",
-                   "",
-                   {"scene", "triangles", "substeps", "error", "printed", "frames per CPU s",
-                    "printed", "penetration, m"},
-                   {}};
+  Table table{"table2.csv",
+              "Table 2: errors and speed",
+              "",
+              {"scene", "triangles", "substeps", "error", "printed", "frames per CPU s", "printed",
+               "penetration, m"},
+              {}};
   double worst = 0.0;
 
   void add(const std::string& scene, const PaperRun& run, double seconds, const std::string& error,
@@ -59,8 +59,7 @@ PaperRun run_measured(const PaperReport& report, const std::string& scene,
 
 // The structured cube of linear elements, its top turned like the scene's.
 FemBody twisted_fem(double angle, int steps, double penalty, bool& converged) {
-  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-  constexpr int kCells = 8;
+  constexpr int kCells = 8;  // along an edge, as the surface has squares
   FemBody body;
   body.material = {.shear = 1000.0, .lambda = 1000.0, .penalty = penalty};
   const auto node = [](int i, int j, int k) { return (i * (kCells + 1) + j) * (kCells + 1) + k; };
@@ -73,7 +72,7 @@ FemBody twisted_fem(double angle, int steps, double penalty, bool& converged) {
     }
   }
   for (int cube = 0; cube < kCells * kCells * kCells; ++cube) {
-    for (const auto& order : kOrders) {
+    for (const auto& order : kKuhnOrders) {
       int at[3] = {cube / (kCells * kCells), cube / kCells % kCells, cube % kCells};
       Tetrahedron t = {node(at[0], at[1], at[2])};
       for (int k = 0; k < 3; ++k) {
@@ -190,14 +189,10 @@ void cow(PaperReport& report, Table2& table) {
   std::optional<std::filesystem::path> copy;
   if (!report.cow.empty()) {
     TriMesh given = with_count(import_closed_mesh(report.cow), 14136);
-    Vec3 low = Vec3::Constant(1e30), high = -low;
-    for (const Vec3& p : given.vertices) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+    const Bounds bounds = bounds_of(given.vertices);
     // As long as ours, its flank where the ball comes.
-    const double scale = 1.2 / (high - low).maxCoeff();
-    for (Vec3& p : given.vertices) p = scale * (p - 0.5 * (low + high));
+    const double scale = 1.2 / (bounds.high - bounds.low).maxCoeff();
+    for (Vec3& p : given.vertices) p = scale * (p - bounds.centre());
     double flank = -1e30;
     for (const Vec3& p : given.vertices) {
       if ((p - Vec3(0.05, 0.04, p.z())).norm() < 0.06) flank = std::max(flank, p.z());
@@ -310,11 +305,11 @@ void finger(PaperReport& report, Table2& table) {
 // The last rows of the printed table 2, muscle by muscle.
 void add_muscle_rows(const PaperRun& bare, const PaperRun& skinned, PaperReport& report) {
   const std::vector<int> printed = {680, 520, 760, 760, 1064, 440, 280, 840, 680, 680, 660, 1380};
-  PaperTable table{"table2_muscles.csv",
-                   "Table 2, last rows: the muscles of the arm",
-                   "",
-                   {"muscle", "triangles", "printed", "error", "with skin", "printed"},
-                   {}};
+  Table table{"table2_muscles.csv",
+              "Table 2, last rows: the muscles of the arm",
+              "",
+              {"muscle", "triangles", "printed", "error", "with skin", "printed"},
+              {}};
   for (size_t m = 0; m < bare.model->muscles.size(); ++m) {
     const Muscle& muscle = bare.model->muscles[m];
     table.rows.push_back({muscle.name, std::to_string(muscle.rest.triangles.size()),

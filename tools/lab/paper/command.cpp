@@ -13,6 +13,20 @@
 
 namespace thew::tools {
 
+void run_paper(PaperReport& report) {
+  const PaperTimes times = time_balls(report);  // first, while nothing else runs
+  // Each thread is timed by its own clock; the whole run gives each a quiet machine as well.
+  std::future<BallElements> elements =
+      std::async(report.quick ? std::launch::async : std::launch::deferred,
+                 [&] { return run_elements(times, report); });
+  report.chapter(1);
+  paper_bodies(report);
+  report.chapter(2);
+  paper_errors(report);
+  report.chapter(0);
+  paper_ball(times, elements, report);
+}
+
 ExitCode paper_command(const CommandOptions& options, bool quick,
                        const std::filesystem::path& cow) {
   const auto begin = std::chrono::steady_clock::now();
@@ -21,17 +35,7 @@ ExitCode paper_command(const CommandOptions& options, bool quick,
   create_folders(options.out);
   const FolderLock lock(options.out);
   PaperReport report(options.out, quick, cow, options.overwrite, progress);
-  const PaperTimes times = time_balls(report);  // first, while nothing else runs
-  // Each thread is timed by its own clock; the whole run gives each a quiet machine as well.
-  std::future<BallElements> elements =
-      std::async(quick ? std::launch::async : std::launch::deferred,
-                 [&] { return run_elements(times, report); });
-  report.chapter(1);
-  paper_bodies(report);
-  report.chapter(2);
-  paper_errors(report);
-  report.chapter(0);
-  paper_ball(times, elements, report);
+  run_paper(report);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   report.write(seconds.count());
   const std::string page = (options.out / "report.html").string();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/solver/drive.h"
+#include "tools/lab/base/searched_mesh.h"
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/ball.h"
 
@@ -36,18 +37,15 @@ void squeeze_truth(PaperReport& report, BallElements& out) {
 FemResult squeeze_true_ball(int n, FemBody& rest, FemBody& squeezed) {
   rest = octant_ball(kBallRadius, n, {.neo_hookean = true, .shear = kShear, .penalty = 1e6});
   squeezed = rest;
-  return squeeze_octant(squeezed, kBallRadius, 0.5 * kBallRadius, 16);
+  return close_planes(kBallRadius, 0.5 * kBallRadius, 16, {}, squeezed);
 }
 
 Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octant) {
-  const TriMesh truth = octant_surface(octant);
-  const Surface surface = make_surface(truth.triangles, static_cast<int>(truth.vertices.size()));
-  const Points x = to_points(truth.vertices);
-  const Bvh bvh = build_bvh(surface, x);
+  const SearchedMesh truth(octant_surface(octant));
   Distance out;
   for (const Vec3& point : points) {
     const Vec3 p = point.cwiseAbs();
-    const double d = (closest_point(surface, bvh, x, p, 1.0).point - p).norm() / kBallRadius;
+    const double d = (truth.nearest(p, 1.0).point - p).norm() / kBallRadius;
     out.mean += d / points.size();
     out.largest = std::max(out.largest, d);
   }
@@ -55,13 +53,9 @@ Distance distance_to_octant(const std::vector<Vec3>& points, const FemBody& octa
 }
 
 std::vector<Vec3> centred(const std::vector<Vec3>& nodes, size_t count) {
-  Vec3 low = nodes[0], high = nodes[0];
-  for (size_t i = 0; i < count; ++i) {
-    low = low.cwiseMin(nodes[i]);
-    high = high.cwiseMax(nodes[i]);
-  }
+  const Vec3 centre = bounds_of(nodes, count).centre();
   std::vector<Vec3> out(nodes.begin(), nodes.begin() + count);
-  for (Vec3& p : out) p -= 0.5 * (low + high);
+  for (Vec3& p : out) p -= centre;
   return out;
 }
 

@@ -53,11 +53,8 @@ std::string percents(const std::vector<double>& errors) {
 
 // Weights about the middle of the longest extent, as an artist paints a belly.
 std::vector<double> belly_weights(const TriMesh& mesh) {
-  Vec3 low = mesh.vertices[0], high = low;
-  for (const Vec3& p : mesh.vertices) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
+  const Bounds bounds = bounds_of(mesh.vertices);
+  const Vec3 low = bounds.low, high = bounds.high;
   int axis = 0;
   (high - low).maxCoeff(&axis);
   std::vector<double> weights;
@@ -68,7 +65,7 @@ std::vector<double> belly_weights(const TriMesh& mesh) {
   return normalised_weights(weights, std::vector<char>(weights.size(), 0));
 }
 
-void add_sidebar(const TriMesh& cow, PaperTable& table) {
+void add_sidebar(const TriMesh& cow, Table& table) {
   const std::vector<double> even(cow.vertices.size(), 1.0);
   Points x = to_points(cow.vertices), g;
   const double volume = enclosed_volume(x, cow.triangles);
@@ -80,7 +77,7 @@ void add_sidebar(const TriMesh& cow, PaperTable& table) {
                         percents(errors_by_step(cow, even, false, 1.0, 4))});
 }
 
-void add_weights(const std::string& name, const TriMesh& mesh, PaperTable& table) {
+void add_weights(const std::string& name, const TriMesh& mesh, Table& table) {
   const std::vector<double> weights = belly_weights(mesh);
   Points g, d;
   volume_gradient(to_points(mesh.vertices), mesh.triangles, g);
@@ -92,7 +89,7 @@ void add_weights(const std::string& name, const TriMesh& mesh, PaperTable& table
        percents(errors_by_step(mesh, weights, false, 1.0, 5))});
 }
 
-void add_zone(PaperTable& table) {
+void add_zone(Table& table) {
   const double r = 1.0, d = 0.77;
   table.rows.push_back(
       {"eq. 15 without pi: weight at 0.77 r, and at r where the zone ends",
@@ -101,7 +98,7 @@ void add_zone(PaperTable& table) {
 }
 
 // Weights about the first vertex, which leave a net force.
-void add_ghost_force(const TriMesh& cow, PaperTable& table) {
+void add_ghost_force(const TriMesh& cow, Table& table) {
   Points x = to_points(cow.vertices), g;
   volume_gradient(x, cow.triangles, g);
   std::vector<double> mass(x.size(), 1.0), near_head;
@@ -132,8 +129,7 @@ void paper_errors(PaperReport& report) {
                  "Each formula as printed, and mended, on the cow: a volume 5 % too small is "
                  "corrected again and again.");
   const TriMesh cow = import_closed_mesh(report.scenes / "cow.obj");
-  PaperTable table{
-      "printed_errors.csv", "Printed errors", "", {"what", "as printed", "mended"}, {}};
+  Table table{"printed_errors.csv", "Printed errors", "", {"what", "as printed", "mended"}, {}};
   add_sidebar(cow, table);
   add_weights("cow", cow, table);
   add_weights("the arm's biceps",

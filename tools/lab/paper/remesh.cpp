@@ -7,6 +7,7 @@
 #include <queue>
 #include <set>
 
+#include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/shapes.h"
 
 namespace thew::tools {
@@ -217,11 +218,10 @@ TriMesh polygonise(const std::function<double(const Vec3&)>& field, const Vec3& 
     mesh.triangles.push_back({a, b, c});
   };
   // A cube is six tetrahedra about its diagonal (Kuhn), one for each order of the axes.
-  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   for (int i = 0; i + 1 < n[0]; ++i) {
     for (int j = 0; j + 1 < n[1]; ++j) {
       for (int k = 0; k + 1 < n[2]; ++k) {
-        for (const auto& order : kOrders) {
+        for (const auto& order : kKuhnOrders) {
           int step[3] = {i, j, k}, corner[4] = {id(i, j, k)};
           for (int s = 0; s < 3; ++s) {
             ++step[order[s]];

@@ -8,60 +8,30 @@
 namespace thew::tools {
 namespace {
 
+// Besides the style of all pages.
 constexpr const char* kStyle = R"css(
-body { margin: 0; background: #f4f5f6; color: #1d2329;
-  font: 15px/1.5 system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif; }
-main { max-width: 1180px; margin: 0 auto; padding: 32px 24px 48px; }
-h1 { margin: 0; font-size: 30px; } h2 { margin: 40px 0 8px; font-size: 20px; }
-p { max-width: 85ch; margin: 6px 0; } .soft, figcaption { color: #5c6670; font-size: 13.5px; }
-figure { max-width: max-content; margin: 14px 0; padding: 14px; background: #fff; border: 1px solid #e3e6e9; border-radius: 6px; }
-img { display: block; max-width: 100%; height: auto; } svg { display: block; width: 640px; max-width: 100%; height: auto;
-  font: 12px system-ui, sans-serif; }
+main { max-width: 1180px; } h2 { margin: 40px 0 8px; }
+figure { max-width: max-content; margin: 14px 0; } figure img { width: auto; max-width: 100%; }
+svg { width: 640px; max-width: 100%; } .wide { margin: 14px 0; }
 .labels { display: flex; font-size: 13.5px; font-weight: 600; } .labels span { flex: 1; text-align: center; }
-.wide { overflow-x: auto; background: #fff; border: 1px solid #e3e6e9; border-radius: 6px; margin: 14px 0; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-caption { text-align: left; padding: 10px 12px; font-weight: 600; }
-th, td { padding: 6px 12px; text-align: right; border-top: 1px solid #e3e6e9; vertical-align: top; }
-td { white-space: nowrap; } .left td { white-space: normal; }
-th { font-size: 13px; color: #5c6670; } th:first-child, td:first-child { text-align: left; }
+.left td { text-align: left; white-space: normal; } p { max-width: 85ch; margin: 6px 0; }
 .met { color: #14663c; font-weight: 600; } .missed { color: #b3261e; font-weight: 600; }
-.left td { text-align: left; } svg .title { font-size: 15px; font-weight: 600; }
-svg .tick, svg .unit { fill: #5c6670; font-size: 12px; } svg .grid { stroke: #e3e6e9; }
-svg .line { fill: none; stroke-width: 1.7; } svg .leader { opacity: .45; }
-svg line.limit { stroke: #b3261e; stroke-dasharray: 6 4; } svg text.limit { fill: #b3261e; }
 )css";
 
-std::string csv_text(const PaperTable& table) {
-  std::string text;
-  const auto line = [&](const std::vector<std::string>& cells) {
-    for (size_t i = 0; i < cells.size(); ++i) {
-      const bool quoted = cells[i].find_first_of(",\"") != std::string::npos;
-      text += (i ? "," : "") + (quoted ? "\"" + cells[i] + "\"" : cells[i]);
-    }
-    text += "\n";
-  };
-  line(table.head);
-  for (const auto& row : table.rows) line(row);
-  return text;
-}
-
-std::string table_html(const PaperTable& table, const char* style) {
-  std::string html = std::string("<div class=\"wide\"><table") + style + "><caption>" +
-                     escape_html(table.title) + "</caption><tr>";
-  for (const std::string& cell : table.head) html += "<th>" + escape_html(cell) + "</th>";
-  html += "</tr>\n";
-  for (const auto& row : table.rows) {
-    html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + escape_html(cell) + "</td>";
-    html += "</tr>\n";
+// The verdicts as one table.
+Table table_of(const std::vector<PaperVerdict>& verdicts) {
+  Table table{"verdicts.csv",
+              "What is to be shown of the paper",
+              "",
+              {"what", "wanted", "found", "met", "reason"},
+              {}};
+  for (const PaperVerdict& v : verdicts) {
+    table.rows.push_back({v.what, v.wanted, v.found, v.met ? "yes" : "no", v.met ? "" : v.reason});
   }
-  return html + "</table></div>\n" +
-         (table.note.empty() ? "" : "<p class=\"soft\">" + escape_html(table.note) + "</p>\n");
+  return table;
 }
 
 }  // namespace
-
-std::string number(double value, int digits) { return readable(value, digits); }
 
 PaperReport::PaperReport(const std::filesystem::path& out, bool is_quick,
                          const std::filesystem::path& cow_file, bool overwrite, Progress& progress)
@@ -85,9 +55,10 @@ void PaperReport::section(const std::string& title, const std::string& text) {
       "<h2>" + escape_html(title) + "</h2>\n<p>" + escape_html(text) + "</p>\n";
 }
 
-void PaperReport::add(const PaperTable& table) {
-  write_durably(place(table.file), csv_text(table));
-  chapters_[chapter_].html += table_html(table, "");
+void PaperReport::add(const Table& table) {
+  write_durably(place(table.file), csv_of(table));
+  chapters_[chapter_].html += html_of(table);
+  chapters_[chapter_].tables.push_back(table);
 }
 
 void PaperReport::add(const LineChart& chart, const std::string& file, const std::string& caption) {
@@ -127,42 +98,50 @@ void PaperReport::done(int steps) {
   progress_.step(steps_, steps_);
 }
 
+std::vector<PaperVerdict> PaperReport::verdicts() const {
+  std::vector<PaperVerdict> all;
+  for (const auto& [at, chapter] : chapters_) {
+    all.insert(all.end(), chapter.verdicts.begin(), chapter.verdicts.end());
+  }
+  return all;
+}
+
+std::vector<Table> PaperReport::tables() const {
+  std::vector<Table> all = {table_of(verdicts())};
+  for (const auto& [at, chapter] : chapters_) {
+    all.insert(all.end(), chapter.tables.begin(), chapter.tables.end());
+  }
+  return all;
+}
+
 void PaperReport::write(double seconds) {
   std::string top =
       "<div class=\"wide\"><table class=\"left\"><tr><th>What is to be shown</th>"
       "<th>wanted</th><th>found</th><th></th></tr>\n";
-  std::string csv = "what,wanted,found,met,reason\n";
   std::string body;
-  std::vector<PaperVerdict> verdicts;
-  for (const auto& [at, chapter] : chapters_) {
-    body += chapter.html;
-    verdicts.insert(verdicts.end(), chapter.verdicts.begin(), chapter.verdicts.end());
-  }
-  for (const PaperVerdict& v : verdicts) {
+  for (const auto& [at, chapter] : chapters_) body += chapter.html;
+  for (const PaperVerdict& v : verdicts()) {
     top += "<tr><td>" + escape_html(v.what) + "</td><td>" + escape_html(v.wanted) + "</td><td>" +
            escape_html(v.found) + "</td><td>" +
            (v.met ? "<span class=\"met\">met</span>"
                   : "<span class=\"missed\">missed</span> " + escape_html(v.reason)) +
            "</td></tr>\n";
-    csv += "\"" + v.what + "\",\"" + v.wanted + "\",\"" + v.found + "\"," + (v.met ? "yes" : "no") +
-           ",\"" + (v.met ? "" : v.reason) + "\"\n";
   }
   top += "</table></div>\n";
-  write_durably(folder / "verdicts.csv", csv);
+  write_durably(folder / "verdicts.csv", csv_of(table_of(verdicts())));
+  const char* const quickly =
+      " This is the quick run: fewer frames, repetitions and elements, these on a thread of their "
+      "own.";
   write_durably(
       folder / "report.html",
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>The paper, "
-      "reproduced</title><style>" +
-          std::string(kStyle) +
-          "</style></head><body><main>\n<h1>The paper, reproduced</h1>\n<p class=\"soft\">Hong, "
-          "Jung, Choi, Welch, Fast Volume Preservation for a Mass-Spring System, IEEE CG&amp;A "
-          "2006. Printed values are of a 2.0 GHz Pentium 4; the ratios carry over." +
-          (quick ? std::string(" This is the quick run: fewer frames, repetitions and elements, "
-                               "these on a thread of their own.")
-                 : std::string()) +
-          "</p>\n" + top + body + "<p class=\"soft\">Made in " + number(seconds) +
-          " s. CPU time of one thread; medians of interleaved repetitions.</p>\n" +
-          "</main></body></html>\n");
+      html_page(
+          "The paper, reproduced", kStyle,
+          "<p class=\"soft\">Hong, Jung, Choi, Welch, Fast Volume Preservation for a "
+          "Mass-Spring System, IEEE CG&amp;A 2006. Printed values are of a 2.0 GHz Pentium 4; "
+          "the ratios carry over." +
+              std::string(quick ? quickly : "") + "</p>\n" + top + body +
+              "<p class=\"soft\">Made in " + number(seconds) +
+              " s. CPU time of one thread; medians of interleaved repetitions.</p>\n"));
 }
 
 }  // namespace thew::tools

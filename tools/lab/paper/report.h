@@ -10,19 +10,13 @@
 
 #include "tools/base/progress.h"
 #include "tools/base/svg_chart.h"
+#include "tools/lab/base/table.h"
 #include "tools/lab/paper/run.h"
 #include "tools/render/renderer.h"
 
 namespace thew::tools {
 
-/// A table as it is read: CSV beside the report and in it.
-struct PaperTable {
-  std::string file, title, note;
-  std::vector<std::string> head;
-  std::vector<std::vector<std::string>> rows;
-};
-
-/// A bound of the issue and what was found.
+/// What is to be shown, its bound, and what was found.
 struct PaperVerdict {
   std::string what, found, wanted;
   bool met = false;
@@ -40,7 +34,7 @@ class PaperReport {
   /// What is added goes there from here on; the report has its chapters in order.
   void chapter(int number) { chapter_ = number; }
   void section(const std::string& title, const std::string& text);
-  void add(const PaperTable& table);
+  void add(const Table& table);
   void add(const LineChart& chart, const std::string& file, const std::string& caption);
   /// Pictures side by side, all of the first one's proportions; `labels` one each.
   void add(const std::vector<PaperPicture>& pictures, const std::vector<std::string>& labels,
@@ -48,6 +42,8 @@ class PaperReport {
   void add(const PaperVerdict& verdict);
   void done(int steps = 1);  ///< for the progress bar
   void write(double seconds);
+  /// By chapter; the first of the verdicts'.
+  std::vector<Table> tables() const;
   /// folder / name, ours to write.
   std::filesystem::path place(const std::string& name) const;
 
@@ -57,10 +53,13 @@ class PaperReport {
  private:
   struct Chapter {
     std::string html;
+    std::vector<Table> tables;
     std::vector<PaperVerdict> verdicts;
   };
 
   bool overwrite_;
+  std::vector<PaperVerdict> verdicts() const;
+
   std::map<int, Chapter> chapters_;
   int chapter_ = 0;
   std::unique_ptr<Renderer> renderer_;
@@ -74,7 +73,5 @@ void paper_bodies(PaperReport& report);  ///< cubes, cow, torus, rings, finger, 
 void paper_errors(PaperReport& report);  ///< what is wrong in print, shown
 /// Steps that these take, for the progress bar.
 int paper_steps(bool quick);
-
-std::string number(double value, int digits = 3);
 
 }  // namespace thew::tools

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
 #include "muscles/volume.h"
 #include "sim/bake/bake.h"
@@ -12,9 +11,8 @@
 #include "sim/settle.h"
 #include "sim/solver/contacts.h"
 #include "sim/solver/drive.h"
-#include "sim/solver/state_archive.h"
-#include "sim/step.h"
 #include "tools/base/signals.h"
+#include "tools/lab/base/play.h"
 
 namespace thew::tools {
 namespace {
@@ -35,24 +33,24 @@ double deepest_in_bones(const Model& model, const State& state) {
   return deepest;
 }
 
-void note_frame(int frame, const PaperAsk& ask, PaperRun& run) {
+void note_frame(int frame, const PaperAsk& ask, State& state, PaperRun& run) {
   run.frames.push_back(frame);
-  for (int m = 0; m < run.state.count(); ++m) {
+  for (int m = 0; m < state.count(); ++m) {
     const Muscle& muscle = run.model->muscles[m];
     const double ratio =
-        enclosed_volume(run.state.muscles[m].x, muscle.rest.triangles) / muscle.rest_volume;
+        enclosed_volume(state.muscles[m].x, muscle.rest.triangles) / muscle.rest_volume;
     if (m == 0) run.volume.push_back(ratio);
     run.volume_errors[m] = std::max(run.volume_errors[m], std::abs(ratio - 1.0));
     run.volume_error = std::max(run.volume_error, run.volume_errors[m]);
   }
-  run.zone_radius.push_back(run.state.muscles[0].zone_radius);
+  run.zone_radius.push_back(state.muscles[0].zone_radius);
   if (ask.measures) {
     Parallel one(1);
-    refit_all(*run.model, one, run.state);
-    run.penetration = std::max(run.penetration, deepest_in_bones(*run.model, run.state));
+    refit_all(*run.model, one, state);
+    run.penetration = std::max(run.penetration, deepest_in_bones(*run.model, state));
   }
   if (std::find(ask.keep.begin(), ask.keep.end(), frame) != ask.keep.end()) {
-    run.kept.emplace(frame, run.state);
+    run.kept.emplace(frame, state);
   }
 }
 
@@ -64,51 +62,32 @@ std::vector<Vec3> points_of(const Points& rows) {
   return points;
 }
 
-double cpu_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return now.tv_sec + 1e-9 * now.tv_nsec;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 PaperScene ready_scene(const PaperAsk& ask) {
   const auto of = std::make_shared<Scene>(read_scene(ask.scene, ask.overrides));
   const auto model = std::make_shared<Model>(build_model(*of));
   model->solver.rungs = false;  // a yardstick that fails is to be seen failing
-  Parallel one(1);
-  PaperScene scene{ask, of, model, initial_state(*model)};
-  settle(*model, one, scene.start, [] { stop_if_interrupted(); });
-  return scene;
+  return {ask, of, model, settled_state(*model)};
 }
 
 PaperRun run_scene(const PaperAsk& ask) { return run_scene(ready_scene(ask)); }
 
 PaperRun run_scene(const PaperScene& ready) {
+  const PaperAsk& ask = ready.ask;
   PaperRun run;
   run.scene = ready.scene;
   run.model = ready.model;
-  run.state = ready.start;
-  const PaperAsk& ask = ready.ask;
-  const Scene& scene = *run.scene;
-  Parallel one(1);
-  StageSeconds stages;
-  run.volume_errors.assign(run.state.count(), 0.0);
-  const int first = scene.first_frame, last = ask.last > 0 ? ask.last : scene.last_frame;
-  note_frame(first, ask, run);
-  for (int frame = first + 1; frame <= last; ++frame) {
-    stop_if_interrupted();
-    const double begin = cpu_seconds();
-    step_frame(*run.model, (frame - first) / scene.fps, one, run.state, stages);
-    run.seconds += (cpu_seconds() - begin) / (last - first);
-    note_frame(frame, ask, run);
-    for (const double push : run.state.muscles[0].normal_multiplier) {
-      run.pressing += (push > 0.0 ? 1.0 : 0.0) / (last - first);
+  run.volume_errors.assign(ready.start.count(), 0.0);
+  const int first = ready.model->first_frame;
+  const int frames = (ask.last > 0 ? ask.last : ready.model->last_frame) - first;
+  Played played = play(*ready.model, ready.start, ask.last, [&](int frame, State& state) {
+    note_frame(frame, ask, state, run);
+    if (frame == first) return;
+    for (const double push : state.muscles[0].normal_multiplier) {
+      run.pressing += (push > 0.0 ? 1.0 : 0.0) / frames;
     }
-  }
+  });
+  run.seconds = played.seconds / frames;
+  run.state = std::move(played.state);
   return run;
 }
 

@@ -11,11 +11,9 @@
 #include "sim/cache/cache.h"
 #include "sim/scene/define_model.h"
 #include "sim/solver/state.h"
+#include "tools/lab/base/measures.h"
 
 namespace thew::tools {
-
-double cpu_seconds();  ///< of the calling thread
-double median(std::vector<double> values);
 
 /// One run of a scene, frame by frame, on one thread.
 struct PaperRun {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lab/peers/ball_chart.h"
 
-#include <cstdio>
 #include <functional>
 
 #include "sim/cache/durable_file.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "tools/lab/base/table.h"
 #include "tools/lab/chart/plot.h"
 #include "tools/lab/paper/ball.h"
 #include "tools/lab/peers/peer_runs.h"
@@ -17,8 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kTetrahedra = 3528;  // the paper's for this ball's 1,766 triangles
-constexpr int kRepetitions = 3;
-constexpr double kPenalty = 1e5;  // Pa
+constexpr int kRepetitions = 3;    // of which times are the medians
+constexpr double kPenalty = 1e5;   // Pa
 
 struct Run {
   ChartPoint point;
@@ -26,13 +26,10 @@ struct Run {
 };
 
 std::vector<Run> our_runs(const fs::path& scenes) {
+  const Scene ball = read_scene(scenes / "ball.toml", {"scene.frames=1-46"});
   std::vector<Run> runs;
   const auto add = [&](const ChartSetting& setting) {
-    const Model model = build_model(read_scene(
-        scenes / "ball.toml",
-        {"solver.integrator=" + setting.integrator, "solver.volume=" + setting.volume,
-         "solver.substeps=" + std::to_string(setting.substeps),
-         "solver.iterations=" + std::to_string(setting.iterations), "scene.frames=1-46"}));
+    const Model model = solved_as(ball, setting);
     Run& run = runs.emplace_back();
     run.point.setting = setting;
     run.point.is_default = setting.integrator == "explicit" && setting.volume == "exact";
@@ -118,15 +115,19 @@ void measure(std::vector<Run>& runs) {
   }
 }
 
-std::string csv_of(const Chart& chart) {
-  std::string text = "method,cpu_ms_per_frame,percent_of_radius_from_neo_hookean,volume_error\n";
+Table table_of(const Chart& chart) {
+  Table table{"ball.csv",
+              "",
+              "",
+              {"method", "cpu_ms_per_frame", "percent_of_radius_from_neo_hookean", "volume_error"},
+              {}};
   for (const ChartPoint& point : chart.points) {
-    char line[200];
-    std::snprintf(line, sizeof line, "\"%s\",%.4g,%.4g,%.3g\n", point_name(point).c_str(),
-                  point.milliseconds, point.percent, point.volume_error);
-    text += point.failure.empty() ? line : "\"" + point_name(point) + "\",failed,,\n";
+    table.rows.push_back({point_name(point), "failed", "", ""});
+    if (!point.failure.empty()) continue;
+    table.rows.back() = {point_name(point), number(point.milliseconds, 4), number(point.percent, 4),
+                         number(point.volume_error)};
   }
-  return text;
+  return table;
 }
 
 }  // namespace
@@ -151,7 +152,7 @@ void draw_ball_chart(const fs::path& scenes, const fs::path& out) {
   };
   draw("ball", &ChartPoint::percent, "% of the radius off a neo-Hookean ball");
   draw("ball_volume", &ChartPoint::volume_error, "largest volume error");
-  replace_durably(out / "ball.csv", csv_of(chart));
+  replace_durably(out / "ball.csv", csv_of(table_of(chart)));
 }
 
 }  // namespace thew::tools

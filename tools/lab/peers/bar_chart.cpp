@@ -2,12 +2,11 @@
 #include "tools/lab/peers/bar_chart.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "sim/cache/durable_file.h"
 #include "sim/solver/muscle_step.h"
-#include "skin/surface/surface.h"
 #include "tools/base/options.h"
+#include "tools/lab/base/searched_mesh.h"
 #include "tools/lab/chart/plot.h"
 #include "tools/lab/elements/fem_ball.h"
 #include "tools/lab/paper/run.h"
@@ -19,25 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr int kFinest = 3;  // from there on two_bellies moves by 0.2 mm
 
-/// The true surface, to find the nearest point of. Of a quarter: y and z are mirrored.
-struct TrueSurface {
-  TriMesh mesh;
-  Surface surface;
-  Points x;
-  Bvh bvh;
-
-  explicit TrueSurface(const FemBody& body) : mesh(octant_surface(body)) {
-    surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
-    x = to_points(mesh.vertices);
-    bvh = build_bvh(surface, x);
-  }
-  double distance(const Vec3& point) const {
-    const Vec3 p(point.x(), std::abs(point.y()), std::abs(point.z()));
-    return (closest_point(surface, bvh, x, p, 1.0).point - p).norm();
-  }
-};
-
-BarRun measure(const PaperRun& run, const TrueSurface& truth) {
+BarRun measure(const PaperRun& run, const SearchedMesh& truth) {
   const Muscle& muscle = run.model->muscles[0];
   const MuscleState& now = run.state.muscles[0];
   const std::vector<Vec3> x = points_of(now.x);
@@ -56,7 +37,8 @@ BarRun measure(const PaperRun& run, const TrueSurface& truth) {
   int squeezed = 0, free = 0;
   for (size_t i = 0; i < x.size(); ++i) {
     if (muscle.driven[i]) continue;
-    const double off = truth.distance(x[i]);
+    const Vec3 p(x[i].x(), std::abs(x[i].y()), std::abs(x[i].z()));  // the truth is a quarter
+    const double off = (truth.nearest(p, 1.0).point - p).norm();
     const bool is_free = muscle.rest.vertices[i].x() > 0.0;
     (is_free ? out.free_mean : out.squeezed_mean) += off;
     ++(is_free ? free : squeezed);
@@ -84,23 +66,29 @@ const std::vector<Held> kHeld = {
     {"zonal, 8 zones", {"muscle.bar.zones=8"}},
 };
 
-std::string csv_row(const std::string& bar, const std::string& name, const BarRun& run) {
-  char line[240];
-  std::snprintf(line, sizeof line, "%s,\"%s\",%.3g,%.3g,%.3g,%.3g,%.3g,%.3g,%.2g,%.2g,%d\n",
-                bar.c_str(), name.c_str(), run.milliseconds, 1e3 * run.mean, 1e3 * run.largest,
-                1e3 * run.squeezed_mean, 1e3 * run.free_mean, 100.0 * run.free_half,
-                run.volume_error, run.zone_error, run.zone_fallbacks);
-  return line;
+using Row = std::vector<std::string>;
+
+Row row_of(const std::string& bar, const std::string& name, const BarRun& run) {
+  return {bar,
+          name,
+          number(run.milliseconds),
+          number(1e3 * run.mean),
+          number(1e3 * run.largest),
+          number(1e3 * run.squeezed_mean),
+          number(1e3 * run.free_mean),
+          number(100.0 * run.free_half),
+          number(run.volume_error, 2),
+          number(run.zone_error, 2),
+          std::to_string(run.zone_fallbacks)};
 }
 
 // The true surface too encloses more in its free half: the inside flows farther than the rim.
-std::string true_row(const std::string& bar, const TrueBar& truth) {
+Row true_row(const std::string& bar, const TrueBar& truth) {
   const TriMesh rest = octant_surface(truth.rest), now = octant_surface(truth.squeezed);
-  char line[120];
-  std::snprintf(line, sizeof line, "%s,\"finite elements\",,,,,,%.3g,%.2g,,\n", bar.c_str(),
-                100.0 * (free_half(rest, now.vertices) / free_half(rest, rest.vertices) - 1.0),
-                std::abs(fem_volume(truth.squeezed) / fem_volume(truth.rest) - 1.0));
-  return line;
+  const double grown = free_half(rest, now.vertices) / free_half(rest, rest.vertices) - 1.0;
+  const double error = std::abs(fem_volume(truth.squeezed) / fem_volume(truth.rest) - 1.0);
+  return {bar, "finite elements", "", "", "", "", "", number(100.0 * grown), number(error, 2), "",
+          ""};
 }
 
 }  // namespace
@@ -140,7 +128,7 @@ double free_half(const TriMesh& rest, const std::vector<Vec3>& x) {
 std::vector<BarRun> run_bars(const fs::path& scene,
                              const std::vector<std::vector<std::string>>& overrides,
                              int repetitions, const TrueBar& truth) {
-  const TrueSurface surface(truth.squeezed);
+  const SearchedMesh surface(octant_surface(truth.squeezed));
   std::vector<PaperScene> scenes;
   for (const auto& more : overrides) scenes.push_back(ready_scene({scene, more, 0, {}, false}));
   std::vector<BarRun> runs;
@@ -153,8 +141,9 @@ std::vector<BarRun> run_bars(const fs::path& scene,
 
 namespace {
 
-// Of one bar, the stand-in for its inside taken away where it is hollow. Returns the table's rows.
-std::string draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs::path& out) {
+// Of one bar, the stand-in for its inside taken away where it is hollow. Adds the table's rows.
+void draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs::path& out,
+              Table& table) {
   constexpr int kRepetitions = 3;
   const std::string name = bar.name + (hollow ? "_hollow" : "");
   std::vector<std::vector<std::string>> asks;
@@ -169,9 +158,8 @@ std::string draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs
   chart.muscles = 1;
   chart.nodes = runs[0].nodes;
   chart.frames = runs[0].frames;
-  std::string rows;
   for (size_t k = 0; k < runs.size(); ++k) {
-    rows += csv_row(name, kHeld[k].name, runs[k]);
+    table.rows.push_back(row_of(name, kHeld[k].name, runs[k]));
     ChartPoint& point = chart.points.emplace_back();
     point.setting = {"local_global", kHeld[k].name, 1, 20};
     point.is_default = kHeld[k].name == "zonal, 4 zones";
@@ -182,15 +170,19 @@ std::string draw_bar(const Bar& bar, bool hollow, const TrueBar& truth, const fs
   replace_durably(svg,
                   draw_cost(chart, &ChartPoint::percent, "% of half the thickness off elements"));
   write_picture(out / (name + ".png"), svg);
-  return rows;
 }
 
 }  // namespace
 
-void draw_bar_chart(const fs::path& out) {
-  std::string csv =
-      "bar,volume,cpu_ms_per_frame,mean_mm,largest_mm,squeezed_half_mean_mm,free_half_mean_mm,"
-      "free_half_percent,volume_error,zone_error,zone_fallbacks\n";
+Table draw_bar_chart(const fs::path& out) {
+  Table table{
+      "bar.csv",
+      "A bar half of which plates press, beside neo-Hookean finite elements",
+      "Distances in mm, the mean and the largest, over all nodes, those of the pressed half "
+      "and those of the free half; how much more the free half holds.",
+      {"bar", "volume", "CPU ms a frame", "mean, mm", "largest, mm", "pressed half, mm",
+       "free half, mm", "free half, %", "volume error", "zone error", "zone fallbacks"},
+      {}};
   fs::create_directories(out);
   for (const Bar& bar :
        {Bar{"two_bellies", "two_bellies.obj", {.neck = kNeck}}, Bar{"spindle", "bar.obj", {}}}) {
@@ -198,10 +190,11 @@ void draw_bar_chart(const fs::path& out) {
     if (!truth.result.converged) {
       throw Error(ErrorCode::kSolver, "the neo-Hookean bar did not converge");
     }
-    csv += true_row(bar.name, truth);
-    for (bool hollow : {false, true}) csv += draw_bar(bar, hollow, truth, out);
+    table.rows.push_back(true_row(bar.name, truth));
+    for (bool hollow : {false, true}) draw_bar(bar, hollow, truth, out, table);
   }
-  replace_durably(out / "bar.csv", csv);
+  replace_durably(out / table.file, csv_of(table));
+  return table;
 }
 
 }  // namespace thew::tools

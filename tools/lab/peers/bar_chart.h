@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/lab/base/table.h"
 #include "tools/lab/elements/fem_bar.h"
 
 namespace thew::tools {
@@ -37,7 +38,7 @@ double free_half(const TriMesh& rest, const std::vector<Vec3>& x);
 
 /// Both bars of `assets/paper` by one multiplier and by zones. Writes two_bellies.svg, spindle.svg
 /// (cost against the mean distance from the neo-Hookean one) and bar.csv into the folder, and
-/// pictures where rsvg-convert is installed.
-void draw_bar_chart(const std::filesystem::path& out);
+/// pictures where rsvg-convert is installed. The rows of bar.csv.
+Table draw_bar_chart(const std::filesystem::path& out);
 
 }  // namespace thew::tools

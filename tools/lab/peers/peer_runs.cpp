@@ -8,8 +8,6 @@
 
 #include "sim/settle.h"
 #include "sim/solver/drive.h"
-#include "sim/solver/state_archive.h"
-#include "sim/step.h"
 #include "tools/lab/paper/ball.h"
 
 namespace thew::tools {
@@ -68,28 +66,21 @@ TriMesh geodesic_ball(int n) {
   return mesh;
 }
 
-Outcome run_ours(const Model& model, const OnFrame& on_frame) {
+Outcome run_ours(const Model& model, const OnState& on_frame) {
   Outcome out;
-  Parallel one(1);
-  StageSeconds stages;
-  State state = initial_state(model);
-  settle(model, one, state);
-  double seconds = 0.0;
-  for (int f = model.first_frame + 1; f <= model.last_frame; ++f) {
-    const double begin = cpu_seconds();
-    step_frame(model, (f - model.first_frame) / model.fps, one, state, stages);
-    seconds += cpu_seconds() - begin;
+  const Played played = play(model, settled_state(model), 0, [&](int frame, State& state) {
     for (int m = 0; m < state.count(); ++m) note_volume(state.muscles[m].x, model.muscles[m], out);
-    on_frame(f, state);
-  }
-  out.milliseconds = 1e3 * seconds / (model.last_frame - model.first_frame);
+    if (on_frame) on_frame(frame, state);
+  });
+  out.milliseconds = played.milliseconds_a_frame(model);
+  const StageSeconds& stages = played.stages;
   out.contact = stages.contact / (stages.rig + stages.contact + stages.muscles);
   return out;
 }
 
 Outcome run_our_ball(const Model& model) {
   Points held;
-  Outcome out = run_ours(model, [&](int frame, const State& state) {
+  Outcome out = run_ours(model, [&](int frame, State& state) {
     if (frame == kHalfHeight) held = state.muscles[0].x;
   });
   out.held = std::move(held);

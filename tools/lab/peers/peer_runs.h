@@ -7,7 +7,7 @@
 
 #include "muscles/volume.h"
 #include "sim/scene/model.h"
-#include "sim/solver/state.h"
+#include "tools/lab/base/play.h"
 #include "tools/lab/peers/bullet_body.h"
 
 namespace thew::tools {
@@ -25,8 +25,7 @@ void note_volume(const Points& x, const Muscle& muscle, Outcome& out);
 /// Icosahedron, each edge in n parts, on the sphere of the ball's radius: 10 n^2 + 2 nodes.
 TriMesh geodesic_ball(int n);
 
-using OnFrame = std::function<void(int frame, const State& state)>;
-Outcome run_ours(const Model& model, const OnFrame& on_frame);
+Outcome run_ours(const Model& model, const OnState& on_frame = {});
 /// The ball of `assets/paper/ball.toml`, its mesh that of `model`.
 Outcome run_our_ball(const Model& model);
 Outcome run_bullet_ball(const Model& model, const BulletSetting& setting);

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <sstream>
 
 #include "muscles/path.h"
@@ -20,6 +19,7 @@
 #include "skin/surface/surface.h"
 #include "tools/author/files.h"
 #include "tools/author/table.h"
+#include "tools/lab/results/anatomy.h"
 
 namespace thew::tests {
 namespace {
@@ -83,8 +83,6 @@ double path_length(const std::string& name, double degrees) {
   forward_kinematics(skeleton, joints, pose);
   return 1e3 * trace_path(arm().table[index_of(name)].path, pose).length;  // mm
 }
-
-constexpr double kAngles[] = {0, 30, 60, 90, 120, 130};
 
 // Hong, Jung, Choi, Welch 2006, table 2, in its order; volumes: published MRI means and, for 6 and
 // 10 to 12, estimates (cm^3).
@@ -213,36 +211,20 @@ TEST(ArmAssets, MusclesEnterBonesOnlyAtTheirAttachments) {
   }
 }
 
-// arm26 (Holzbaur, Murray, Delp 2005), cylinder wrap solved exactly, mm at 0, 30, ... 130 degrees.
 TEST(ArmAssets, PathsAreAsLongAsThoseOfArm26) {
-  const std::map<std::string, std::vector<double>> expected = {
-      {"biceps_long", {421.2, 411.7, 394.0, 370.3, 344.9, 337.3}},
-      {"biceps_short", {341.7, 332.2, 314.5, 290.8, 265.4, 257.8}},
-      {"brachialis", {147.3, 140.0, 132.9, 122.4, 110.0, 106.0}},
-      {"triceps_long", {277.6, 289.8, 301.8, 312.3, 322.7, 326.1}},
-      {"triceps_lateral", {166.6, 178.8, 190.8, 201.3, 211.7, 215.1}}};
-  for (const auto& [name, lengths] : expected) {
+  for (const auto& [name, angles, lengths] : kArm26Lengths) {
     for (size_t k = 0; k < lengths.size(); ++k) {
-      EXPECT_NEAR(path_length(name, kAngles[k]), lengths[k], 2.5) << name << " at " << kAngles[k];
+      EXPECT_NEAR(path_length(name, angles[k]), lengths[k], 2.5) << name << " at " << angles[k];
     }
   }
 }
 
-// Published regressions of moment arms, integrated: shortening in mm at 30, 60, 90, 120, 130
-// degrees.
 TEST(ArmAssets, OtherPathsShortenAsTheMomentArmsSay) {
-  const std::map<std::string, std::vector<double>> expected = {
-      {"brachioradialis", {11, 27, 52, 84, 96}},
-      {"extensor_carpi_radialis_longus", {6, 13, 23, 36, 40}},
-      {"pronator_teres", {4, 8, 14, 20, 22}},
-      {"flexor_carpi_radialis", {1, 2, 4, 5, 6}},
-      {"anconeus", {-6, -12, -18, -22, -22}},
-      {"coracobrachialis", {0, 0, 0, 0, 0}}};
-  for (const auto& [name, shortening] : expected) {
+  for (const auto& [name, angles, shortening] : kShortenings) {
     const double rest = path_length(name, 0.0);
     for (size_t k = 0; k < shortening.size(); ++k) {
-      EXPECT_NEAR(rest - path_length(name, kAngles[k + 1]), shortening[k], 2.5)
-          << name << " at " << kAngles[k + 1];
+      EXPECT_NEAR(rest - path_length(name, angles[k]), shortening[k], 2.5)
+          << name << " at " << angles[k];
     }
   }
 }

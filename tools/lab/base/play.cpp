@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lab/base/play.h"
+
+#include <utility>
+
+#include "sim/solver/state_archive.h"
+#include "tools/base/signals.h"
+#include "tools/lab/base/measures.h"
+
+namespace thew::tools {
+
+State settled_state(const Model& model) {
+  Parallel one(1);
+  State state = initial_state(model);
+  settle(model, one, state, [] { stop_if_interrupted(); });
+  return state;
+}
+
+Played play(const Model& model, State start, int last, const OnState& on_frame) {
+  Parallel one(1);
+  Played played;
+  played.state = std::move(start);
+  if (last == 0) last = model.last_frame;
+  if (on_frame) on_frame(model.first_frame, played.state);
+  for (int frame = model.first_frame + 1; frame <= last; ++frame) {
+    stop_if_interrupted();
+    const double begin = cpu_seconds();
+    step_frame(model, (frame - model.first_frame) / model.fps, one, played.state, played.stages);
+    played.seconds += cpu_seconds() - begin;
+    if (on_frame) on_frame(frame, played.state);
+  }
+  return played;
+}
+
+}  // namespace thew::tools

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What thew_bench measures, each as one JSON object. Times are CPU milliseconds of one thread,
+// medians of interleaved runs; the figures that carry over between machines are the ratios.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace thew::tools {
+
+/// How fast the muscles are, over the same without volume and without contact, with friction and
+/// with self-contact; the sag of the first; their distance from the refined step.
+nlohmann::ordered_json speed_of(const std::string& scene, int repetitions);
+/// The skin layer: what a frame costs more than one without, as it comes and with its volume kept.
+/// Error(kInput) where the scene has none.
+nlohmann::ordered_json skin_price(const std::string& scene, int repetitions);
+/// What solver.tolerance chooses for an error of `millimetres`, what it costs, and the cheapest
+/// step that is the same for all muscles and as right.
+nlohmann::ordered_json tolerance_of(const std::string& scene, double millimetres,
+                                    std::vector<std::string> overrides, int repetitions);
+/// Contact of 1 to 56 of the scene in one; drawn to `picture`, an SVG.
+nlohmann::ordered_json contact_of_copies(const std::string& scene,
+                                         const std::filesystem::path& picture);
+
+}  // namespace thew::tools

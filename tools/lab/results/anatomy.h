@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+namespace thew::tools {
+
+/// What is known of a muscle at angles of the elbow.
+template <int kCount>
+struct AnatomyRow {
+  const char* muscle;
+  std::array<double, kCount> angles;       ///< degrees of flexion
+  std::array<double, kCount> millimetres;  ///< length, or how much shorter it is than at 0
+};
+
+/// Musculotendon lengths of OpenSim's arm26 (Holzbaur, Murray, Delp 2005), the cylinders that they
+/// wrap solved exactly.
+inline constexpr AnatomyRow<6> kArm26Lengths[] = {
+    {"biceps_long", {0, 30, 60, 90, 120, 130}, {421.2, 411.7, 394.0, 370.3, 344.9, 337.3}},
+    {"biceps_short", {0, 30, 60, 90, 120, 130}, {341.7, 332.2, 314.5, 290.8, 265.4, 257.8}},
+    {"brachialis", {0, 30, 60, 90, 120, 130}, {147.3, 140.0, 132.9, 122.4, 110.0, 106.0}},
+    {"triceps_long", {0, 30, 60, 90, 120, 130}, {277.6, 289.8, 301.8, 312.3, 322.7, 326.1}},
+    {"triceps_lateral", {0, 30, 60, 90, 120, 130}, {166.6, 178.8, 190.8, 201.3, 211.7, 215.1}}};
+
+/// Shortening by published regressions of moment arms, integrated.
+inline constexpr AnatomyRow<5> kShortenings[] = {
+    {"brachioradialis", {30, 60, 90, 120, 130}, {11, 27, 52, 84, 96}},
+    {"extensor_carpi_radialis_longus", {30, 60, 90, 120, 130}, {6, 13, 23, 36, 40}},
+    {"pronator_teres", {30, 60, 90, 120, 130}, {4, 8, 14, 20, 22}},
+    {"flexor_carpi_radialis", {30, 60, 90, 120, 130}, {1, 2, 4, 5, 6}},
+    {"anconeus", {30, 60, 90, 120, 130}, {-6, -12, -18, -22, -22}},
+    {"coracobrachialis", {30, 60, 90, 120, 130}, {0, 0, 0, 0, 0}}};
+
+}  // namespace thew::tools

@@ -319,7 +319,6 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"sim/scene/reference.cpp", {"--set", "--keys"}},  // a page, no message
       {"tools/base/options.cpp", {"--frames", "--progress"}},
       {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
-      {"tools/compare/compare_html.cpp", {"--cut"}},          // of its style sheet
       {"tools/cli/program_main.cpp",
        options_in(run({"bake", "--help"}).output + run({"--help"}).output)},
       {"tools/cli/thew.cpp",

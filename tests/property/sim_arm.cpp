@@ -386,7 +386,7 @@ TEST(Arm, AForearmAloneIsCarried) {
     const FidelityPlan plan = plan_fidelity(build_model(scene), 2);
     for (const auto& muscle : plan.muscles) {
       EXPECT_TRUE(muscle.level == Level::kGeometric || muscle.level == Level::kAsleep)
-          << degrees << ", " << muscle.because;
+          << degrees << ", " << muscle.reason;
     }
     EXPECT_LT(plan.work, 0.2 * plan.uniform_work) << degrees;  // counted; thew_bench has times
   }

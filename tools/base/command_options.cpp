@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/base/command_options.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
@@ -9,6 +11,10 @@
 #include "rig/text.h"
 
 namespace thew::tools {
+
+ProgressStyle progress_style(const CommandOptions& options) {
+  return parse_progress(options.progress, ::isatty(STDERR_FILENO) != 0);
+}
 
 int thread_count(int asked) {
   if (asked > 0) return asked;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/base/exit_code.h"
+#include "tools/base/options.h"
 
 namespace thew::tools {
 
@@ -21,6 +22,9 @@ struct CommandOptions {
   std::string command,
       commit = "unknown";  ///< what was called, and of which commit; for the report
 };
+
+/// What --progress says, on standard error.
+ProgressStyle progress_style(const CommandOptions& options);
 
 /// As asked; where 0 is, what the farm gives of what the machine has.
 int thread_count(int asked);

@@ -92,9 +92,11 @@ void print(std::string_view text) {
   }
 }
 
-void print_json(const nlohmann::ordered_json& document) {
-  print(document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+std::string json_text(const nlohmann::ordered_json& document, int indent) {
+  return document.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
+
+void print_json(const nlohmann::ordered_json& document) { print(json_text(document, 2) + "\n"); }
 
 ErrorParts split_error(const std::string& message, const std::vector<std::string>& words) {
   ErrorParts parts;

@@ -12,7 +12,9 @@ namespace thew::tools {
 
 /// All that goes to standard output goes through here: Error(kOutput) where it cannot take it all.
 void print(std::string_view text);
-/// One document; what is not UTF-8 in it is replaced.
+/// A document whose members are indented by `indent` blanks; what is not UTF-8 in it is replaced,
+/// as a name of a file or of a scene may be.
+std::string json_text(const nlohmann::ordered_json& document, int indent);
 void print_json(const nlohmann::ordered_json& document);
 
 /// What an error says, "FILE:LINE: what is wrong; the next move", taken apart.

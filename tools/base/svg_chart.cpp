@@ -201,39 +201,6 @@ std::string draw_line(const LineChart& chart, const Scale& scale, std::size_t i,
 
 }  // namespace
 
-std::string readable(double value, int digits) {
-  char text[64];
-  const auto end =
-      std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
-  std::string number(text, end.ptr);
-  const std::size_t e = number.find('e');  // 1e-9, not 1e-09
-  while (e != std::string::npos && number[e + 2] == '0') number.erase(e + 2, 1);
-  return number;
-}
-
-std::string escape_html(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
-
 std::string svg_px(double value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 1);

@@ -5,12 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace thew::tools {
+#include "tools/base/text.h"
 
-/// A number as people read it, whatever the locale: `digits` significant ones.
-std::string readable(double value, int digits = 3);
-/// Text inside HTML or SVG.
-std::string escape_html(const std::string& text);
+namespace thew::tools {
 
 /// Pieces of SVG: a coordinate; a text; a line. `more`: attributes.
 std::string svg_px(double value);

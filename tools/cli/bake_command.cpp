@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -97,8 +95,7 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
     json["limit"] = diagnosis.limit;
     json["unit"] = cause_text(diagnosis.cause).unit;
   }
-  write_durably(folder / "failure.json",
-                json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_durably(folder / "failure.json", json_text(json, 2) + "\n");
 }
 
 // What a killed bake may lack when its cache is complete: pictures and report.
@@ -135,8 +132,7 @@ void plan_into(const Model& model, const CommandOptions& options, BakeResult& re
 // Pictures of those frames of a cache that are not there yet.
 void draw_all(const BakeReader& reader, const std::vector<int>& frames,
               const CommandOptions& options, Pictures& pictures) {
-  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "drawing",
-                    static_cast<int>(frames.size()), stderr);
+  Progress progress(progress_style(options), "drawing", static_cast<int>(frames.size()), stderr);
   const std::vector<int>& baked = reader.info().frames;
   int done = 0;
   for (size_t i = 0; i < baked.size(); ++i) {
@@ -264,8 +260,7 @@ ExitCode bake_command(const CommandOptions& options) {
   const auto pictures = pictures_of(info.meshes);
   pictures->claim(frames, options.overwrite);
   remove_own(options.out / "failure.json");
-  Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "baking",
-                    static_cast<int>(frames.size()), stderr);
+  Progress progress(progress_style(options), "baking", static_cast<int>(frames.size()), stderr);
   BakeResult result;
   clock.seconds.setup = clock.stage.lap();
   try {
@@ -312,9 +307,8 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
                       std::to_string(info.frames.front()));
     }
     std::vector<std::filesystem::path> files;
-    const std::string no_movie =
-        draw_turntable(reader, frames[0], render, turntable, options.out, options.overwrite,
-                       parse_progress(options.progress, isatty(STDERR_FILENO) != 0), files);
+    const std::string no_movie = draw_turntable(reader, frames[0], render, turntable, options.out,
+                                                options.overwrite, progress_style(options), files);
     if (!no_movie.empty()) std::fprintf(stderr, "thew: warning: %s\n", no_movie.c_str());
     if (options.json) print_drawn(frames, files);
     return ExitCode::kDone;

@@ -55,11 +55,11 @@ std::string page_of(Comparison comparison) {
 }  // namespace
 
 ExitCode compare_command(const fs::path& expected, const fs::path& actual,
-                         const CommandOptions& options, CompareOptions limits) {
-  if (!options.frames.empty()) limits.frames = parse_frames(options.frames);
-  limits.threads = thread_count(options.threads);
+                         const CommandOptions& options, CompareOptions how) {
+  if (!options.frames.empty()) how.frames = parse_frames(options.frames);
+  how.threads = thread_count(options.threads);
   if (!options.out.empty()) claim({options.out}, options.overwrite);
-  const Comparison comparison = compare(expected, actual, limits);
+  const Comparison comparison = compare(expected, actual, how);
   if (!options.out.empty()) write_durably(options.out, page_of(comparison));
   print(options.json ? comparison_as_json(comparison) + "\n" : comparison_as_text(comparison));
   return comparison.same() ? ExitCode::kDone : ExitCode::kDifferent;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include "rig/skeleton.h"
@@ -81,7 +79,7 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
                         int basis) {
   const BakeReader reader(options.input);
   Shot shot = choose_shot(reader, meshes, options.frames);
-  shot.progress = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
+  shot.progress = progress_style(options);
   claim(files_of(shot, options.out), options.overwrite);
   tell(shot, write(shot, options, basis), options.json);
   return ExitCode::kDone;

@@ -13,9 +13,11 @@
 #include "sim/scene/reader.h"
 #include "sim/scene/reference.h"
 #include "sim/scene/scene.h"
+#include "tools/base/bake_mesh.h"
 #include "tools/base/options.h"
+#include "tools/base/printing.h"
 #include "tools/base/signals.h"
-#include "tools/base/svg_chart.h"
+#include "tools/base/text.h"
 #include "tools/cli/commands.h"
 #include "tools/inspect/crossings.h"
 
@@ -157,17 +159,6 @@ Found inspect_scene(const fs::path& file) {
   return {found};
 }
 
-const char* kind_name(BakeMesh::Kind kind) {
-  switch (kind) {
-    case BakeMesh::Kind::kMuscle:
-      return "muscle";
-    case BakeMesh::Kind::kBone:
-      return "bone";
-    default:
-      return "skin";
-  }
-}
-
 ordered_json crossings_entry(const Crossings& found, const std::vector<BakeMesh>& meshes) {
   ordered_json entry = {{"intersecting_triangle_pairs", found.pairs},
                         {"at_attachments", found.attached},
@@ -299,11 +290,6 @@ Found inspect_bake(const fs::path& file, const std::string& frames) {
            {"crossings_by_frame", crossings_by_frame}}};
 }
 
-std::string in_words(std::string key) {
-  std::replace(key.begin(), key.end(), '_', ' ');
-  return key;
-}
-
 std::string value_text(const ordered_json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_number_float()) return readable(value.get<double>(), 6);
@@ -356,7 +342,7 @@ Inspection inspect(const fs::path& file, bool as_json, const std::string& frames
   if (!as_json) return {as_text(file, found), found.sound};
   ordered_json all = {{"file", file.string()}, {"sound", found.sound}};
   all.update(found.facts);
-  return {all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n", found.sound};
+  return {json_text(all, 1) + "\n", found.sound};
 }
 
 std::string inspect_keys(bool as_json) {

@@ -29,6 +29,8 @@ constexpr const char* kExitCodes =
     "scene;\n3 bad input file; 4 cannot write; 5 the solver could not go on; 75 interrupted, "
     "locked or short of\nmemory or processes: run again";
 
+constexpr const char* kNoMemory = "there is not enough memory; free some and run again";
+
 // Where a standard stream is closed, the next file would take its number, and our messages. What
 // stands in for the output cannot be written to, so that print() finds it closed.
 void open_standard_streams() {
@@ -38,19 +40,21 @@ void open_standard_streams() {
   }
 }
 
-std::vector<std::string> names_of(const CLI::App& command, bool options) {
+std::vector<std::string> subcommands_of(const CLI::App& command) {
   std::vector<std::string> names;
-  if (!options) {
-    for (const CLI::App* one : command.get_subcommands({})) names.push_back(one->get_name());
-    return names;
-  }
+  for (const CLI::App* one : command.get_subcommands({})) names.push_back(one->get_name());
+  return names;
+}
+
+std::vector<std::string> options_of(const CLI::App& command) {
+  std::vector<std::string> names;
   for (const CLI::Option* one : command.get_options()) {
     for (const std::string& name : one->get_lnames()) names.push_back("--" + name);
   }
   return names;
 }
 
-// The nearest name, or the only one that the word begins.
+// The name that a misspelt word stands for: the nearest one, or the only one that begins with it.
 std::string meant(const std::string& word, const std::vector<std::string>& names) {
   std::string near = nearest_name(word, names);
   if (!near.empty()) return near;
@@ -59,7 +63,8 @@ std::string meant(const std::string& word, const std::vector<std::string>& names
   return *std::find_if(names.begin(), names.end(), begun);
 }
 
-// CLI11 would say first what is missing, of which a word written wrongly is often the cause.
+// What is wrong with the command line. CLI11 would name first what is missing, although a misspelt
+// word is often the cause of that.
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   std::string name = app.get_name();
@@ -79,14 +84,14 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   if (unknown.empty()) return refuse(error.what(), "");
   if (command->get_require_subcommand_min() > 0 && unknown[0][0] != '-') {
     return refuse("\"" + unknown[0] + "\" is no command of " + name,
-                  meant(unknown[0], names_of(*command, false)));
+                  meant(unknown[0], subcommands_of(*command)));
   }
   const auto option = std::find_if(unknown.begin(), unknown.end(), [](const std::string& word) {
     return word.size() > 1 && word[0] == '-';
   });
   if (option == unknown.end()) return refuse("\"" + unknown[0] + "\" is a word too many", "");
   const std::string word = option->substr(0, option->find('='));
-  return refuse(word + " is no option of " + name, meant(word, names_of(*command, true)));
+  return refuse(word + " is no option of " + name, meant(word, options_of(*command)));
 }
 
 std::string command_of(const CLI::App& app) {
@@ -107,6 +112,7 @@ void parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
+// Reads the command line and runs the command.
 int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   if (std::find(call.words.begin(), call.words.end(), "") != call.words.end()) {
     throw Error(ErrorCode::kUsage,
@@ -123,9 +129,9 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   parts.declare(app, options);
   try {
     parse(app, argc, argv);
-  } catch (const CLI::Success& asked) {  // --help, --version
+  } catch (const CLI::Success& request) {  // --help, --version
     std::ostringstream text;
-    app.exit(asked, text, text);
+    app.exit(request, text, text);
     print(text.str());
     return 0;
   }
@@ -140,10 +146,11 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   return static_cast<int>(parts.run(options, call));
 }
 
-// What it means that the system refuses something.
-Error explained(const std::error_code& cause, const std::string& place, ErrorCode otherwise) {
+// An error of the operating system as ours: whose fault it is and what to do about it. `otherwise`
+// is the code where the number alone does not tell.
+Error system_error(const std::error_code& cause, const std::string& subject, ErrorCode otherwise) {
   const int number = cause.value();
-  const std::string what = place + cause.message();
+  const std::string what = subject + cause.message();
   if (number == EAGAIN || number == ENOMEM || number == EMFILE || number == ENFILE) {
     return {ErrorCode::kRetry,
             what + "; allow more processes, open files or memory (ulimit -a) and run again"};
@@ -158,27 +165,28 @@ bool is_at_or_below(const fs::path& path, const fs::path& folder) {
   return !folder.empty() && (path == folder || is_below(path, folder));
 }
 
-// The exception at hand as an Error.
-Error explained(const Call& call) {
+Error defect(const std::exception& error) {
+  return {ErrorCode::kSolver,
+          std::string(error.what()) + "; this is a defect of Thew, please report it"};
+}
+
+// The exception that is being handled, as an Error.
+Error current_error(const Call& call) {
   try {
     throw;
   } catch (const Error& error) {
     return error;
   } catch (const fs::filesystem_error& error) {
     const bool ours = is_at_or_below(error.path1(), call.out);
-    return explained(error.code(), error.path1().string() + ": ",
-                     ours ? ErrorCode::kOutput : ErrorCode::kInput);
+    return system_error(error.code(), error.path1().string() + ": ",
+                        ours ? ErrorCode::kOutput : ErrorCode::kInput);
   } catch (const std::system_error& error) {
-    if (error.code() == std::errc::resource_unavailable_try_again) {
-      return explained(error.code(), "a thread cannot be started: ", ErrorCode::kRetry);
-    }
-    return {ErrorCode::kSolver,
-            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+    if (error.code() != std::errc::resource_unavailable_try_again) return defect(error);
+    return system_error(error.code(), "a thread cannot be started: ", ErrorCode::kRetry);
   } catch (const std::bad_alloc&) {
-    return {ErrorCode::kRetry, "there is not enough memory; free some and run again"};
+    return {ErrorCode::kRetry, kNoMemory};
   } catch (const std::exception& error) {
-    return {ErrorCode::kSolver,
-            std::string(error.what()) + "; this is a defect of Thew, please report it"};
+    return defect(error);
   }
 }
 
@@ -207,12 +215,13 @@ int fail(const Error& error, const Call& call) {
   std::fprintf(stderr, "thew: %s\n", printable(message).c_str());
   try {
     if (call.json) print_json(error_as_json(error.code(), split_error(message, call.words)));
-  } catch (const Error&) {  // the message has been given
+  } catch (const Error&) {  // standard output is closed; the message has been given
   }
   return static_cast<int>(exit_code_of(error.code()));
 }
 
-int run_and_explain(int argc, char** argv, const ProgramParts& parts) {
+// The exit code, whatever happens: an error is reported here.
+int run_and_report(int argc, char** argv, const ProgramParts& parts) {
   Call call;
   call.words.assign(argv, argv + argc);
   const auto end = std::find(call.words.begin(), call.words.end(), "--");
@@ -223,15 +232,16 @@ int run_and_explain(int argc, char** argv, const ProgramParts& parts) {
     listen_for_signals();  // from here on: another program would not hear of an earlier one
     return run(argc, argv, parts, call);
   } catch (...) {
-    return fail(explained(call), call);
+    return fail(current_error(call), call);
   }
 }
 
+// Where memory does not even suffice to report an error.
 int run_guarded(int argc, char** argv, const ProgramParts& parts) {
   try {
-    return run_and_explain(argc, argv, parts);
-  } catch (const std::bad_alloc&) {  // not even for a message
-    std::fputs("thew: there is not enough memory; free some and run again\n", stderr);
+    return run_and_report(argc, argv, parts);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "thew: %s\n", kNoMemory);
     return static_cast<int>(ExitCode::kRetry);
   }
 }
@@ -240,6 +250,23 @@ int run_guarded(int argc, char** argv, const ProgramParts& parts) {
 
 void add_overwrite(CLI::App& command, CommandOptions& options, const char* what) {
   command.add_flag("--overwrite", options.overwrite, what);
+}
+
+void add_json(CLI::App& command, CommandOptions& options) {
+  command.add_flag("--json", options.json, kJsonFlag);
+}
+
+void add_progress(CLI::App& command, CommandOptions& options) {
+  command.add_option("--progress", options.progress, kProgressWords);
+}
+
+void add_threads(CLI::App& command, CommandOptions& options, const char* what) {
+  command.add_option("--threads", options.threads, what)->check(CLI::Range(0, 1024));
+}
+
+CLI::Option* add_option_repeated(CLI::App& command, const char* name,
+                                 std::vector<std::string>& values, const char* what) {
+  return command.add_option(name, values, what)->type_size(1)->allow_extra_args(false);
 }
 
 int program_main(int argc, char** argv, const ProgramParts& parts) {

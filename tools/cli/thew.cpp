@@ -15,20 +15,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFrames = "1-120, 1-120x2, or a list of these";
+
+// What bake and render have in common.
 void add_common(CLI::App& command, CommandOptions& options) {
-  command.add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
-  command.add_option("--set", options.overrides, "any key of the scene: solver.volume=none")
-      ->type_size(1)
-      ->allow_extra_args(false);
-  command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  command.add_option("--progress", options.progress, kProgressWords);
+  command.add_option("--frames", options.frames, kFrames);
+  add_option_repeated(command, "--set", options.overrides,
+                      "any key of the scene: solver.volume=none");
+  add_threads(command, options);
+  add_progress(command, options);
 }
 
-void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) {
+void add_limits(CLI::App& command, CompareOptions& compare, double& millimetres) {
   command.add_option("--distance", millimetres, "mm that a vertex may move")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  PixelLimits& pixels = limits.limits;
+  PixelLimits& pixels = compare.limits;
   command.add_option("--threshold", pixels.threshold, "levels of 255 beyond which a pixel changed")
       ->check(CLI::Range(0, 255))
       ->capture_default_str();
@@ -41,7 +43,7 @@ void add_limits(CLI::App& command, CompareOptions& limits, double& millimetres) 
   command.add_option("--rmse", pixels.rmse, "levels at most; not limited unless given");
   command.add_option("--ssim", pixels.ssim, "at least; not limited unless given");
   command.add_option("--flip", pixels.flip, "mean FLIP at most; not limited unless given");
-  command.add_option("--mask", limits.mask, "PNG: what is dark in it is not compared");
+  command.add_option("--mask", compare.mask, "PNG: what is dark in it is not compared");
 }
 
 CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
@@ -53,7 +55,7 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
   add_overwrite(*command, options,
                 "bake anew (with --resume: go on), and replace files that Thew did not write");
   command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
-  command->add_flag("--json", options.json, kJsonFlag);
+  add_json(*command, options);
   command->add_flag("!--no-render", options.pictures, "no pictures");
   return command;
 }
@@ -67,7 +69,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
   command->add_option("--out", options.out, "folder of the pictures")->required();
   add_overwrite(*command, options);
   add_common(*command, options);
-  command->add_flag("--json", options.json, kJsonFlag);
+  add_json(*command, options);
   return command;
 }
 
@@ -78,15 +80,14 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   command->add_option("BAKE", options.input, "bake.h5")->required();
   command->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
       ->required();
-  command->add_option("--mesh", meshes, "by name, once or more; all where it is left out")
-      ->type_size(1)
-      ->allow_extra_args(false);
+  add_option_repeated(*command, "--mesh", meshes,
+                      "by name, once or more; all where it is left out");
   add_overwrite(*command, options);
   command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
       ->check(CLI::Range(1, 10000));
-  command->add_option("--frames", options.frames, "1-120, 1-120x2, or a list of these");
-  command->add_option("--progress", options.progress, kProgressWords);
-  command->add_flag("--json", options.json, kJsonFlag);
+  command->add_option("--frames", options.frames, kFrames);
+  add_progress(*command, options);
+  add_json(*command, options);
   return command;
 }
 
@@ -105,7 +106,7 @@ CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired
           },
           "no file, but the reference of all keys of a scene, as Markdown")
       ->excludes(file);
-  command->add_flag("--json", options.json, kJsonFlag);
+  add_json(*command, options);
   command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
   add_overwrite(*command, options);
@@ -122,27 +123,25 @@ CLI::App* add_new(CLI::App& app, NewOptions& options, CommandOptions& common) {
       ->capture_default_str();
   command->add_option("--scale", options.scale, "times all lengths of the file; 1: as they are")
       ->check(CLI::Range(1e-6, 1e6));
+  const auto map = [&options](const std::vector<std::string>& pairs) {
+    for (const std::string& pair : pairs) {
+      const size_t middle = pair.find('=');
+      if (middle == std::string::npos) throw CLI::ValidationError("--map", "give PART=BODY");
+      options.map[pair.substr(0, middle)] = pair.substr(middle + 1);
+    }
+  };
   command->add_option_function<std::vector<std::string>>(
-      "--map",
-      [&options](const std::vector<std::string>& pairs) {
-        for (const std::string& pair : pairs) {
-          const size_t middle = pair.find('=');
-          if (middle == std::string::npos) throw CLI::ValidationError("--map", "give PART=BODY");
-          options.map[pair.substr(0, middle)] = pair.substr(middle + 1);
-        }
-      },
-      "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
-  command->add_option("--skin", options.skin, "a mesh around the arm, of several; else all are")
-      ->type_size(1)
-      ->allow_extra_args(false);
+      "--map", map, "humerus=BODY, also clavicle, forearm, hand, with left_ or right_ before it");
+  add_option_repeated(*command, "--skin", options.skin,
+                      "a mesh around the arm, of several; else all are");
   command->add_flag("--force,--overwrite", options.force,
                     "replace a scene that is there, and files that Thew did not write");
-  command->add_flag("--json", common.json, kJsonFlag);
+  add_json(*command, common);
   return command;
 }
 
 CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
-                      CompareOptions& limits, double& millimetres) {
+                      CompareOptions& compare, double& millimetres) {
   CLI::App* command = app.add_subcommand(
       "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
   command->add_option("EXPECTED", options.input, "bake, PNG or folder")->required();
@@ -150,24 +149,23 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
   command->add_option("--frames", options.frames, "those to compare");
   command->add_option("--html", options.out, "write a page with both, difference and slider");
   add_overwrite(*command, options);
-  command->add_flag("--json", options.json, kJsonFlag);
-  command->add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  add_limits(*command, limits, millimetres);
+  add_json(*command, options);
+  add_threads(*command, options);
+  add_limits(*command, compare, millimetres);
   return command;
 }
 
 // What update and check have in common.
 void add_golden(CLI::App& command, CommandOptions& options, fs::path& golden) {
   command.add_option("SCENE", options.input, "scene file, TOML")->required();
-  command.add_flag("--json", options.json, kJsonFlag);
+  add_json(command, options);
   command.add_option("--golden", golden, "their folder; else golden/ beside the scene");
   command.add_option("--out", options.out, "keep what is baked here");
   add_overwrite(command, options);
-  command.add_option("--threads", options.threads, "0: all")->check(CLI::Range(0, 1024));
-  command.add_option("--progress", options.progress, kProgressWords);
-  command.add_option("--set", options.overrides, "keys of the scene that differ for the goldens")
-      ->type_size(1)
-      ->allow_extra_args(false);
+  add_threads(command, options);
+  add_progress(command, options);
+  add_option_repeated(command, "--set", options.overrides,
+                      "keys of the scene that differ for the goldens");
 }
 
 CLI::App* add_update(CLI::App& goldens, CommandOptions& options, fs::path& golden) {
@@ -178,35 +176,36 @@ CLI::App* add_update(CLI::App& goldens, CommandOptions& options, fs::path& golde
 }
 
 CLI::App* add_check(CLI::App& goldens, CommandOptions& options, fs::path& golden,
-                    CompareOptions& limits, double& millimetres) {
+                    CompareOptions& compare, double& millimetres) {
   CLI::App* command = goldens.add_subcommand("check", "bake the scene and compare with them");
   add_golden(*command, options, golden);
-  add_limits(*command, limits, millimetres);
+  add_limits(*command, compare, millimetres);
   return command;
 }
 
-// Yardsticks are another program, installed beside this one, so that this one carries none.
+// What measures Thew is a program of its own, installed beside this one.
 constexpr const char* kLaboratory = "thew-lab";
 constexpr std::array<std::array<const char*, 2>, 2> kLaboratoryCommands = {
     {{"chart", "speed against accuracy of a scene's muscles"},
      {"paper", "the paper's tables and figures, ours beside them"}}};
 
+// Replaces the process by that program where one of its commands is called.
 void become_laboratory(const Call& call, char** argv) {
   const auto word = std::find_if(call.words.begin() + 1, call.words.end(),
                                  [](const std::string& one) { return one[0] != '-'; });
   if (word == call.words.end()) return;
-  const auto is_asked = [&](const auto& command) { return *word == command[0]; };
-  if (std::none_of(kLaboratoryCommands.begin(), kLaboratoryCommands.end(), is_asked)) return;
+  const auto is_called = [&](const auto& command) { return *word == command[0]; };
+  if (std::none_of(kLaboratoryCommands.begin(), kLaboratoryCommands.end(), is_called)) return;
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / kLaboratory;
   ::execv(program.c_str(), argv);
   throw Error(ErrorCode::kInput, program.string() + ": cannot be started (" + std::strerror(errno) +
                                      "); install it beside thew, for " + *word);
 }
 
-// What the command line says besides what all commands share.
+// What the command line says, but for the options that several commands share; and the command.
 struct Arguments {
   NewOptions create;
-  CompareOptions limits;
+  CompareOptions compare;
   double millimetres = 1e3 * kDistanceTolerance;
   fs::path scene, repaired, actual, golden;
   std::vector<std::string> meshes;
@@ -230,37 +229,36 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
     return ExitCode::kDone;
   });
   runs(add_new(app, a.create, options), [&a](CommandOptions&) { return new_command(a.create); });
-  runs(add_compare(app, options, a.actual, a.limits, a.millimetres),
-       [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.limits); });
+  runs(add_compare(app, options, a.actual, a.compare, a.millimetres),
+       [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.compare); });
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
   goldens->require_subcommand(1);
-  goldens->add_flag("--json", options.json, kJsonFlag);
+  add_json(*goldens, options);
   runs(add_update(*goldens, options, a.golden),
        [&a](CommandOptions& o) { return golden_update_command(o, a.golden); });
-  runs(add_check(*goldens, options, a.golden, a.limits, a.millimetres),
-       [&a](CommandOptions& o) { return golden_check_command(o, a.golden, a.limits); });
+  runs(add_check(*goldens, options, a.golden, a.compare, a.millimetres),
+       [&a](CommandOptions& o) { return golden_check_command(o, a.golden, a.compare); });
   for (const auto& [name, what] : kLaboratoryCommands) app.add_subcommand(name, what);
+}
+
+ExitCode run(CommandOptions& options, Call& call, Arguments& a) {
+  if (!a.create.out.empty()) call.out = a.create.out;
+  a.create.json = options.json;
+  a.compare.distance = 1e-3 * a.millimetres;
+  if (a.golden.empty()) a.golden = options.input.parent_path() / "golden";
+  return a.run(options);
 }
 
 }  // namespace
 }  // namespace thew::tools
 
 int main(int argc, char** argv) {
-  thew::tools::Arguments arguments;
-  return thew::tools::program_main(
+  using namespace thew::tools;
+  Arguments arguments;
+  return program_main(
       argc, argv,
-      {.commit = thew::tools::kCommit,
-       .begin = thew::tools::become_laboratory,
-       .declare = [&](CLI::App& app,
-                      auto& options) { thew::tools::declare(app, options, arguments); },
-       .run =
-           [&](thew::tools::CommandOptions& options, thew::tools::Call& call) {
-             if (!arguments.create.out.empty()) call.out = arguments.create.out;
-             arguments.create.json = options.json;
-             arguments.limits.distance = 1e-3 * arguments.millimetres;
-             if (arguments.golden.empty()) {
-               arguments.golden = options.input.parent_path() / "golden";
-             }
-             return arguments.run(options);
-           }});
+      {.commit = kCommit,
+       .begin = become_laboratory,
+       .declare = [&](CLI::App& app, CommandOptions& options) { declare(app, options, arguments); },
+       .run = [&](CommandOptions& options, Call& call) { return run(options, call, arguments); }});
 }

@@ -2,13 +2,13 @@
 #include "tools/compare/compare.h"
 
 #include <algorithm>
-#include <charconv>
 #include <set>
 
 #include "rig/limits.h"
 #include "rig/text.h"
 #include "sim/solver/parallel.h"
 #include "tools/base/signals.h"
+#include "tools/render/frame_file.h"
 
 namespace thew::tools {
 namespace {
@@ -45,20 +45,6 @@ std::set<std::string> pictures_in(const fs::path& folder) {
   return names;
 }
 
-// VIEW.####.png
-void read_name(ImageComparison& image) {
-  const std::string stem = fs::path(image.name).replace_extension().string();
-  const std::size_t dot = stem.find_last_of('.');
-  image.view = stem;
-  if (dot == std::string::npos) return;
-  int frame = 0;
-  const char* end = stem.data() + stem.size();
-  const auto [at, error] = std::from_chars(stem.data() + dot + 1, end, frame);
-  if (error != std::errc() || at != end) return;
-  image.view = stem.substr(0, dot);
-  image.frame = frame;
-}
-
 void compare_image(ImageComparison& image, const Image* mask, const PixelLimits& limits) {
   stop_if_interrupted();
   if (image.expected.empty() || image.actual.empty()) {
@@ -88,7 +74,11 @@ std::vector<ImageComparison> pair_folders(const fs::path& expected, const fs::pa
   for (const std::string& name : names) {
     ImageComparison image;
     image.name = name;
-    read_name(image);
+    image.view = fs::path(name).replace_extension().string();
+    if (const auto read = read_frame_name(name)) {
+      image.view = read->view;
+      image.frame = read->frame;
+    }
     const bool wanted =
         frames.empty() ||
         (image.frame && std::binary_search(frames.begin(), frames.end(), *image.frame));

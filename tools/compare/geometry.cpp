@@ -6,8 +6,9 @@
 #include <cstring>
 #include <iterator>
 
+#include "tools/base/bake_mesh.h"
 #include "tools/base/signals.h"
-#include "tools/base/svg_chart.h"
+#include "tools/base/text.h"
 
 namespace thew::tools {
 namespace {
@@ -45,12 +46,6 @@ bool same_surface(const BakeMesh& a, const BakeMesh& b, double tolerance) {
   return a.kind == b.kind && a.rest.vertices.size() == b.rest.vertices.size() &&
          a.rest.triangles == b.rest.triangles &&
          farthest(a.rest.vertices, b.rest.vertices).distance <= tolerance;
-}
-
-std::string kind_name(BakeMesh::Kind kind) {
-  return kind == BakeMesh::Kind::kMuscle ? "muscle"
-         : kind == BakeMesh::Kind::kBone ? "bone"
-                                         : "skin";
 }
 
 /// What is wrong with the surface of a mesh that both have; "" where nothing is.
@@ -108,7 +103,7 @@ std::string weight_fault(const BakeMesh& expected, const BakeMesh& actual) {
 void compare_mesh_sets(const BakeInfo& expected, const BakeInfo& actual, double tolerance,
                        std::vector<std::string>& faults) {
   const auto call = [&](const BakeMesh& mesh) {
-    return kind_name(mesh.kind) + " \"" + mesh.name + "\"";
+    return std::string(kind_name(mesh.kind)) + " \"" + mesh.name + "\"";
   };
   for (const BakeMesh& mesh : expected.meshes) {
     if (!find_mesh(actual.meshes, mesh.name)) faults.push_back(call(mesh) + " is missing");
@@ -218,18 +213,6 @@ void compare_positions(const BakeReader& expected, const BakeReader& actual,
 }
 
 }  // namespace
-
-std::string frame_list(const std::vector<int>& frames) {
-  std::string text;
-  for (std::size_t i = 0; i < frames.size();) {
-    std::size_t end = i + 1;
-    while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
-    text += (text.empty() ? "" : ", ") + std::to_string(frames[i]);
-    if (end - i > 1) text += "-" + std::to_string(frames[end - 1]);
-    i = end;
-  }
-  return text;
-}
 
 GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader& actual,
                                     const std::vector<int>& frames, double tolerance) {

@@ -41,7 +41,4 @@ GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader
                                     const std::vector<int>& frames,
                                     double tolerance = kDistanceTolerance);
 
-/// "17-19, 25"
-std::string frame_list(const std::vector<int>& frames);
-
 }  // namespace thew::tools

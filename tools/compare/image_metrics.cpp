@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "rig/types.h"
-#include "tools/base/svg_chart.h"
+#include "tools/base/text.h"
 #include "tools/compare/flip.h"
 
 namespace thew::tools {

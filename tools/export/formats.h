@@ -15,7 +15,7 @@ struct Exported {
   std::string note;
 };
 
-/// One mesh, positions as float32: export_point_cache.cpp. Beside FILE.pc2 or FILE.mdd stands
+/// One mesh, positions as float32: point_cache.cpp. Beside FILE.pc2 or FILE.mdd stands
 /// FILE.rest.obj, the mesh that the cache is to be put on, which also states what they cannot.
 Exported export_pc2(const Shot& shot, const std::filesystem::path& file);
 Exported export_mdd(const Shot& shot, const std::filesystem::path& file);
@@ -27,17 +27,17 @@ Exported export_obj(const Shot& shot, const std::filesystem::path& file);
 Exported export_ply(const Shot& shot, const std::filesystem::path& file);
 
 /// glTF 2, binary: a morph target a frame, or, with `basis` > 0, so many of the best:
-/// export_gltf.cpp.
+/// gltf.cpp.
 Exported export_glb(const Shot& shot, const std::filesystem::path& file, int basis);
 
-/// XDMF 3 beside the bake, whose numbers it points to: export_xdmf.cpp.
+/// XDMF 3 beside the bake, whose numbers it points to: xdmf.cpp.
 Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
                      const std::filesystem::path& bake);
 
-/// USD as text, positions, normals and velocities by frame: export_usda.cpp.
+/// USD as text, positions, normals and velocities by frame: usda.cpp.
 Exported export_usda(const Shot& shot, const std::filesystem::path& file);
 
-/// Alembic in Ogawa's container, positions, normals and velocities by frame: export_alembic.cpp.
+/// Alembic in Ogawa's container, positions, normals and velocities by frame: alembic.cpp.
 Exported export_alembic(const Shot& shot, const std::filesystem::path& file);
 
 }  // namespace thew::tools

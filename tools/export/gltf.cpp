@@ -9,6 +9,7 @@
 
 #include "sim/cache/version.h"
 #include "tools/base/output_file.h"
+#include "tools/base/printing.h"
 #include "tools/export/basis.h"
 #include "tools/export/formats.h"
 
@@ -232,8 +233,7 @@ ordered_json head(const Shot& shot) {
 void write(const std::filesystem::path& file, Glb& glb) {
   if (glb.json["animations"][0]["channels"].empty()) glb.json.erase("animations");
   glb.json["buffers"].push_back({{"byteLength", glb.bytes.size()}});
-  // A name of the scene that is not UTF-8 is written with its bad bytes replaced.
-  std::string json = glb.json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  std::string json = json_text(glb.json, -1);
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t length = 12 + 8 + json.size() + 8 + glb.bytes.size();
   if (length > kMostBytes) {

@@ -8,9 +8,9 @@
 #include "rig/skeleton.h"
 #include "rig/text.h"
 #include "sim/cache/version.h"
+#include "tools/base/bake_mesh.h"
 #include "tools/base/output_file.h"
 #include "tools/base/progress.h"
-#include "tools/base/seams.h"
 #include "tools/base/signals.h"
 
 namespace thew::tools {

@@ -4,7 +4,7 @@
 // the dataset's path, |start:stride:count:size, each by dimension: XDMF 3 reads these, while its
 // element HyperSlab is read by few.
 #include "tools/base/output_file.h"
-#include "tools/base/svg_chart.h"
+#include "tools/base/text.h"
 #include "tools/export/formats.h"
 
 namespace thew::tools {

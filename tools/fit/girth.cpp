@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "rig/math.h"
+#include "tools/base/median.h"
 #include "tools/fit/limb.h"
 
 namespace thew::tools {
@@ -40,12 +41,6 @@ constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around
 
 double direction_of(int k) { return 2.0 * kPi * k / kAround; }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double between_joints(double from_elbow) {  // none at either joint
   return smoothstep(0.0, kFromElbow, from_elbow) *

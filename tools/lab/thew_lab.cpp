@@ -16,6 +16,8 @@ struct Arguments {
   CLI::App *paper = nullptr, *chart = nullptr, *results = nullptr;
 };
 
+constexpr const char* kThreads = "0: all; what is timed runs on one";
+
 CLI::App* add_command(CLI::App& app, const char* name, const char* what, const char* out,
                       CommandOptions& options) {
   CLI::App* command = app.add_subcommand(name, what);
@@ -23,11 +25,6 @@ CLI::App* add_command(CLI::App& app, const char* name, const char* what, const c
   command->add_flag("--json", options.json, kJsonFlag);
   command->add_option("--progress", options.progress, kProgressWords);
   return command;
-}
-
-void add_threads(CLI::App& command, CommandOptions& options) {
-  command.add_option("--threads", options.threads, "0: all; what is timed runs on one")
-      ->check(CLI::Range(0, 1024));
 }
 
 void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
@@ -44,13 +41,13 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
                         "folder of the chart", options);
   a.chart->add_option("SCENE", options.input, "scene file, TOML")->required();
   add_overwrite(*a.chart, options);
-  add_threads(*a.chart, options);
+  add_threads(*a.chart, options, kThreads);
   a.chart->add_flag("--stability", a.stability, "maps of where each integrator fails instead");
   a.results = add_command(
       app, "results", "measures every figure that is stated of Thew and writes them on one page",
       "Markdown file; what stands there is replaced", options);
   a.results->add_flag("--quick", a.quick, "in a minute or two: the arm and the paper, roughly");
-  add_threads(*a.results, options);
+  add_threads(*a.results, options, kThreads);
 }
 
 }  // namespace

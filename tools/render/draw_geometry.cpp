@@ -6,7 +6,7 @@
 #include <map>
 
 #include "rig/math.h"
-#include "tools/base/seams.h"
+#include "tools/base/bake_mesh.h"
 
 namespace thew::tools {
 namespace {

@@ -4,8 +4,8 @@
 #include "sim/cache/durable_file.h"
 #include "sim/cache/hash.h"
 #include "tools/base/output_file.h"
-#include "tools/base/program.h"
 #include "tools/base/signals.h"
+#include "tools/render/program.h"
 
 namespace thew::tools {
 namespace {

@@ -4,15 +4,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <numeric>
 
 #include "sim/cache/hash.h"
 #include "sim/cache/version.h"
 #include "tools/base/output_file.h"
+#include "tools/render/camera.h"
 #include "tools/render/contact_sheet.h"
 #include "tools/render/draw_geometry.h"
+#include "tools/render/frame_file.h"
 #include "tools/render/movie.h"
 
 namespace thew::tools {
@@ -76,15 +77,6 @@ std::string hash_of_positions(const std::vector<BakeMesh>& meshes, const BakeFra
   return hash.hex();
 }
 
-// VIEW of VIEW.####.png, "" of other names.
-std::string view_of(const std::string& name) {
-  const std::size_t end = name.rfind(".png"), dot = name.rfind('.', end - 1);
-  if (end == std::string::npos || end + 4 != name.size() || dot >= end) return "";
-  const std::string number = name.substr(dot + 1, end - dot - 1);
-  const bool is_number = number.find_first_not_of("-0123456789") == std::string::npos;
-  return is_number ? name.substr(0, dot) : "";
-}
-
 std::string set_part(const std::string& of) { return of.substr(0, of.find(' ')); }
 std::string frame_part(const std::string& of) {
   return of.substr(std::min(of.find(' '), of.size()));
@@ -105,20 +97,18 @@ bool holds(const std::filesystem::path& file, const OwnFile& about) {
 std::string program_version() { return kVersion; }
 
 std::vector<SceneView> views_of(const BakeReader& bake) {
-  Vec3 low = Vec3::Constant(1e30), high = -low;
+  Bounds seen;
   for (size_t i = 0; i < bake.info().frames.size(); ++i) {
     const BakeFrame frame = bake.read(static_cast<int>(i));
     for (const auto& mesh : frame.positions) {
-      for (const Vec3& p : mesh) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-      }
+      for (const Vec3& p : mesh) seen.add(p);
     }
   }
   SceneView view;
-  view.target = 0.5 * (low + high);
+  view.target = seen.centre();
   const double half_tangent = 0.268;  // of 30 degrees
-  view.eye = view.target + 0.55 * (high - low).norm() / half_tangent * Vec3(0.6, 0.15, 0.79);
+  view.eye =
+      view.target + 0.55 * (seen.high - seen.low).norm() / half_tangent * Vec3(0.6, 0.15, 0.79);
   std::vector<SceneView> views;
   for (const BakeMesh& mesh : bake.info().meshes) {
     if (mesh.kind == BakeMesh::Kind::kSkin) view.name = view.show = "skin";
@@ -163,9 +153,7 @@ void Pictures::claim(const std::vector<int>& frames, bool overwrite) const {
 }
 
 std::filesystem::path Pictures::file_of(const SceneView& view, int frame) const {
-  char number[16];
-  std::snprintf(number, sizeof number, "%04d", frame);
-  return folder_ / (view.name + "." + number + ".png");
+  return frame_file(folder_, view.name, frame);
 }
 
 std::filesystem::path Pictures::movie_file(const SceneView& view) const {
@@ -220,7 +208,8 @@ std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frame
 void Pictures::finish() {
   writer_.finish();
   for (const auto& [name, about] : seen_) {
-    const auto set = sets_.find(view_of(name));
+    const auto frame = read_frame_name(name);
+    const auto set = frame ? sets_.find(frame->view) : sets_.end();
     if (set != sets_.end() && !of_.contains(name) && set_part(about.of) != set->second) {
       remove_own(folder_ / name);
     }

@@ -79,17 +79,14 @@ struct Renderer::Data {
 
 Renderer::Data::Data(int w, int h, const std::vector<BakeMesh>& all)
     : width(w), height(h), meshes(&all), context(w, h), gl(context.gl()) {
-  shadow_program = context.build_program(shaders::kShadowVertex, shaders::kShadowFragment);
-  cut_shadow_program =
-      context.build_program(shaders::kCutShadowVertex, shaders::kCutShadowFragment);
-  for (const int look : {kMuscle, kBone, kSkin, kFlat, kWeight, kCut}) {
-    const std::string define = "#define LOOK " + std::to_string(look) + "\n";
-    surface_programs[look] = context.build_program(
-        shaders::kSurfaceVertex, (shaders::kVersion + define + shaders::kSurfaceFragment).c_str());
+  shadow_program = context.build_program(kShadowVert, kShadowFrag);
+  cut_shadow_program = context.build_program(kCutShadowVert, kCutShadowFrag);
+  for (const Look look : {kMuscle, kBone, kSkin, kFlat, kWeight, kCut}) {
+    surface_programs[look] = context.build_program(kSurfaceVert, surface_source(look).c_str());
   }
-  occlusion_program = context.build_program(shaders::kScreenVertex, shaders::kOcclusionFragment);
-  light_program = context.build_program(shaders::kScreenVertex, shaders::kLightFragment);
-  picture_program = context.build_program(shaders::kScreenVertex, shaders::kPictureFragment);
+  occlusion_program = context.build_program(kScreenVert, kOcclusionFrag);
+  light_program = context.build_program(kScreenVert, kLightFrag);
+  picture_program = context.build_program(kScreenVert, kPictureFrag);
   gl.GenVertexArrays(2, arrays);
   gl.GenBuffers(4, buffers);
   surface_array = arrays[0], quad_array = arrays[1];

@@ -7,6 +7,7 @@
 #include "rig/math.h"
 #include "sim/cache/durable_file.h"
 #include "tools/base/signals.h"
+#include "tools/render/frame_file.h"
 #include "tools/render/frame_writer.h"
 #include "tools/render/movie.h"
 #include "tools/render/renderer.h"
@@ -24,9 +25,7 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
   for (const SceneView& view : render.views) {
     std::vector<MoviePicture>& pictures = movies.emplace_back();
     for (int i = 0; i < count; ++i) {
-      char number[16];
-      std::snprintf(number, sizeof number, "%04d", i + 1);
-      pictures.push_back({folder / (view.name + "_turn." + number + ".png"), 1});
+      pictures.push_back({frame_file(folder, view.name + "_turn", i + 1), 1});
       files.push_back(pictures.back().file);
     }
     claimed.push_back(folder / (view.name + "_turn.mp4"));

@@ -6,6 +6,7 @@
 
 #include "rig/types.h"
 #include "sim/cache/durable_file.h"
+#include "tools/base/printing.h"
 
 namespace thew::tools {
 namespace {
@@ -136,8 +137,7 @@ std::string report_as_json(const Report& report) {
       {"bounds", bounds},
       {"warnings", report.warnings}};
   check_finite(all, "");
-  // A name that is not UTF-8 must not cost the report.
-  return all.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return json_text(all, 1) + "\n";
 }
 
 void write_report(const std::filesystem::path& folder, const Report& report,

@@ -7,13 +7,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/base/base64.h"
+#include "tools/base/bake_mesh.h"
+#include "tools/base/html_page.h"
 #include "tools/base/output_file.h"
-#include "tools/base/seams.h"
 #include "tools/base/svg_chart.h"
-#include "tools/report/viewer_page.h"
 
 namespace thew::tools {
+
+// viewer.html, and viewer.js, WebGL 2 and nothing else.
+extern const char *const kViewerHtml, *const kViewerJs;
+
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // of positions, before they are packed
@@ -26,16 +29,13 @@ struct Grid {
 };
 
 Grid grid_of(const std::vector<BakeFrame>& frames) {
-  Vec3 low = frames.front().positions.front().front(), high = low;
+  Eigen::AlignedBox3d box;
   for (const BakeFrame& frame : frames) {
     for (const auto& mesh : frame.positions) {
-      for (const Vec3& p : mesh) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-      }
+      for (const Vec3& p : mesh) box.extend(p);
     }
   }
-  return {low, std::max((high - low).maxCoeff(), 1e-9) / kSteps};
+  return {box.min(), std::max(box.sizes().maxCoeff(), 1e-9) / kSteps};
 }
 
 std::vector<int> shown_places(const BakeInfo& info) {
@@ -95,12 +95,6 @@ std::vector<double> volume_errors(const BakeInfo& info, const std::vector<BakeFr
   return errors;
 }
 
-const char* kind_word(BakeMesh::Kind kind) {
-  return kind == BakeMesh::Kind::kMuscle ? "muscle"
-         : kind == BakeMesh::Kind::kBone ? "bone"
-                                         : "skin";
-}
-
 // Text inside <script> must not end it.
 std::string for_script(const nlohmann::json& json) {
   std::string text;
@@ -126,7 +120,7 @@ std::string report_viewer(const BakeReader& bake) {
     double heaviest = 2.0;  // end of the colour scale: twice even, or the largest
     for (const double weight : mesh.weights) heaviest = std::max(heaviest, weight);
     meshes.push_back({{"name", mesh.name},
-                      {"kind", kind_word(mesh.kind)},
+                      {"kind", kind_name(mesh.kind)},
                       {"vertices", mesh.rest.vertices.size()},
                       {"triangles", mesh.rest.triangles.size()},
                       {"weighted", !mesh.weights.empty()},
@@ -153,12 +147,12 @@ std::string report_viewer(const BakeReader& bake) {
     note += ", and " + std::to_string(frames.size()) + " of " + std::to_string(info.frames.size()) +
             " frames are shown";
   }
-  return std::string(kViewerMarkup) + "<p class=\"soft\">" + note +
+  return std::string(kViewerHtml) + "<p class=\"soft\">" + note +
          ". Drag to turn, shift and drag to shift, wheel to come nearer, double click to go "
          "back.</p>\n" +
          "<script type=\"application/json\" id=\"viewer-head\">" + for_script(head) +
          "</script>\n<script type=\"text/plain\" id=\"viewer-data\">" + base64(packed(bytes)) +
-         "</script>\n<script>" + kViewerScript + "</script>\n";
+         "</script>\n<script>" + kViewerJs + "</script>\n";
 }
 
 }  // namespace thew::tools

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "tools/base/signals.h"
 #include "tools/lab/base/measures.h"

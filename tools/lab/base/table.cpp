@@ -67,7 +67,7 @@ std::string html_of(const Table& table) {
 
 std::string html_page(const std::string& title, const std::string& style, const std::string& body) {
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-         escape_html(title) + "</title><style>" + kPageStyle + kTableStyle + style +
+         escape_html(title) + "</title><style>" + kPageCss + kTableStyle + style +
          "</style></head><body><main>\n<h1>" + escape_html(title) + "</h1>\n" + body +
          "</main></body></html>\n";
 }

@@ -2,6 +2,7 @@
 #include "muscles/volume.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "tools/lab/base/measures.h"
 #include "tools/lab/base/play.h"

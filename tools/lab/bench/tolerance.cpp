@@ -98,7 +98,7 @@ Json muscles_of(const Model& model, const FidelityPlan& plan, const std::vector<
                    {"error_probed_mm", 1e3 * muscle.probed_error},
                    {"error_checked_mm", 1e3 * muscle.checked_error},
                    {"error_refined_mm", 1e3 * muscle.refined_error},
-                   {"because", muscle.because}});
+                   {"because", muscle.reason}});
   }
   return out;
 }

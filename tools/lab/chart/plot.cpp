@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/cache/durable_file.h"
-#include "tools/base/program.h"
 #include "tools/base/svg_chart.h"
+#include "tools/render/program.h"
 
 namespace thew::tools {
 namespace {

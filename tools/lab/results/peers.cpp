@@ -5,12 +5,12 @@
 
 #include "rig/text.h"
 #include "tools/base/options.h"
-#include "tools/base/program.h"
 #include "tools/base/temporary_folder.h"
 #include "tools/lab/paper/command.h"
 #include "tools/lab/paper/report.h"
 #include "tools/lab/peers/bar_chart.h"
 #include "tools/lab/results/results.h"
+#include "tools/render/program.h"
 
 namespace thew::tools {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "tests/unit/rig/temp.h"
 #include "tests/unit/sim/cache_bake.h"
+#include "tools/base/text.h"
 #include "tools/cli/commands.h"
 
 namespace thew::tests {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/unit/tools/fit/new.h"
-#include "tools/base/base64.h"
+#include "tools/base/html_page.h"
 
 namespace thew::tests {
 

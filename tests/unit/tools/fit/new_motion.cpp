@@ -13,7 +13,7 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "tests/unit/tools/fit/new.h"
-#include "tools/base/base64.h"
+#include "tools/base/html_page.h"
 
 namespace thew::tests {
 namespace {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/unit/tools/export/export.h"
-#include "tools/base/base64.h"
+#include "tools/base/html_page.h"
 #include "tools/report/viewer.h"
 
 namespace thew::tests {

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "sim/cache/durable_file.h"
-#include "tools/base/base64.h"
 #include "tools/base/html_page.h"
 #include "tools/base/svg_chart.h"
 #include "tools/report/report.h"
@@ -15,11 +14,6 @@ namespace {
 constexpr std::size_t kLargestPicture = std::size_t{1} << 26;  // bytes
 std::string count(std::size_t n, const std::string& thing) {
   return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
-}
-
-std::string in_words(std::string quantity) {
-  std::replace(quantity.begin(), quantity.end(), '_', ' ');
-  return quantity;
 }
 
 // Bounds on lengths are in metres; people read millimetres.
@@ -96,18 +90,12 @@ std::string facts(const Report& report) {
   return html;
 }
 
-std::string figure(const std::string& inside, const std::string& caption) {
-  if (inside.empty()) return "";
-  return "<figure>\n" + inside + "<figcaption>" + caption + "</figcaption></figure>\n";
-}
-
 std::string picture(const std::filesystem::path& file) {
   if (file.empty()) return "";
   const std::string png = read_whole_file(file, kLargestPicture);
   return "<h2>Frames</h2>\n" +
-         figure("<img alt=\"Contact sheet of the baked frames\" src=\"data:image/png;base64," +
-                    base64(png) + "\">\n",
-                "Chosen frames in the order of time, the first and the last among them.");
+         html_figure(html_png("alt=\"Contact sheet of the baked frames\"", png),
+                     "Chosen frames in the order of time, the first and the last among them.");
 }
 
 const Report::Bound* find_bound(const Report& report, const std::string& quantity) {
@@ -134,17 +122,18 @@ std::string charts(const Report& report) {
   volume.logarithmic = true;
   if (const auto* bound = find_bound(report, "volume_error")) volume.limit = bound->limit;
   std::string html = "<h2>Frame by frame</h2>\n<div class=\"charts\">\n";
-  html += figure(draw_chart(volume),
-                 "Deviation of each muscle's volume from its rest volume at the positions that the "
-                 "cache holds, " +
-                     precision(report) +
-                     "; logarithmic, 0 on the floor. The table has the solver's own as well.");
-  html += figure(draw_chart(muscle_chart(report, "Musculotendon length", "mm",
-                                         &Report::Muscle::length_m, 1e3)),
-                 "Length of the path from origin to insertion.");
-  html += figure(draw_chart(muscle_chart(report, "Belly section", "area / rest area",
-                                         &Report::Muscle::belly_area_ratio, 1.0)),
-                 "Mean section of the belly over that at rest: above 1 the muscle bulges.");
+  html += html_figure(
+      draw_chart(volume),
+      "Deviation of each muscle's volume from its rest volume at the positions that the "
+      "cache holds, " +
+          precision(report) +
+          "; logarithmic, 0 on the floor. The table has the solver's own as well.");
+  html += html_figure(draw_chart(muscle_chart(report, "Musculotendon length", "mm",
+                                              &Report::Muscle::length_m, 1e3)),
+                      "Length of the path from origin to insertion.");
+  html += html_figure(draw_chart(muscle_chart(report, "Belly section", "area / rest area",
+                                              &Report::Muscle::belly_area_ratio, 1.0)),
+                      "Mean section of the belly over that at rest: above 1 the muscle bulges.");
   if (report.skin.triangles > 0 && report.skin.penetration_m.size() == report.frames.size()) {
     LineChart skin{"Skin penetration", "mm", report.frames, {}, false, {}};
     skin.lines.push_back({"deepest", report.skin.penetration_m});
@@ -155,33 +144,33 @@ std::string charts(const Report& report) {
       for (double& value : line.values) value *= 1e3;
     }
     if (const auto* bound = find_bound(report, "penetration")) skin.limit = 1e3 * bound->limit;
-    html +=
-        figure(draw_chart(skin),
-               "Deepest skin node below the surface of a muscle or bone, and the farthest node of "
-               "a muscle or bone outside the skin.");
+    html += html_figure(
+        draw_chart(skin),
+        "Deepest skin node below the surface of a muscle or bone, and the farthest node of "
+        "a muscle or bone outside the skin.");
   }
   const auto& pairs = report.contact.intersecting_triangle_pairs;
   if (pairs.size() == report.frames.size()) {
     LineChart chart{"Intersecting triangles", "pairs", report.frames, {}, false, {}};
     chart.lines.push_back({"muscles, bones", {pairs.begin(), pairs.end()}});
-    html +=
-        figure(draw_chart(chart),
-               "Pairs of triangles of different muscles and bones that pass through one another.");
+    html += html_figure(
+        draw_chart(chart),
+        "Pairs of triangles of different muscles and bones that pass through one another.");
   }
   const Report::Seconds& s = report.seconds;
-  html += figure(draw_chart(BarChart{"Time by stage",
-                                     "s",
-                                     {{"setup", s.setup},
-                                      {"settle", s.settle},
-                                      {"rig", s.rig},
-                                      {"muscles", s.muscles},
-                                      {"contact", s.contact},
-                                      {"skin", s.skin},
-                                      {"measure", s.measure},
-                                      {"write", s.write},
-                                      {"render", s.render},
-                                      {"report", s.report}}}),
-                 "Wall-clock time of the whole bake; " + readable(s.total) + " s in all.");
+  html += html_figure(draw_chart(BarChart{"Time by stage",
+                                          "s",
+                                          {{"setup", s.setup},
+                                           {"settle", s.settle},
+                                           {"rig", s.rig},
+                                           {"muscles", s.muscles},
+                                           {"contact", s.contact},
+                                           {"skin", s.skin},
+                                           {"measure", s.measure},
+                                           {"write", s.write},
+                                           {"render", s.render},
+                                           {"report", s.report}}}),
+                      "Wall-clock time of the whole bake; " + readable(s.total) + " s in all.");
   return html + "</div>\n";
 }
 
@@ -287,19 +276,6 @@ std::string contacts(const Report& report) {
   return html;
 }
 
-// "12–14, 20"
-std::string ranges(const std::vector<int>& frames) {
-  std::string text;
-  for (std::size_t i = 0; i < frames.size();) {
-    std::size_t last = i;
-    while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
-    text += (text.empty() ? "" : ", ") + std::to_string(frames[i]);
-    if (last > i) text += "–" + std::to_string(frames[last]);
-    i = last + 1;
-  }
-  return text;
-}
-
 std::string rungs(const Report& report) {
   if (report.rungs.empty()) return "";
   std::string html =
@@ -310,7 +286,7 @@ std::string rungs(const Report& report) {
       "<th>Deepest in muscle<br>or bone, mm</th><th>Because</th></tr></thead><tbody>\n";
   for (const Report::Rung& rung : report.rungs) {
     html += "<tr>" + cell(escape_html(in_words(rung.muscle))) + cell(in_words(rung.rung)) +
-            cell(ranges(rung.frames)) + cell(readable(1e3 * rung.max_penetration_m)) +
+            cell(frame_list(rung.frames, "–")) + cell(readable(1e3 * rung.max_penetration_m)) +
             cell(escape_html(rung.because)) + "</tr>\n";
   }
   return html + "</tbody></table></div>\n";
@@ -354,21 +330,17 @@ std::string warnings(const Report& report) {
 std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet,
                            const std::string& viewer) {
   const std::string name = escape_html(report.scene);
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         name + " – bake report</title>\n<style>" + kPageStyle +
-         "</style></head>\n<body><main>\n<h1>" + name +
-         "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
-         facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-         fidelity(report) + contacts(report) + rungs(report) + warnings(report) + origin(report) +
-         "<footer>The same numbers for programs: report.json. Volume errors as written are those "
-         "of "
-         "the cache's positions, " +
-         precision(report) +
-         ", and bounds hold for them; all else is measured in double precision" +
-         (report.double_precision ? "" : ", before rounding") +
-         ". SI units unless stated.</footer>\n"
-         "</main></body></html>\n";
+  return html_page(
+      name + " – bake report", "",
+      "<h1>" + name + "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
+          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
+          fidelity(report) + contacts(report) + rungs(report) + warnings(report) + origin(report) +
+          "<footer>The same numbers for programs: report.json. Volume errors as written are those "
+          "of the cache's positions, " +
+          precision(report) +
+          ", and bounds hold for them; all else is measured in double precision" +
+          (report.double_precision ? "" : ", before rounding") +
+          ". SI units unless stated.</footer>\n");
 }
 
 }  // namespace thew::tools

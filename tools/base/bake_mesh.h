@@ -7,6 +7,9 @@
 
 namespace thew::tools {
 
+/// "muscle", "bone" or "skin"
+const char* kind_name(BakeMesh::Kind kind);
+
 /// The triangles by which a mesh is shaded: flesh and bone are smooth, and so go by the first
 /// vertex of each place at rest; a skin may have vertices apart for the sake of a sharp edge.
 std::vector<Triangle> shaded_triangles(const BakeMesh& mesh);

@@ -4,61 +4,34 @@
 
 #include "sim/cache/durable_file.h"
 #include "sim/cache/version.h"
-#include "tools/base/base64.h"
 #include "tools/base/html_page.h"
 #include "tools/base/svg_chart.h"
 #include "tools/compare/compare.h"
 #include "tools/compare/flip.h"
 
 namespace thew::tools {
+
+// compare.css, compare.js
+extern const char *const kCompareCss, *const kCompareJs;
+
 namespace {
 
 constexpr std::size_t kLargestPicture = std::size_t{1} << 26;  // bytes
 constexpr std::size_t kShown = 12;                             // pictures, so that a browser copes
 constexpr std::size_t kLines = 12;                             // of a chart that can be told apart
 
-constexpr const char* kMoreStyle = R"css(
-pre { white-space: pre-wrap; margin: 18px 0; padding: 12px 16px; border-left: 5px solid;
-  border-radius: 6px; background: var(--paper); font: 14px/1.5 ui-monospace, Menlo, Consolas, monospace; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(420px, 100%), 1fr)); gap: 16px; }
-.pair img { background: #fff; }
-.stage { position: relative; } .stage img + img { position: absolute; inset: 0; clip-path: inset(0 0 0 50%); }
-.stage::after { content: ""; position: absolute; inset: 0 auto 0 var(--cut, 50%); border-left: 1px solid #b3261e; }
-input[type=range] { width: 100%; margin: 8px 0 0; }
-)css";
-
-// The slider's two pictures are those beside it, so that each is in the file once.
-constexpr const char* kScript = R"js(
-for (const pair of document.querySelectorAll(".pair")) {
-  const stage = pair.querySelector(".stage");
-  if (!stage) continue;
-  const [under, over] = stage.querySelectorAll("img");
-  under.src = pair.querySelector(".expected").src;
-  over.src = pair.querySelector(".actual").src;
-  const slider = pair.querySelector("input");
-  slider.oninput = () => {
-    stage.style.setProperty("--cut", slider.value + "%");
-    over.style.clipPath = "inset(0 0 0 " + slider.value + "%)";
-  };
-}
-)js";
-
-std::string figure(const std::string& inside, const std::string& caption) {
-  return "<figure>\n" + inside + "<figcaption>" + caption + "</figcaption></figure>\n";
-}
-
+// An <img> whose class and text for those who do not see it are `name`.
 std::string embedded(const std::string& png, const std::string& name) {
-  return "<img class=\"" + name + "\" alt=\"" + name + "\" src=\"data:image/png;base64," +
-         base64(png) + "\">\n";
+  return html_png("class=\"" + name + "\" alt=\"" + name + "\"", png);
 }
 
 std::string difference(const ImageComparison& image, const Image* mask) {
   const Image a = read_png(image.expected), b = read_png(image.actual);
   if (a.width != b.width || a.height != b.height) return "";
   const Image heat = heat_map(flip(a, masked(a, b, mask)));
-  return figure(embedded(encode_png(heat), "difference"),
-                "Difference: FLIP's error, black where both look the same") +
-         figure(
+  return html_figure(embedded(encode_png(heat), "difference"),
+                     "Difference: FLIP's error, black where both look the same") +
+         html_figure(
              "<div class=\"stage\"><img alt=\"expected\"><img alt=\"actual\"></div>\n<input "
              "type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" aria-label=\"where "
              "expected ends and actual begins\">\n",
@@ -71,9 +44,9 @@ std::string pair(const ImageComparison& image, const Image* mask) {
   const auto side = [&](const std::filesystem::path& file, const std::string& name,
                         const std::string& renderer) {
     if (file.empty()) return;
-    html += figure(embedded(read_whole_file(file, kLargestPicture), name),
-                   (name == "expected" ? "Expected" : "Actual") +
-                       (renderer.empty() ? "" : ", drawn by " + escape_html(renderer)));
+    html += html_figure(embedded(read_whole_file(file, kLargestPicture), name),
+                        (name == "expected" ? "Expected" : "Actual") +
+                            (renderer.empty() ? "" : ", drawn by " + escape_html(renderer)));
   };
   side(image.expected, "expected", image.expected_renderer);
   side(image.actual, "actual", image.actual_renderer);
@@ -113,9 +86,9 @@ std::string geometry_chart(const GeometryComparison& geometry) {
     chart.lines.push_back(line);
   }
   if (chart.lines.empty()) return "";
-  return figure(draw_chart(chart),
-                "Of each mesh the node that is farthest from where it was "
-                "expected, by frame; logarithmic, 0 on the floor.");
+  return html_figure(draw_chart(chart),
+                     "Of each mesh the node that is farthest from where it was "
+                     "expected, by frame; logarithmic, 0 on the floor.");
 }
 
 // One curve a view, over the frames of which each view has both pictures.
@@ -137,7 +110,7 @@ std::string pixel_chart(const Comparison& comparison, const std::string& title,
     }
     if (line.values.size() == chart.x.size()) chart.lines.push_back(line);
   }
-  return figure(draw_chart(chart), caption);
+  return html_figure(draw_chart(chart), caption);
 }
 
 std::string charts(const Comparison& comparison) {
@@ -157,18 +130,15 @@ std::string charts(const Comparison& comparison) {
 
 std::string comparison_as_html(const Comparison& comparison) {
   const std::string verdict = comparison.same() ? "The same" : "Different";
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         verdict + " – comparison</title>\n<style>" + kPageStyle + kMoreStyle +
-         "</style></head>\n<body><main>\n<h1>" + verdict +
-         "</h1>\n<p class=\"soft\">Expected <code>" + escape_html(comparison.expected.string()) +
-         "</code>, actual <code>" + escape_html(comparison.actual.string()) +
-         "</code></p>\n<pre class=\"" + (comparison.same() ? "good" : "bad") + "\">" +
-         escape_html(comparison_as_text(comparison)) + "</pre>\n" + charts(comparison) +
-         pairs(comparison) + "<footer>Thew " + kVersion +
-         ". The same numbers for programs: thew compare --json.</footer>\n"
-         "</main><script>" +
-         kScript + "</script></body></html>\n";
+  return html_page(verdict + " – comparison", kCompareCss,
+                   "<h1>" + verdict + "</h1>\n<p class=\"soft\">Expected <code>" +
+                       escape_html(comparison.expected.string()) + "</code>, actual <code>" +
+                       escape_html(comparison.actual.string()) + "</code></p>\n<pre class=\"" +
+                       (comparison.same() ? "good" : "bad") + "\">" +
+                       escape_html(comparison_as_text(comparison)) + "</pre>\n" +
+                       charts(comparison) + pairs(comparison) + "<footer>Thew " + kVersion +
+                       ". The same numbers for programs: thew compare --json.</footer>\n",
+                   kCompareJs);
 }
 
 }  // namespace thew::tools

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/base/text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tools/base/svg_chart.h"
+#include "tools/base/printing.h"
 #include "tools/compare/compare.h"
 
 namespace thew::tools {
@@ -175,8 +177,7 @@ std::string comparison_as_json(const Comparison& comparison) {
   limit("ssim", limits.ssim);
   limit("flip", limits.flip);
   if (comparison.geometry) out["geometry"] = geometry_as_json(*comparison.geometry);
-  // File names need not be UTF-8.
-  return out.dump(2, ' ', false, ordered_json::error_handler_t::replace);
+  return json_text(out, 2);
 }
 
 }  // namespace thew::tools

@@ -1,41 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#pragma once
-
-// The viewer of report.html: its markup, and its script, WebGL 2 and nothing else. Data come from
-// report_viewer.cpp, which says how they are packed.
-namespace thew::tools {
-
-inline constexpr char kViewerMarkup[] = R"html(<h2>Viewer</h2>
-<style>
-#viewer { padding: 0; overflow: hidden; }
-#viewer canvas { display: block; width: 100%; height: min(68vh, 620px); touch-action: none;
-  cursor: grab; background: linear-gradient(#dfe5ea, #f6f7f8); outline-offset: -3px; }
-#viewer .bar { display: flex; flex-wrap: wrap; gap: 8px 18px; align-items: center;
-  padding: 10px 14px; border-top: 1px solid var(--rule); font-size: 14px; }
-#viewer input[type=range] { flex: 1 1 220px; min-width: 120px; accent-color: #0072b2; }
-#viewer button { min-width: 72px; padding: 5px 12px; font: inherit; border: 1px solid #b9c1c8;
-  border-radius: 5px; background: #fff; cursor: pointer; }
-#viewer select { font: inherit; padding: 3px 6px; }
-#viewer output { min-width: 84px; font-variant-numeric: tabular-nums; }
-#viewer .scale { display: none; align-items: center; gap: 8px; font-size: 13px;
-  color: var(--soft); }
-#viewer .scale i { width: 150px; height: 10px; border-radius: 3px;
-  background: linear-gradient(90deg, #edebde, #f2b85c, #cc4538, #54123d); }
-</style>
-<figure id="viewer"><canvas tabindex="0" aria-label="The bake in three dimensions"></canvas>
-<div class="bar"><button type="button">Play</button>
-<input type="range" min="0" value="0" step="1" aria-label="Frame"><output></output></div>
-<div class="bar"><label><input type="checkbox" name="muscle" checked> Muscles</label>
-<label><input type="checkbox" name="bone" checked> Bones</label>
-<label>Skin <select name="skin"><option value="0">off</option>
-<option value="1" selected>see-through</option><option value="2">solid</option></select></label>
-<label>Colour <select name="colour"><option value="flesh">flesh</option>
-<option value="muscle">by muscle</option><option value="weight">weights</option>
-<option value="error">volume error</option></select></label>
-<span class="scale"><span></span><i></i><span></span></span></div></figure>
-)html";
-
-inline constexpr char kViewerScript[] = R"js('use strict';
+'use strict';
 (async () => {
 const box = document.getElementById('viewer'), canvas = box.querySelector('canvas');
 const text = (id) => document.getElementById(id).textContent;
@@ -305,6 +269,3 @@ canvas.addEventListener('dblclick', () => { eye = home(); ask(); });
 new ResizeObserver(ask).observe(canvas);
 draw();
 })();
-)js";
-
-}  // namespace thew::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/base/program.h"
+#include "tools/render/program.h"
 
 #include <fcntl.h>
 #include <sys/prctl.h>

@@ -181,6 +181,7 @@ void triangles_in_box(const Bvh& bvh, const Vec3& low, const Vec3& high, std::ve
   std::sort(found.begin(), found.end());
 }
 
+// Distances of its own, not those of skin/surface: what is checked here must not check itself.
 double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;
   const double length = d.squaredNorm();

@@ -17,11 +17,6 @@ double cpu_seconds() {
   return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 Bounds bounds_of(const std::vector<Vec3>& points, std::size_t count) {
   Bounds bounds;
   for (std::size_t i = 0; i < (count > 0 ? count : points.size()); ++i) bounds.add(points[i]);

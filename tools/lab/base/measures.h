@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "rig/types.h"
+#include "tools/base/median.h"
 #include "tools/render/camera.h"
 
 namespace thew::tools {
 
 double cpu_seconds();  ///< of the calling thread
-double median(std::vector<double> values);
 
 /// What the points lie in; the first `count` of them, 0: all.
 Bounds bounds_of(const std::vector<Vec3>& points, std::size_t count = 0);

@@ -30,7 +30,7 @@ struct FrameDivision {
 };
 
 /// The first try of the frame from state.time to `time` (s), after begin_frame(). The skin is
-/// stepped often enough that no joint turns by more than SkinSettings::most_turn in a step of it.
+/// stepped often enough that no joint turns by more than SkinSettings::max_turn in a step of it.
 FrameDivision divide_frame(const Model& model, double time, State& state);
 
 /// Changes the next try of a frame, after undo_frame(), by the first of these that is left:

@@ -3,7 +3,7 @@
 # No file depends on one that depends on it: circles.sh ROOT
 # A file is a header together with the source of its name. Prints each circle, and ends with 1.
 set -euo pipefail
-cd "$1"
+cd "${1:-$(dirname "$0")/..}"
 grep -rnoE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"[^"]+"' \
     --include='*.h' --include='*.cpp' rig muscles skin sim tools |
   sed -E 's/\.(h|cpp):[0-9]+:.*"([^"]+)\.h".*/ \2/' | awk '$1 != $2' | LC_ALL=C sort -u |

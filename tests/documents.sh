@@ -3,9 +3,10 @@
 # What a reader is sent to is there: documents.sh ROOT
 #  - each link of a page to a file of the repository leads to one
 #  - each page that a comment names is in the repository
-#  - the README has 120 lines at most, and its program is the example that the tests run
+#  - the README has 120 lines at most, its program is the example that the tests run, and the weights
+#    that it sets are not those that the arm has
 set -euo pipefail
-cd "$1"
+cd "${1:-$(dirname "$0")/..}"
 failed=0
 complain() {
   echo "$1"
@@ -33,4 +34,9 @@ lines=$(wc -l <README.md)
 program=$(sed -n '/^```cpp$/,/^```$/p' README.md | grep -v '^```')
 example=$(sed -n '/^#include <thew/,$p' tools/examples/bake_scene.cpp)
 [[ $program == "$example" ]] || complain "README.md: its program is not tools/examples/bake_scene.cpp"
+read -r muscle weights < <(
+  sed -nE 's/.*--set muscle\.([a-z_]+)\.weights=([a-z]+).*/\1 \2/p' README.md)
+own=$(sed -nE "/^name = \"$muscle\"/,/^weights/s/^weights = \"([a-z]+)\"/\1/p" assets/arm/arm.toml)
+[[ -n $own && $own != "$weights" ]] ||
+  complain "README.md: sets the weights of $muscle to \"$weights\"; the arm has \"$own\""
 exit $failed

@@ -12,7 +12,7 @@
 #    libm whose bytes differ by processor
 #  - a file is read in one sitting and names its licence
 set -euo pipefail
-cd "$1"
+cd "${1:-$(dirname "$0")/..}"
 find rig muscles skin sim tools tests \
     \( -name '*.h' -o -name '*.cpp' -o -name 'CMakeLists.txt' -o -name '*.cmake' \
        -o -name '*.sh' -o -name '*.py' \) |

@@ -5,15 +5,21 @@
 namespace thew {
 namespace {
 
-// Whether the file is the whole of this bake.
+// Whether the file is the whole of this bake; Error(kUsage) where it is the whole of another.
 bool is_complete(const std::filesystem::path& file, const sim::BakeInfo& wanted) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return false;
   try {
     const sim::BakeReader reader(file);
     const sim::BakeInfo& there = reader.info();
-    return there.scene_name == wanted.scene_name && there.scene_hash == wanted.scene_hash &&
-           there.frames == wanted.frames && there.double_precision == wanted.double_precision;
+    if (there.scene_name == wanted.scene_name && there.scene_hash == wanted.scene_hash &&
+        there.frames == wanted.frames && there.double_precision == wanted.double_precision) {
+      return true;
+    }
+    throw Error(ErrorCode::kUsage,
+                file.string() +
+                    ": is complete and of another scene, other frames or another "
+                    "precision; bake into another folder, or anew to replace it");
   } catch (const Error& broken) {
     if (broken.code() != ErrorCode::kInput) throw;
     return false;  // it is baked anew

@@ -25,8 +25,8 @@ bool has_iterated(const Model& model, int iterations, const State&) {
 
 bool has_stepped(const Model&, int iterations, const State&) { return iterations > 0; }
 
-// Iterations go on until no node moves by more than Lengths::converged. NoSolution with muscle,
-// time and residual after 10,000.
+// Iterations go on until no node moves by more than Lengths::converged_motion. NoSolution with
+// muscle, time and residual after 10,000.
 bool has_converged(const Model& model, int iterations, const State& state) {
   constexpr int kMaxIterations = 10000;
   if (!has_iterated(model, iterations, state)) return false;

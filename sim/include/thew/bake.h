@@ -18,7 +18,8 @@ struct BakeProgress {
 struct BakeOptions {
   int threads = 1;  ///< the bytes do not depend on it
   /// Goes on from the frames that a bake of the same scene and frames has left here; a complete one
-  /// is kept as it is. Otherwise what a bake has left here is thrown away.
+  /// is kept as it is, and one of another scene, complete or not, is Error(kUsage). False: what a
+  /// bake has left here, complete or not, is replaced.
   bool resume = false;
   std::vector<int> frames = {};  ///< to be written, rising; empty: all of the scene
   /// After each written frame, those of an earlier bake included, in the thread that bakes. False

@@ -234,6 +234,8 @@ TEST_F(Api, ABakeIsStoppedAndGoneOnFrom) {
   EXPECT_EQ(shown, (std::vector<int>{1, 2, 5}));
   EXPECT_EQ(thew::bake(scene, folder_, options), file);  // complete: left as it is
   EXPECT_EQ(shown.size(), 3u);
+  const thew::Scene other = thew::Scene::read(kOneMuscle, {"muscle.flexor.material.stiffness=900"});
+  expect_error(ErrorCode::kUsage, "of another scene", [&] { thew::bake(other, folder_, options); });
   const thew::Bake bake(file);
   EXPECT_EQ(bake.contents().frames, options.frames);
   expect_error(ErrorCode::kUsage, "frame 3 was not baked", [&] { bake.positions("flexor", 3); });

@@ -11,7 +11,7 @@
 
 #include "thew/error.h"
 
-// Each folder is a namespace that sees the namespaces of the folders that it may depend on.
+// A folder is a namespace that sees those to its left. NOLINTBEGIN(google-build-using-namespace)
 namespace thew {
 namespace rig {}
 namespace muscles {
@@ -40,7 +40,7 @@ using namespace sim;
 using namespace tools;
 }  // namespace tests
 }  // namespace thew
-
+// NOLINTEND(google-build-using-namespace)
 namespace thew::rig {
 
 using Vec3 = Eigen::Vector3d;

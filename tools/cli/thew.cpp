@@ -249,11 +249,7 @@ ExitCode run(CommandOptions& options, Call& call, Arguments& a) {
   return a.run(options);
 }
 
-}  // namespace
-}  // namespace thew::tools
-
-int main(int argc, char** argv) {
-  using namespace thew::tools;
+int run_command_line(int argc, char** argv) {
   Arguments arguments;
   return program_main(
       argc, argv,
@@ -262,3 +258,8 @@ int main(int argc, char** argv) {
        .declare = [&](CLI::App& app, CommandOptions& options) { declare(app, options, arguments); },
        .run = [&](CommandOptions& options, Call& call) { return run(options, call, arguments); }});
 }
+
+}  // namespace
+}  // namespace thew::tools
+
+int main(int argc, char** argv) { return thew::tools::run_command_line(argc, argv); }

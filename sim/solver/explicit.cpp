@@ -279,7 +279,7 @@ void carry_within(double t, const RingSprings& rings, const MuscleState& now, Ex
 
 }  // namespace
 
-int explicit_substeps(const Model& model, int m, double h) {
+double stable_explicit_substeps(const Model& model, int m, double h) {
   const Muscle& muscle = model.muscles[m];
   double squared = (1.0 + muscle.settings.material.shape) * muscle.highest_frequency_squared +
                    muscle.settings.guide;
@@ -288,8 +288,13 @@ int explicit_substeps(const Model& model, int m, double h) {
   const double omega = std::sqrt(squared);
   const double zeta = 0.5 * kDashpot * omega;  // damping ratio of the fastest mode
   const double stable = 2.0 / omega * (std::sqrt(1.0 + zeta * zeta) - zeta);
-  const double substeps = std::ceil(h / (kMargin * stable));
-  if (substeps <= kMaxSubsteps) return std::max(1, static_cast<int>(substeps));
+  return std::max(1.0, std::ceil(h / (kMargin * stable)));
+}
+
+int explicit_substeps(const Model& model, int m, double h) {
+  const Muscle& muscle = model.muscles[m];
+  const double substeps = stable_explicit_substeps(model, m, h);
+  if (substeps <= kMaxSubsteps) return static_cast<int>(substeps);
   throw Error(
       ErrorCode::kUsage,
       muscle.location + ": muscle \"" + muscle.name +

@@ -66,6 +66,8 @@ void iterate_xpbd(const Model& model, int m, State& state);
 /// muscle; more steps shake it less (notes.md). Error(kUsage) where more than 20,000 would be
 /// needed.
 int explicit_substeps(const Model& model, int m, double h);
+/// The same however many they are: a whole number.
+double stable_explicit_substeps(const Model& model, int m, double h);
 void begin_explicit(const Model& model, int m, double h, State& state);
 void iterate_explicit(const Model& model, int m, State& state);
 void finish_explicit(const Model& model, int m, double h, State& state);

@@ -39,8 +39,8 @@ Scene muscles_of_scene(const ChartAsk& ask) {
 }
 
 // Calls on_frame(model, state) at each frame, the first one included; settles once for all runs of
-// a point. What the solver cannot do is the point's failure; all other errors end the chart. CPU
-// seconds.
+// a point. What the solver cannot do, explicit steps without number among it, is the point's
+// failure; all other errors end the chart. CPU seconds.
 double simulate(const Scene& scene, ChartPoint& point, int last,
                 const std::function<void(const Model&, State&)>& on_frame,
                 std::optional<State>& settled) {
@@ -54,7 +54,7 @@ double simulate(const Scene& scene, ChartPoint& point, int last,
                 })
         .seconds;
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kSolver) throw;
+    if (error.code() != ErrorCode::kSolver && error.code() != ErrorCode::kUsage) throw;
     point.failure = error.what();
     return 0.0;
   }
@@ -78,7 +78,7 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   try {
     step_frame(model, state.time + share / scene.fps, one, state, stages);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kSolver) throw;
+    if (error.code() != ErrorCode::kSolver && error.code() != ErrorCode::kUsage) throw;
     return 0.0;
   }
   return (cpu_seconds() - begin) / share;
@@ -318,7 +318,9 @@ Chart lay_out(const ChartAsk& ask, const Scene& scene) {
   int limit = 1;
   for (int m = 0; m < chart.muscles; ++m) {
     chart.nodes += static_cast<int>(model.muscles[m].rest.vertices.size());
-    limit = std::max(limit, explicit_substeps(model, m, 1.0 / scene.fps));
+    // More than a step may be divided into: a frame is divided here, and given up where it is slow.
+    limit = std::max(limit, static_cast<int>(std::min(
+                                stable_explicit_substeps(model, m, 1.0 / scene.fps), 1e6)));
   }
   chart.points = points_of(chart_settings(scene), scene);
   chart.refinements = chart_refinements(limit, scene.solver.volume);

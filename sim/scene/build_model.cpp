@@ -104,15 +104,18 @@ struct Below {
   std::vector<Collider> colliders;
   std::vector<int> bodies;
 
-  Below(const Model& model, int count, const Pose& bind_pose) {
+  // `carried` has the positions (m) of the muscles.
+  Below(const Model& model, int count, const Pose& bind_pose, const std::vector<Points>& carried) {
     x.resize(count);
     trees.reserve(count);
     for (int c = 0; c < count; ++c) {
       const ContactSurface& it = model.surfaces[c];
-      const int muscles = static_cast<int>(model.muscles.size());
-      for (const Vec3& p : c < muscles ? model.muscles[c].rest.vertices
-                                       : model.bones[c - muscles].in_body.vertices) {
-        x[c].push_back(to_point(it.body < 0 ? p : Vec3(bind_pose[it.body] * p)));
+      if (it.body < 0) {
+        x[c] = carried[c];
+      } else {
+        for (const Vec3& p : model.bones[c - carried.size()].in_body.vertices) {
+          x[c].push_back(to_point(Vec3(bind_pose[it.body] * p)));
+        }
       }
       trees.push_back(build_bvh(it.surface, x[c]));
       colliders.push_back({&it.surface, &trees.back(), &x[c], nullptr});
@@ -122,7 +125,9 @@ struct Below {
 };
 
 void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
-  const Below below(model, model.colliders(), bind_pose);
+  std::vector<Points> rest;
+  for (const Muscle& muscle : model.muscles) rest.push_back(to_points(muscle.rest.vertices));
+  const Below below(model, model.colliders(), bind_pose, rest);
   try {
     model.skin = bind_skin(skin.mesh, model.skeleton, bind_pose, below.colliders, below.bodies,
                            skin.settings);
@@ -132,16 +137,27 @@ void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   model.has_skin = true;
 }
 
-// The character's own skin, with the muscles under it.
-void build_skinned(const SkinDef& skin, const Pose& bind_pose, Model& model) {
+// The character's own skin, with the muscles under it. It is tied to them with its shoulders as it
+// was modelled: where the arm hangs, the weights alone may have folded it into the muscles.
+void build_skinned(const SkinDef& skin, Model& model) {
   const CharacterRig& rig = *model.character;
   const Character& character = rig.character;
   if (character.mesh.triangles.empty()) {
     throw Error(ErrorCode::kInput,
                 skin.location + ": has no skin; export the character with its mesh");
   }
-  const Below muscles(model, static_cast<int>(model.muscles.size()), bind_pose);
-  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, rig.rest,
+  Pose pose;
+  forward_kinematics(model.skeleton, rig.skin_pose, pose);
+  pose_limbs(model.skeleton, rig.forearms, rig.scapulae, pose);
+  std::vector<Points> carried;
+  for (const Muscle& muscle : model.muscles) {
+    carried_positions(muscle.shape, carry_pose(muscle.shape, pose), muscle.swells,
+                      carried.emplace_back());
+  }
+  const Below muscles(model, static_cast<int>(carried.size()), pose, carried);
+  std::vector<Affine> bodies;
+  for (size_t b = 0; b < rig.stretch.size(); ++b) bodies.push_back(pose[b] * rig.stretch[b]);
+  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, bodies,
                                muscles.colliders, skin.settings);
   model.skin.surface.triangles = character.mesh.triangles;
   model.skin.rest = model.skinned->rest;
@@ -173,7 +189,7 @@ Model build_model(const ModelDef& def) {
     model.surfaces[collider_named(model, "thickness", name)].thickness = metres;
   }
   if (!def.skin.mesh.triangles.empty()) build_layer(def.skin, bind_pose, model);
-  if (def.skin.skinned) build_skinned(def.skin, bind_pose, model);
+  if (def.skin.skinned) build_skinned(def.skin, model);
   hash_model(def, model);
   return model;
 }

@@ -57,6 +57,20 @@ Forearm add_forearm(const SceneHinge& hinge, Skeleton& skeleton) {
   return {body, ulna, add_body(of.radius, body, hinge.location, skeleton), of.head, of.wrist};
 }
 
+Scapula add_scapula(const SceneHinge& hinge, Skeleton& skeleton) {
+  const SceneScapula& of = *hinge.scapula;
+  const int humerus = find_body(skeleton, hinge.body);
+  const int on = body_of(skeleton, of.on, hinge.location);
+  return {add_body(of.body, on, hinge.location, skeleton),
+          on,
+          humerus,
+          of.axis,
+          of.hanging,
+          of.from,
+          of.share,
+          Transform::Identity()};
+}
+
 BodyClip named_animation(const Scene& scene, const std::filesystem::path& file,
                          const Character& character) {
   std::vector<std::string> names;
@@ -99,11 +113,18 @@ CharacterRig define_character(const Scene& scene, Skeleton& skeleton,
   } else if (!scene.character.animation.empty()) {
     rig.clip = named_animation(scene, scene.rig, character);
   }
+  rig.skin_pose.assign(skeleton.size(), 0.0);
   for (const SceneHinge& hinge : scene.character.hinges) {
+    if (hinge.scapula) rig.skin_pose[find_body(skeleton, hinge.body)] = hinge.at_bind;
     if (hinge.forearm) rig.forearms.push_back(add_forearm(hinge, skeleton));
+    if (hinge.scapula) rig.scapulae.push_back(add_scapula(hinge, skeleton));
   }
+  rig.skin_pose.resize(skeleton.size(), 0.0);
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);
+  for (Scapula& scapula : rig.scapulae) {
+    scapula.at_rest = rest[scapula.on].inverse() * rest[scapula.humerus];
+  }
   for (int b = 0; b < character.skeleton.size(); ++b) {
     rig.stretch.push_back(rigid_part(character.bind[b]).inverse() * character.bind[b]);
     rig.rest.push_back(rest[b] * rig.stretch[b]);

@@ -8,6 +8,7 @@
 
 #include "muscles/muscle.h"
 #include "rig/character.h"
+#include "rig/character_limbs.h"
 #include "rig/clip.h"
 #include "skin/contact/contact.h"
 #include "skin/skin_layer.h"
@@ -76,12 +77,6 @@ struct Bone {
   TriMesh in_body;  ///< m, closed and outward
 };
 
-/// A character's forearm as two bodies, see SceneForearm.
-struct Forearm {
-  int body, ulna, radius;
-  Vec3 head, wrist;  ///< m, in the body's frame
-};
-
 /// A rig that is a character's file. Its muscles are made in the rest pose, which is the bind pose
 /// with all hinges at 0.
 struct CharacterRig {
@@ -92,6 +87,10 @@ struct CharacterRig {
       stretch;  ///< by body: the stretch of the bind pose, which its rigid frame leaves out
   std::vector<Forearm>
       forearms;  ///< their bones are bodies of the model's skeleton alone, its last
+  std::vector<Scapula> scapulae;  ///< likewise
+  /// rad, by body, the hinges' angles where the skin is tied to the muscles: shoulders as in the
+  /// bind pose, all others 0.
+  std::vector<double> skin_pose;
 };
 
 struct SkinDef {

@@ -27,6 +27,10 @@ void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
   for (const Forearm& forearm : rig.forearms) {
     for (const Vec3& p : {forearm.head, forearm.wrist}) hash.add(p.data(), 3 * sizeof(double));
   }
+  for (const Scapula& scapula : rig.scapulae) {
+    for (const Vec3& p : {scapula.axis, scapula.hanging}) hash.add(p.data(), 3 * sizeof(double));
+    for (const double value : {scapula.from, scapula.share}) hash.add(&value, sizeof value);
+  }
   const auto turns = [&](const std::vector<Eigen::Quaterniond>& list) {
     for (const auto& q : list) hash.add(q.coeffs().data(), 4 * sizeof(double));
   };

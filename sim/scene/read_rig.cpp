@@ -21,6 +21,19 @@ SceneForearm read_forearm(TomlValue& table) {
   return forearm;
 }
 
+SceneScapula read_scapula(TomlValue& table) {
+  SceneScapula scapula;
+  scapula.body = text_of(require(table, kScapula["body"]));
+  scapula.on = text_of(require(table, kScapula["on"]));
+  scapula.axis = direction_of(require(table, kScapula["axis"]), kScapula["axis"].range);
+  scapula.hanging = direction_of(require(table, kScapula["hanging"]), kScapula["hanging"].range);
+  if (TomlValue* from = find(table, kScapula["from"])) {
+    scapula.from = number_of(*from, kScapula["from"].range) * kDegree;
+  }
+  read(table, kScapula["share"], scapula.share);
+  return scapula;
+}
+
 SceneHinge read_hinge(TomlValue& table) {
   SceneHinge hinge;
   hinge.location = table.location;
@@ -42,6 +55,7 @@ SceneHinge read_hinge(TomlValue& table) {
     if (hinge.range[1] < hinge.range[0]) refuse(ends[1], "give no less than the first");
   }
   if (TomlValue* forearm = find(table, kHinge["forearm"])) hinge.forearm = read_forearm(*forearm);
+  if (TomlValue* scapula = find(table, kHinge["scapula"])) hinge.scapula = read_scapula(*scapula);
   return hinge;
 }
 

@@ -113,7 +113,12 @@ inline constexpr Key kHingeKeys[] = {
      .form = "degrees, [from, to]"},
     {.name = "forearm",
      .type = KeyType::kTable,
-     .meaning = "Two bodies more where the body is a forearm."}};
+     .meaning = "Two bodies more where the body is a forearm."},
+    {.name = "scapula",
+     .type = KeyType::kTable,
+     .meaning =
+         "One body more where the body is a humerus. The skin is tied to the muscles with this "
+         "hinge as in the bind pose."}};
 inline constexpr Section kHinge{"rig.hinge", "[[rig.hinge]]",
                                 "A joint that turns a body of a character about one axis.",
                                 kHingeKeys};
@@ -144,6 +149,43 @@ inline constexpr Key kForearmKeys[] = {
 inline constexpr Section kForearm{"rig.hinge.forearm", "[rig.hinge.forearm]",
                                   "The two bones of a character's forearm, which is one body.",
                                   kForearmKeys};
+
+inline constexpr Key kScapulaKeys[] = {
+    {.name = "body",
+     .type = KeyType::kText,
+     .meaning = "Name of a new body for paths and bones, which turns about the shoulder joint as "
+                "the arm is raised.",
+     .need = Need::kRequired},
+    {.name = "on",
+     .type = KeyType::kText,
+     .meaning = "The body that carries it, such as the clavicle's.",
+     .need = Need::kRequired},
+    {.name = "axis",
+     .type = KeyType::kDirection,
+     .meaning = "The axis of its upward turn, in the frame of `on`.",
+     .need = Need::kRequired,
+     .range = kDirection},
+    {.name = "hanging",
+     .type = KeyType::kDirection,
+     .meaning = "The direction of the humerus where the muscles are made, from which the arm's "
+                "elevation counts, in the frame of `on`.",
+     .need = Need::kRequired,
+     .range = kDirection},
+    {.name = "from",
+     .type = KeyType::kNumber,
+     .meaning = "Elevation of the arm beyond which it turns. It begins gently, from 0 on, and has "
+                "its full rate at twice this.",
+     .unit = "degrees",
+     .standard = [] { return toml_text(SceneScapula{}.from / kDegree); },
+     .range = {.least = 1.0, .most = 90.0}},
+    {.name = "share",
+     .type = KeyType::kNumber,
+     .meaning = "Its turn, of the arm's elevation beyond `from`.",
+     .standard = [] { return toml_text(SceneScapula{}.share); },
+     .range = {.least = 0.0, .most = 1.0}}};
+inline constexpr Section kScapula{"rig.hinge.scapula", "[rig.hinge.scapula]",
+                                  "The shoulder blade of a character, which has no body of it.",
+                                  kScapulaKeys};
 
 inline constexpr Key kBoneKeys[] = {{.name = "name",
                                      .type = KeyType::kName,

@@ -110,6 +110,15 @@ struct SceneForearm {
   std::string ulna, radius;                         ///< names of the two new bodies
   Vec3 head = Vec3::Zero(), wrist = Vec3::UnitY();  ///< m, in the body's frame
 };
+/// A character's shoulder blade, as a body of its own: it lies on the body `on` and turns about the
+/// shoulder joint as the arm is raised (scapulohumeral rhythm, Inman et al. 1944).
+struct SceneScapula {
+  std::string body, on;           ///< names of the new body, and of the one that carries it
+  Vec3 axis = Vec3::UnitX();      ///< unit, in the frame of `on`: about which it turns upwards
+  Vec3 hanging = -Vec3::UnitY();  ///< unit, in the frame of `on`: where a hanging arm points
+  double from = 30.0 * kDegree;   ///< rad, elevation of the arm from which on it turns
+  double share = 1.0 / 3.0;       ///< of the elevation beyond that
+};
 /// A joint that turns a body of a character about one axis, so that keys can drive it.
 struct SceneHinge {
   std::string name, body;
@@ -120,6 +129,7 @@ struct SceneHinge {
       0.0;  ///< rad about `along`, from the bind pose to the pose in which the muscles are made
   std::array<double, 2> range = {-3.2, 3.2};  ///< rad
   std::optional<SceneForearm> forearm;
+  std::optional<SceneScapula> scapula;
   Location location;
 };
 struct SceneBone {

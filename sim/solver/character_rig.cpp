@@ -11,28 +11,6 @@ bool is_animated(const Model& model) {
   return model.character && !model.character->clip.tracks.empty();
 }
 
-void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose) {
-  const Mat3 rest = pose[skeleton.parent[forearm.body]].linear() *
-                    skeleton.joint_in_parent[forearm.body].linear();
-  const Vec3& axis = skeleton.joint_axes[forearm.body];
-  const Vec3 along = forearm.wrist.normalized();
-  const Mat3 turn = rest.transpose() * pose[forearm.body].linear();
-  // The forearm's turn is split: the hinge bends its axis as near to where it is as it can, the
-  // smallest rotation does the remainder of that, and what is left is a roll about the axis.
-  const Vec3 now = turn * along, a = axis.cross(along), b = axis.cross(now);
-  const Mat3 hinge = rotation_about(axis, arc_tan2(axis.dot(a.cross(b)), a.dot(b)));
-  const Mat3 bent = least_turn(hinge * along, now) * hinge;
-  const Eigen::Quaterniond rolled(Mat3(bent.transpose() * turn));
-  const double roll = 2.0 * arc_tan2(rolled.vec().dot(along), rolled.w());
-  Transform& ulna = pose[forearm.ulna];
-  ulna = pose[forearm.body];
-  ulna.linear() = rest * bent;
-  Transform& radius = pose[forearm.radius];
-  radius.linear() =
-      ulna.linear() * rotation_about((forearm.wrist - forearm.head).normalized(), roll);
-  radius.translation() = ulna * forearm.head - radius.linear() * forearm.head;
-}
-
 namespace {
 
 void drive_bodies(const Model& model, double time, State& state) {
@@ -83,8 +61,8 @@ void drive_character(const Model& model, double time, State& state) {
   drive_bodies(model, time, state);
   for (const Forearm& forearm : model.character->forearms) {
     point_at_elbow(model, forearm, state.pose);
-    pose_forearm(model.skeleton, forearm, state.pose);
   }
+  pose_limbs(model.skeleton, model.character->forearms, model.character->scapulae, state.pose);
 }
 
 }  // namespace thew::sim

@@ -7,10 +7,6 @@ namespace thew::sim {
 
 // Poses a rig that comes from a character's file, in each frame.
 
-/// Sets ulna and radius in the pose, from the pose of humerus and forearm: the ulna bends about the
-/// elbow's hinge, the radius also turns about the forearm's axis.
-void pose_forearm(const Skeleton& skeleton, const Forearm& forearm, Pose& pose);
-
 /// The nearest ancestor of the body that carries a bone's mesh; -1 where none does.
 int bone_above(const Model& model, int body);
 

@@ -277,14 +277,15 @@ ExitCode new_command(const NewOptions& options) {
   for (const std::string& warning : warnings) said.warn(warning);
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
-  Pose rest = rest_pose_of(character, arms, fits);
-  const Points x = skin_in_pose(character, rest);
+  Pose straight = straight_pose(character, arms, fits);
+  const Points x = skin_in_pose(character, straight);
   for (ArmBodies& arm : arms) {
-    for (int* bone : {&arm.ulna, &arm.radius}) {
-      *bone = static_cast<int>(rest.size());
-      rest.push_back(Transform(rest[arm.forearm]));
+    for (int* bone : {&arm.ulna, &arm.radius, &arm.scapula}) {
+      *bone = static_cast<int>(straight.size());
+      straight.push_back(Transform(straight[bone == &arm.scapula ? arm.clavicle : arm.forearm]));
     }
   }
+  const Pose rest = hanging_pose(character, straight, arms, fits);
   const TriMesh whole = skin_around(character, {0}, options.skin, x, options.character.string());
   const Limb body(whole);
   NewArms written;
@@ -301,13 +302,13 @@ ExitCode new_command(const NewOptions& options) {
     if (const std::string why = why_no_arm(fits[i], side); !why.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why);
     }
-    const Target to{from, character, rest, limb, body, hand, arms[i], fits[i], side};
+    const Target to{from, character, straight, rest, limb, body, hand, arms[i], fits[i], side};
     say_fit(to, said);
     add_arm(to, written);
     if (!written.threads.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why_threads(written.threads));
     }
-    if (!views) views = views_text(character, arms[i], fits[i], rest);
+    if (!views) views = views_text(character, arms[i], fits[i], straight);
   }
   say_flesh(written, said);
 

@@ -19,8 +19,8 @@ class Limb;
 struct ArmBodies {
   bool left = false;
   int clavicle = -1, humerus = -1, forearm = -1, hand = -1;
-  int ulna = -1,
-      radius = -1;  ///< of the forearm, in the rest pose after the character's own bodies
+  /// Bodies that the scene adds, in the rest pose after the character's own.
+  int ulna = -1, radius = -1, scapula = -1;
 };
 
 /// What the user said: "humerus" or "left_humerus" -> name of a body.
@@ -96,12 +96,14 @@ struct ArmFit {
   double roll = 0.0;     ///< rad about it, from the bind pose to the rest pose
   /// Animations that roll the forearm farther from the rest pose than an arm's turns.
   std::vector<std::string> wringing;
-  Mat3 frame;                      ///< turn (or turn and mirror) of the upper arm
+  Mat3 frame;      ///< turn (or turn and mirror) of the upper arm
+  Transform hang;  ///< m, of the arm as it is bound, to where it hangs as the template's
+  Vec3 upwards;    ///< unit, world: about which the scapula turns as the arm rises
   double along_upper, along_fore;  ///< over the template's
   double across = 1.0;             ///< of both segments together, over the template's
 };
 
-/// All but the girth, which the rest pose tells.
+/// All but the girth, which the skin in the pose of straight elbows tells.
 ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTemplate& from);
 /// Where `limb` tells nothing the girth stays empty; `body` is all the skin. Else `from.flesh` lies
 /// under it afterwards, with a little fat left, wherever the arm's axis does.
@@ -125,18 +127,22 @@ inline constexpr double kSlender = 0.75;
 void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
                    const std::vector<double>& heights, MusclePath& path);
 
-/// A character's shoulder blade does not go along when its arm drops from the bind pose to the
-/// side, as a person's does: what a path has on it below the joint, the origin apart, would pass
-/// through the upper arm. It goes with the humerus instead, by a share of its turn. A path that
-/// leaves the blade beside the joint for a place far down the humerus gets a point between that
-/// takes a share as well, so that it goes round the humerus' head when the arm is raised. The path
-/// at rest is the same.
+/// Paths from the shoulder blade to the humerus, for arms that are raised. What a path has on the
+/// blade below the joint, the origin apart, goes with the humerus instead, by a share of its turn
+/// against the blade. Points on the humerus' head share the turn among them, as a tendon slides
+/// over the head. A path that leaves the blade beside the joint for a place far down the humerus
+/// gets a point between that takes a share as well, so that it goes round the head. The path at
+/// rest is the same.
 void hold_at_shoulder(const ArmBodies& arm, const Pose& rest, MusclePath& path);
 
-/// The rest pose: the bind pose with the elbow straight as the template's, and the forearm rolled
-/// as its animations have it.
-Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,
-                  const std::vector<ArmFit>& fits);
+/// The pose in which the arm is measured: the bind pose with the elbow straight as the template's,
+/// and the forearm rolled as its animations have it.
+Pose straight_pose(const Character& character, const std::vector<ArmBodies>& arms,
+                   const std::vector<ArmFit>& fits);
+/// The rest pose, in which muscles are made: that one with the arms hanging as the template's does,
+/// so that muscles lie to the shoulder blade as its do. Poses have the bodies of ArmBodies as well.
+Pose hanging_pose(const Character& character, const Pose& straight,
+                  const std::vector<ArmBodies>& arms, const std::vector<ArmFit>& fits);
 
 /// The scene's views of an arm in that pose.
 std::string views_text(const Character& character, const ArmBodies& arm, const ArmFit& fit,

@@ -147,10 +147,18 @@ ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTempla
       fit.wringing.push_back(character.animations[c].name);
     }
   }
-  const Vec3 out = down.cross(bend);
-  Mat3 axes;
-  axes << bend, -down, (arm.left ? -out : out);
-  fit.frame = axes * least_turn(shaft, Vec3::UnitY());
+  const auto axes_of = [&](const Vec3& forward, const Vec3& below) {
+    const Vec3 out = below.cross(forward);
+    Mat3 axes;
+    axes << forward, -below, (arm.left ? -out : out);
+    return axes;
+  };
+  fit.frame = axes_of(bend, down) * least_turn(shaft, Vec3::UnitY());
+  const Vec3 forward = forward_of(character, arm, shoulder);
+  const Mat3 hanging = axes_of(forward, -Vec3::UnitY());
+  fit.hang.linear() = hanging * fit.frame.transpose();
+  fit.hang.translation() = shoulder - fit.hang.linear() * shoulder;
+  fit.upwards = arm.left ? Vec3(forward) : Vec3(-forward);
   const Vec3 hinge = (fit.frame * from.elbow_axis).normalized();
   fit.hinge_axis = arm.left ? -hinge : hinge;  // an axis of turning is mirrored the other way round
 
@@ -199,8 +207,8 @@ Vec3 map_point(const ArmFit& fit, const Vec3& p) {
          linear_at(fit, p.y()) * (axis - fit.elbow_template + girth * out);
 }
 
-Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms,
-                  const std::vector<ArmFit>& fits) {
+Pose straight_pose(const Character& character, const std::vector<ArmBodies>& arms,
+                   const std::vector<ArmFit>& fits) {
   Skeleton skeleton = character.skeleton;
   Pose bind;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), bind);
@@ -214,6 +222,21 @@ Pose rest_pose_of(const Character& character, const std::vector<ArmBodies>& arms
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);
   return rest;
+}
+
+Pose hanging_pose(const Character& character, const Pose& straight,
+                  const std::vector<ArmBodies>& arms, const std::vector<ArmFit>& fits) {
+  Pose hanging = straight;
+  for (size_t i = 0; i < arms.size(); ++i) {
+    const ArmBodies& arm = arms[i];
+    const int own = character.skeleton.size();
+    for (int b = 0; b < static_cast<int>(straight.size()); ++b) {
+      const bool of_arm =
+          b < own ? hangs_on(character.skeleton, b, arm.humerus) : b == arm.ulna || b == arm.radius;
+      if (of_arm) hanging[b] = fits[i].hang * straight[b];
+    }
+  }
+  return hanging;
 }
 
 }  // namespace thew::tools

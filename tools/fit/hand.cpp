@@ -92,7 +92,8 @@ double widest_in(const Hand& hand, const std::vector<Vec3>& points) {
 }  // namespace
 
 bool fit_hand(const Target& to, TriMesh& bones) {
-  const Vec3 wrist = to.rest[to.arm.hand].translation();
+  for (Vec3& p : bones.vertices) p = to.fit.hang.inverse() * p;
+  const Vec3 wrist = to.straight[to.arm.hand].translation();
   const Vec3 way = middle_of(to.hand) - wrist, own_way = middle_of(bones) - wrist;
   if (to.hand.triangles.empty() || !(way.norm() > 1e-6) || !(own_way.norm() > 1e-6)) return false;
   const Hand hand(to.hand, wrist, way.normalized());
@@ -104,14 +105,16 @@ bool fit_hand(const Target& to, TriMesh& bones) {
   for (const Triangle& t : to.hand.triangles) {
     for (const int i : t) reach = std::max(reach, (to.hand.vertices[i] - wrist).norm());
   }
-  if (reach < kStump * (wrist - to.rest[to.arm.forearm].translation()).norm()) return false;
+  if (reach < kStump * (wrist - to.straight[to.arm.forearm].translation()).norm()) return false;
   // Where fingers are bent or spread, shorter bones end before that.
   for (; longer >= kShortest; longer *= kShorter) {
     std::vector<Vec3> points = bones.vertices;
     for (Vec3& p : points) p += (longer - 1.0) * hand.at(p) * hand.along;
     const double share = widest_in(hand, points);
     if (share < kNarrowest) continue;
-    for (size_t i = 0; i < points.size(); ++i) bones.vertices[i] = hand.placed(points[i], share);
+    for (size_t i = 0; i < points.size(); ++i) {
+      bones.vertices[i] = to.fit.hang * hand.placed(points[i], share);
+    }
     return true;
   }
   return false;

@@ -56,8 +56,8 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into) {
-  for (Vec3& p : mesh.vertices) p = into * to.mapped(p);
+TriMesh mapped_mesh(const Target& to, TriMesh mesh) {
+  for (Vec3& p : mesh.vertices) p = to.mapped(p);
   if (to.fit.mirrored) {
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
@@ -65,7 +65,7 @@ TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into) {
 }
 
 TriMesh mapped_muscle(const Target& to, const TriMesh& mesh) {
-  TriMesh out = mapped_mesh(to, mesh, Transform::Identity());
+  TriMesh out = mapped_mesh(to, mesh);
   const double least = kSoundEdge * least_edge(to.fit);
   for (const Ring& of : rings_of(out)) {
     const auto begin = out.vertices.begin() + of.first, end = begin + of.nodes;
@@ -112,7 +112,7 @@ MusclePath mapped_path(const Target& to, MusclePath path) {
   for (WrapCylinder& wrap : path.wraps) {
     const Transform& place = to.from.rest[wrap.body];
     const Vec3 before = place * wrap.centre, world = to.mapped(before);
-    const Vec3 axis = to.fit.frame * (place.linear() * wrap.axis);
+    const Vec3 axis = to.fit.hang.linear() * to.fit.frame * (place.linear() * wrap.axis);
     // By the girth on the path's side, as the bone there: by the mean of all sides the flesh would
     // be carried through that, and contact would throw it to and fro.
     const Vec3 middle = 0.5 * (points[wrap.segment] + points[wrap.segment + 1]) - before;

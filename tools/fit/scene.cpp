@@ -92,7 +92,7 @@ void add_bones(const Target& to, NewArms& out) {
     for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
       const int body = to.body_of(b);
       const std::string name = from.skeleton.body_names[b] + "_" + to.side;
-      TriMesh mesh = mapped_mesh(to, bone_mesh(from, b, visual), Transform::Identity());
+      TriMesh mesh = mapped_mesh(to, bone_mesh(from, b, visual));
       if (body == to.arm.hand && !fit_hand(to, mesh)) {
         out.handless.push_back(to.side);
         continue;
@@ -142,6 +142,24 @@ void add_muscles(const Target& to, NewArms& out) {
   }
 }
 
+std::string direction_text(const Vec3& v) { return "[" + metres(v, ", ") + "]"; }
+
+// From where the arm hangs, as its muscles are made, to where it is bound.
+std::string shoulder_text(const Target& to, const std::string& shoulder, double at_bind,
+                          const Vec3& axis) {
+  const auto& names = to.character.skeleton.body_names;
+  const Mat3 into = to.rest[to.arm.scapula].linear().transpose();
+  const Vec3 shaft =
+      (to.fit.hang * to.fit.elbow - to.rest[to.arm.humerus].translation()).normalized();
+  return "[[rig.hinge]]  # 0 is the hanging arm in which the muscles are made\nname = " +
+         quoted(shoulder) + "\nbody = " + quoted(to.name_of(to.arm.humerus)) +
+         "\naxis = " + direction_text(axis) + "\nat_bind = " + number_text(at_bind / kDegree) +
+         "\nrange = [-180, 180]\nscapula = { body = " + quoted(to.name_of(to.arm.scapula)) +
+         ", on = " + quoted(names[to.arm.clavicle]) +
+         ", axis = " + direction_text(into * to.fit.upwards) +
+         ", hanging = " + direction_text(into * shaft) + " }\n\n";
+}
+
 std::string hinge_text(const Target& to, const std::string& elbow) {
   Pose bind;
   forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),
@@ -165,14 +183,22 @@ void add_arm(const Target& to, NewArms& out) {
   add_bones(to, out);
   add_muscles(to, out);
   out.lengths.push_back(to.fit.across);
-  const std::string elbow = "elbow_" + to.side;
+  const std::string elbow = "elbow_" + to.side, shoulder = "shoulder_" + to.side;
+  Pose bind;
+  forward_kinematics(to.character.skeleton, std::vector<double>(to.character.skeleton.size(), 0.0),
+                     bind);
+  const Mat3 humerus = bind[to.arm.humerus].linear();
+  const Eigen::AngleAxisd raised(
+      Mat3(humerus.transpose() * to.fit.hang.linear().transpose() * humerus));
+  out.rig += shoulder_text(to, shoulder, raised.angle(), raised.axis());
   out.rig += hinge_text(to, elbow);
   const auto [upper, fore] = thickness_of(to);
   out.thickness = std::min({out.thickness, upper, fore});
   out.slender =
       out.slender || upper < kSlender * to.fit.along_upper || fore < kSlender * to.fit.along_fore;
   const std::string degrees = number_text(to.fit.at_bind / kDegree);
-  out.keys += (out.keys.empty() ? "" : ", ") + elbow + " = [[1, " + degrees +
+  out.keys += (out.keys.empty() ? "" : ", ") + shoulder + " = [[1, " +
+              number_text(raised.angle() / kDegree) + "]], " + elbow + " = [[1, " + degrees +
               "], [36, 120], [37, 120], [72, " + degrees + "]]";
 }
 

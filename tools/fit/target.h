@@ -19,30 +19,33 @@ struct Template {
 struct Target {
   const Template& from;
   const Character& character;
-  const Pose& rest;
-  const Limb &limb, &body;  // the skin around it, at rest; all of it
-  const TriMesh& hand;      // that of the hand
+  const Pose &straight, &rest;  // in which it is measured; in which its muscles are made
+  const Limb &limb, &body;      // the skin around it, measured; all of it
+  const TriMesh& hand;          // that of the hand
   ArmBodies arm;
   ArmFit fit;
   std::string side;  // "right" or "left"
 
   int body_of(int template_body) const {
     const std::string& name = from.skeleton.body_names[template_body];
-    if (name == "scapula") return arm.clavicle;
+    if (name == "scapula") return arm.scapula;
     if (name == "humerus") return arm.humerus;
     if (name == "ulna") return arm.ulna;
     return name == "hand" ? arm.hand : arm.radius;
   }
   std::string name_of(int body) const {
     const std::vector<std::string>& names = character.skeleton.body_names;
+    if (body == arm.scapula) return names[arm.humerus] + ".scapula";
     if (body == arm.ulna) return names[arm.forearm] + ".ulna";
     return body == arm.radius ? names[arm.forearm] + ".radius" : names[body];
   }
-  Vec3 mapped(const Vec3& world) const { return map_point(fit, world - from.humerus); }
+  // Where the template's point goes in the straight pose, and in the rest pose.
+  Vec3 measured(const Vec3& world) const { return map_point(fit, world - from.humerus); }
+  Vec3 mapped(const Vec3& world) const { return fit.hang * measured(world); }
 };
 
 std::string quoted(const std::string& text);
-TriMesh mapped_mesh(const Target& to, TriMesh mesh, const Transform& into);
+TriMesh mapped_mesh(const Target& to, TriMesh mesh);
 
 /// Of a tube (muscles/tube.h): its nodes from `first` on.
 struct Ring {

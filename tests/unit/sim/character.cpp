@@ -164,6 +164,46 @@ TEST_F(CharacterScene, RadiusTurnsAboutTheUlna) {
   EXPECT_HAS(message("u", "[0.01, 0.02, 0]"), "give another place");
 }
 
+// Muscles are made where the arm hangs; the keys raise it to where it is bound, with the blade, and
+// there the skin is the user's.
+TEST_F(CharacterScene, ScapulaTurnsWithTheShoulder) {
+  fs::copy_file(THEW_SOURCE_DIR "/tests/scenes/figure/figure.gltf", folder / "figure.gltf");
+  const auto scene = [&](const std::string& on) {
+    return read_scene(write(
+        "scene.toml",
+        "[rig]\nfile = \"figure.gltf\"\n[[rig.hinge]]\nname = \"shoulder\"\nbody = \"RightArm\"\n"
+        "axis = [0, 0, 1]\nat_bind = 50\nscapula = { body = \"blade\", on = \"" +
+            on +
+            "\", axis = [0, 0, 1], hanging = [1, -1, 0], share = 0.5 }\n[rig.clip]\nunit = "
+            "\"deg\"\nkeys = { shoulder = [[1, 50]] }\n[[muscle]]\nname = \"a\"\npath = "
+            "[[\"blade\", "
+            "0, 0, 0.02], [\"RightArm\", 0.1, 0, 0.02]]\nprofile = { around = 8, rings = 6, radius "
+            "= "
+            "[[0, 0.01]] }\n[skin]\nkind = \"skinned\"\n"));
+  };
+  const Model model = build_model(scene("RightShoulder"));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  const int arm = find_body(model.skeleton, "RightArm"), blade = find_body(model.skeleton, "blade");
+  const int on = find_body(model.skeleton, "RightShoulder");
+  EXPECT_LT((state.pose[blade].matrix() - state.pose[on].matrix()).norm(), 1e-12);
+  settle(model, parallel, state);
+  const Transform bind = rigid_part(model.character->character.bind[arm]);
+  EXPECT_LT((state.pose[arm].matrix() - bind.matrix()).norm(), 1e-9);
+  const Mat3 turn = state.pose[on].linear().transpose() * state.pose[blade].linear();
+  EXPECT_GT((turn - Mat3::Identity()).norm(), 0.05);
+  const Character& character = model.character->character;
+  for (size_t i = 0; i < character.mesh.vertices.size(); ++i) {
+    EXPECT_LT((to_vec(model.skinned->rest[i]) - character.mesh.vertices[i]).norm(), 1e-9);
+  }
+  try {
+    build_model(scene("RightShoulde"));
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_HAS(std::string(error.what()), "did you mean \"RightShoulder\"");
+  }
+}
+
 TEST_F(CharacterScene, SkinAtRestIsTheUsersSkin) {
   const fs::path file = robot_scene("", "[skin]\nkind = \"skinned\"\n");
   if (file.empty()) GTEST_SKIP() << "robot.glb is not there";

@@ -69,6 +69,28 @@ struct MadeArm {
   void step(int frame) { step_frame(model, frame / 24.0, parallel, state, seconds); }
 };
 
+// Muscles, carried, and bones where the skin is tied to them: model.skinned->rest is the skin
+// there.
+struct TiedPose {
+  std::vector<std::vector<Vec3>> muscles, bones;
+
+  explicit TiedPose(const Model& model) {
+    Pose pose;
+    forward_kinematics(model.skeleton, model.character->skin_pose, pose);
+    pose_limbs(model.skeleton, model.character->forearms, model.character->scapulae, pose);
+    for (const Muscle& muscle : model.muscles) {
+      Points x;
+      carried_positions(muscle.shape, carry_pose(muscle.shape, pose), muscle.swells, x);
+      muscles.emplace_back();
+      for (const Point& p : x) muscles.back().push_back(to_vec(p));
+    }
+    for (const Bone& bone : model.bones) {
+      bones.emplace_back();
+      for (const Vec3& p : bone.in_body.vertices) bones.back().push_back(pose[bone.body] * p);
+    }
+  }
+};
+
 // Solid angle of the surface seen from p, over that of a sphere: 0 outside of all its shapes.
 inline double winding(const TriMesh& mesh, const Vec3& p) {
   double sum = 0.0;

@@ -50,10 +50,8 @@ double volume_of(const Model& model) {
 // Muscle vertices outside of a closed surface.
 int outside(const Model& model, const TriMesh& shell) {
   int count = 0;
-  for (const Muscle& muscle : model.muscles) {
-    for (size_t i = 0; i < muscle.rest.vertices.size(); i += 5) {
-      count += winding(shell, muscle.rest.vertices[i]) < 0.5;
-    }
+  for (const std::vector<Vec3>& x : TiedPose(model).muscles) {
+    for (size_t i = 0; i < x.size(); i += 5) count += winding(shell, x[i]) < 0.5;
   }
   return count;
 }
@@ -255,15 +253,15 @@ TEST_F(NewFigure, FingersEndInsideTheHand) {
       p = Vec3(side * now.x(), now.y(), now.z());
     }
     const Model model = made(options(figure));
-    const State state = initial_state(model);
+    const TiedPose tied(model);
     const TriMesh shell = shell_of(model, 0);
     int hands = 0;
     for (size_t b = 0; b < model.bones.size(); ++b) {
       if (!model.bones[b].name.starts_with("hand")) continue;
       ++hands;
       double most = 0.0;
-      for (const Point& x : state.bones[b].x) {
-        if (winding(shell, to_vec(x)) < 0.5) most = std::max(most, distance(shell, to_vec(x)));
+      for (const Vec3& x : tied.bones[b]) {
+        if (winding(shell, x) < 0.5) most = std::max(most, distance(shell, x));
       }
       std::printf("%s, hand of %.1f: %.1f mm outside\n", model.bones[b].name.c_str(), share,
                   1e3 * most);

@@ -23,15 +23,19 @@ struct PositionHash {
 }  // namespace
 
 double enclosed_volume(const TriMesh& mesh) {
-  if (mesh.vertices.empty()) return 0.0;
+  return enclosed_volume(mesh.vertices, mesh.triangles);
+}
+
+double enclosed_volume(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles) {
+  if (positions.empty()) return 0.0;
   Vec3 centroid = Vec3::Zero();
-  for (const Vec3& p : mesh.vertices) centroid += p;
-  centroid /= static_cast<double>(mesh.vertices.size());
+  for (const Vec3& p : positions) centroid += p;
+  centroid /= static_cast<double>(positions.size());
   double volume = 0.0;  // V = sum of x1 . (x2 x x3) / 6
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - centroid;
-    const Vec3 b = mesh.vertices[t[1]] - centroid;
-    const Vec3 c = mesh.vertices[t[2]] - centroid;
+  for (const Triangle& t : triangles) {
+    const Vec3 a = positions[t[0]] - centroid;
+    const Vec3 b = positions[t[1]] - centroid;
+    const Vec3 c = positions[t[2]] - centroid;
     volume += a.dot(b.cross(c)) / 6.0;
   }
   return volume;

@@ -17,6 +17,7 @@ struct TriMesh {
 /// Enclosed volume (m^3) of a closed surface, V = sum over triangles of x1 . (x2 x x3) / 6, with
 /// positions relative to the vertices' centroid to keep the rounding error small.
 double enclosed_volume(const TriMesh& mesh);
+double enclosed_volume(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles);
 
 /// Unit normals, one for each vertex: the mean of those of its triangles, weighted by area. Zero
 /// for a vertex whose triangles have no area.

@@ -14,7 +14,6 @@
 #include "sim/solver/levels.h"
 #include "sim/solver/muscle_step.h"
 #include "sim/solver/rungs.h"
-#include "sim/stage_clock.h"
 
 namespace thew::sim {
 namespace {

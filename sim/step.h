@@ -3,12 +3,13 @@
 
 #include "sim/solver/parallel.h"
 #include "sim/solver/state.h"
+#include "sim/stage_clock.h"
 
 namespace thew::sim {
 
-/// Wall seconds by stage of the step. They go to the report and nothing depends on them.
+/// Seconds by stage of the step. They go to the report and nothing depends on them.
 struct StageSeconds {
-  double rig = 0.0, contact = 0.0, muscles = 0.0, skin = 0.0;
+  Seconds rig, contact, muscles, skin;
 };
 
 /// Advances bones, muscles and skin from state.time to `time` (s), in substeps_of(model) substeps

@@ -87,6 +87,10 @@ bool encloses(const Surface& surface, const Bvh& bvh, const Points& x, const Vec
   return std::abs(winding_number(surface, x, p)) > 0.5;
 }
 
+int ray_count(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p) {
+  return count_along(surface, bvh, x, p, 0, false);
+}
+
 double deepest_inside(const Surface& surface, const Bvh& bvh, const Points& x,
                       const Points& points) {
   return farthest(surface, bvh, x, points, true);

@@ -10,6 +10,8 @@ namespace thew::skin {
 /// it is folded, and no normal is needed. For a surface with holes five of six rays have to agree;
 /// else the winding number decides.
 bool encloses(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p);
+/// How often a ray from p along x leaves the surface, less how often it enters it.
+int ray_count(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p);
 
 /// Largest distance (m) from the surface of the points that lie inside it; 0 if none does.
 double deepest_inside(const Surface& surface, const Bvh& bvh, const Points& x,

@@ -18,7 +18,7 @@ struct Simulation::Data {
         info(sim::bake_info(model, {})),
         parallel(threads),
         state(sim::initial_state(model)),
-        rest_areas(sim::rest_belly_areas(model, state)) {}
+        measuring(sim::start_measuring(model, state)) {}
 
   // A tolerance is met by a model of its own.
   static std::unique_ptr<const sim::Model> plan(const sim::Model& model, int threads) {
@@ -51,7 +51,8 @@ struct Simulation::Data {
     std::vector<rig::Vec3> points;
     points.reserve(x.size());
     for (const rig::Point& row : x) points.push_back(rig::to_vec(row));
-    return mesh < muscles ? rig::in_file_order(model.muscles[mesh].order, std::move(points)) : points;
+    return mesh < muscles ? rig::in_file_order(model.muscles[mesh].order, std::move(points))
+                          : points;
   }
 
   std::shared_ptr<const SceneData> scene;
@@ -60,7 +61,7 @@ struct Simulation::Data {
   sim::BakeInfo info;
   sim::Parallel parallel;
   sim::State state;
-  std::vector<double> rest_areas;
+  sim::Measuring measuring;
   sim::StageSeconds seconds;
   bool settled = false;
 };
@@ -119,8 +120,7 @@ std::vector<double> Simulation::joints() const {
 
 std::map<std::string, double> Simulation::measures() {
   Data& data = *data_;
-  sim::FrameMeasures measures =
-      sim::measure(data.model, data.rest_areas, data.parallel, data.state);
+  sim::FrameMeasures measures = sim::measure(data.model, data.measuring, data.parallel, data.state);
   std::vector<std::vector<rig::Vec3>> positions;
   for (std::size_t m = 0; m < data.info.meshes.size(); ++m) positions.push_back(data.positions(m));
   sim::measure_written(data.model, data.info, positions, measures);

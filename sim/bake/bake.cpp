@@ -6,7 +6,6 @@
 
 #include "muscles/weights.h"
 #include "rig/text.h"
-#include "sim/bake/stop_watch.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
@@ -22,11 +21,11 @@ std::vector<Vec3> to_points(const Points& rows) {
 
 [[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
-// A frame as it is written. Adds to `measures` those of the written positions.
-BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const State& state,
-                   FrameMeasures& measures) {
-  BakeFrame frame;
+// Sets all of a frame but its state. Adds to `measures` those of the written positions.
+void set_frame(const Model& model, const BakeInfo& info, int number, const State& state,
+               FrameMeasures& measures, BakeFrame& frame) {
   frame.frame = number;
+  frame.positions.clear();
   for (size_t m = 0; m < state.muscles.size(); ++m) {
     frame.positions.push_back(in_file_order(model.muscles[m].order, to_points(state.muscles[m].x)));
   }
@@ -34,8 +33,6 @@ BakeFrame to_frame(const Model& model, const BakeInfo& info, int number, const S
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
   measure_written(model, info, frame.positions, measures);
   frame.metrics = flatten(measures);
-  frame.state = pack_state(state);
-  return frame;
 }
 
 BakeMesh bake_mesh(const Muscle& muscle) {
@@ -90,7 +87,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
       if (options.stop && options.stop()) stop_bake();
     });
     planned.fidelity = plan.fidelity;
-    const double seconds = watch.lap();
+    const Seconds seconds = watch.lap();
     BakeResult result = bake(planned, options, on_frame);
     result.plan = plan;
     result.seconds.plan = seconds;
@@ -105,7 +102,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   result.threads = parallel.threads();
   BakeSeconds& seconds = result.seconds;
   State state = initial_state(model);
-  const std::vector<double> rest_areas = rest_belly_areas(model, state);
+  Measuring measuring = start_measuring(model, state);
 
   const auto stop_unless = [](bool wanted) {
     if (!wanted) stop_bake();
@@ -130,6 +127,7 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, check_stop);
   seconds.settle = watch.lap();
 
+  BakeFrame frame;  // used again, so that its memory is
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
     const double time = (number - model.first_frame) / model.fps;
@@ -139,9 +137,10 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
       continue;
     }
     watch.lap();  // step_frame() has measured it by stage
-    FrameMeasures measures = measure(model, rest_areas, parallel, state);
-    const BakeFrame frame = to_frame(model, info, number, state, measures);
+    FrameMeasures measures = measure(model, measuring, parallel, state);
+    set_frame(model, info, number, state, measures, frame);
     seconds.measure += watch.lap();
+    pack_state(state, frame.state);
     writer.write(frame);
     result.measures.push_back(measures);
     seconds.write += watch.lap();

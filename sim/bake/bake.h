@@ -30,11 +30,11 @@ struct BakeOptions {
   std::function<bool()> stop = {};  ///< returns true to stop; called between frames
 };
 
-/// Wall seconds of the thread that bakes, by stage, without the time spent in `on_frame`.
+/// Seconds by stage, without the time spent in `on_frame`.
 struct BakeSeconds {
-  double setup = 0.0;  ///< plan of a tolerance, first state, reading an interrupted bake
-  double plan = 0.0;   ///< plan of a tolerance; part of `setup`
-  double settle = 0.0, measure = 0.0, write = 0.0;
+  Seconds setup;  ///< plan of a tolerance, first state, reading an interrupted bake
+  Seconds plan;   ///< plan of a tolerance; part of `setup`
+  Seconds settle, measure, write;
   StageSeconds step;  ///< all frames
 };
 

@@ -16,100 +16,91 @@
 namespace thew::sim {
 namespace {
 
-constexpr int kSections = 24;  // across a belly, for its mean area
-
-// Area (m^2) of the section through `point` across `tangent`, over the triangles whose nodes lie
-// within `reach` (m) of `along` on the rest curve: half the sum of crossings' cross products,
-// closed or not.
-double section_area(const Muscle& muscle, const Points& x, double along, double reach,
-                    const Vec3& point, const Vec3& tangent) {
-  double area = 0.0;
-  for (const Triangle& t : muscle.rest.triangles) {
-    double height[3];
-    bool near = true;
-    for (int k = 0; k < 3; ++k) {
-      near = near && std::abs(muscle.shape.along[t[k]] - along) < reach;
-      height[k] = tangent.dot(to_vec(x[t[k]]) - point);
-    }
-    if (!near) continue;
-    Vec3 in = Vec3::Zero(), out = Vec3::Zero();
-    int crossings = 0;
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      if ((height[k] < 0.0) == (height[next] < 0.0)) continue;
-      const double s = height[k] / (height[k] - height[next]);
-      const Vec3 p = (1.0 - s) * to_vec(x[t[k]]) + s * to_vec(x[t[next]]) - point;
-      (height[k] < 0.0 ? in : out) = p;
-      ++crossings;
-    }
-    if (crossings == 2) area += 0.5 * tangent.dot(out.cross(in));
-  }
-  return std::abs(area);
-}
-
 bool has_free_node(const Muscle& muscle, int triangle) {
   const Triangle& t = muscle.rest.triangles[triangle];
   return !muscle.driven[t[0]] || !muscle.driven[t[1]] || !muscle.driven[t[2]];
 }
 
-Points free_nodes(const Muscle& muscle, const Points& x) {
-  Points free;
-  for (size_t i = 0; i < x.size(); ++i) {
-    if (!muscle.driven[i]) free.push_back(x[i]);
+using Attachment = Measuring::Attachment;
+using Meeting = Measuring::Meeting;
+
+std::array<Attachment, 2> find_attachments(const Muscle& muscle) {
+  std::array<Attachment, 2> ends;
+  for (const bool origin : {true, false}) {
+    Attachment& end = ends[origin ? 0 : 1];
+    end.away = 1e30;
+    for (size_t i = 0; i < muscle.shape.along.size(); ++i) {
+      const double s = muscle.shape.along[i];
+      const double away =
+          (origin ? s : muscle.shape.rest_path_length - s) + muscle.shape.offset[i].norm();
+      if (away < end.away) end = {static_cast<int>(i), away};
+    }
   }
-  return free;
+  return ends;
 }
 
-double attachment_gap(const Muscle& muscle, const State& state, const Points& x) {
+double attachment_gap(const Muscle& muscle, const std::array<Attachment, 2>& ends,
+                      const State& state, const Points& x) {
   double gap = 0.0;
   if (!muscle.shape.fixed_to.empty()) return gap;
-  for (const PathPoint* end :
-       {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()}) {
-    const Vec3 anchor = state.pose[end->body] * end->position;
-    const bool origin = end == &muscle.shape.path.points.front();
-    // The node that is nearest to this end of the path at rest is taken for the attached one.
-    double best = 1e30, distance = 0.0;
-    for (size_t i = 0; i < x.size(); ++i) {
-      const double s = muscle.shape.along[i];
-      const double from_end =
-          (origin ? s : muscle.shape.rest_path_length - s) + muscle.shape.offset[i].norm();
-      if (from_end < best) {
-        best = from_end;
-        distance = (to_vec(x[i]) - anchor).norm();
-      }
-    }
-    gap = std::max(gap, distance - best);
+  const PathPoint* points[] = {&muscle.shape.path.points.front(), &muscle.shape.path.points.back()};
+  for (int k = 0; k < 2; ++k) {
+    const Vec3 anchor = state.pose[points[k]->body] * points[k]->position;
+    gap = std::max(gap, (to_vec(x[ends[k].node]) - anchor).norm() - ends[k].away);
   }
-  return std::max(gap, 0.0);
+  return gap;
+}
+
+const Surface& skin_surface(const Model& model) {
+  return model.skinned ? model.skinned->surface : model.skin.surface;
 }
 
 }  // namespace
 
-double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Points& x, double u) {
-  const auto& belly = muscle.shape.belly;
-  const double length = belly[1] - belly[0], along = belly[0] + u * length;
-  Vec3 point, tangent;
-  curve_at(muscle.shape, pose, along, point, tangent);
-  return section_area(muscle, x, along, std::max(0.35 * length, muscle.shape.lengths.section_reach),
-                      point, tangent);
-}
+namespace {
 
-double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x) {
-  if (!muscle.shape.fixed_to.empty()) return 1.0;  // no path, no sections
-  double sum = 0.0;
-  for (int k = 0; k < kSections; ++k) {
-    sum += section_area_at(muscle, pose, x, (k + 0.5) / kSections);
+// All pairs that are measured, those of the skin first, since they take longest. Of the skin itself
+// its layer is measured, and of a character's own skin the muscles alone.
+std::vector<Meeting> find_meetings(const Model& model) {
+  std::vector<Meeting> meetings;
+  const int muscles = static_cast<int>(model.muscles.size()), skin = model.colliders();
+  const auto add = [&](int one, int other) {
+    Meeting& meeting = meetings.emplace_back();
+    meeting.one = one;
+    meeting.other = other;
+  };
+  if (model.has_skin && !model.skinned) add(skin, skin);
+  const int below = !model.has_skin ? 0 : model.skinned ? muscles : skin;
+  for (int c = 0; c < below; ++c) add(skin, c);
+  for (int m = 0; model.contact.enabled && m < muscles; ++m) {
+    for (int other = m; other < model.colliders(); ++other) {
+      if (!model.ignore[m][other]) add(m, other);
+    }
   }
-  return sum / kSections;
+  return meetings;
 }
 
-std::vector<double> rest_belly_areas(const Model& model, const State& initial) {
-  std::vector<double> areas;
+}  // namespace
+
+Measuring start_measuring(const Model& model, const State& initial) {
+  Measuring out;
+  out.meetings = find_meetings(model);
   for (size_t m = 0; m < model.muscles.size(); ++m) {
-    areas.push_back(
-        mean_belly_area(model.muscles[m], initial.muscles[m].pose, initial.muscles[m].x));
+    const Muscle& muscle = model.muscles[m];
+    out.rest_areas.push_back(
+        mean_belly_area(muscle, initial.muscles[m].pose, initial.muscles[m].x));
+    out.attachments.push_back(find_attachments(muscle));
   }
-  return areas;
+  for (const Collider& it : colliders_of(model, initial)) {
+    out.shells.push_back(make_shell(*it.surface, static_cast<int>(it.x->size())));
+  }
+  if (!model.has_skin) return out;
+  out.shells.push_back(make_shell(skin_surface(model), static_cast<int>(initial.skin.x.size())));
+  if (model.skinned) {  // vertices at the place of another one have no triangles
+    std::erase_if(out.shells.back().loose,
+                  [&](int vertex) { return model.skinned->map_back[vertex] != vertex; });
+  }
+  return out;
 }
 
 std::vector<std::string> rest_overlaps(const Model& model) {
@@ -160,78 +151,124 @@ double zone_error(const Muscle& muscle, const MuscleState& now) {
 
 }  // namespace
 
-FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
-                      State& state) {
+namespace {
+
+// All that is measured of one muscle alone.
+MuscleMeasures measure_muscle(const Model& model, const Measuring& measuring, int m,
+                              const State& state) {
+  const Muscle& muscle = model.muscles[m];
+  const MuscleState& now = state.muscles[m];
+  MuscleMeasures measures;
+  measures.volume_error =
+      std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
+  measures.substep_volume_error = now.substep_volume_error;
+  measures.zone_error = zone_error(muscle, now);
+  measures.length = now.pose.path_length;
+  const double area = mean_belly_area(muscle, now.pose, now.x), rest = measuring.rest_areas[m];
+  if (rest > 0.0) measures.area_ratio = area / rest;  // 0 where the path runs outside the surface
+  measures.attachment_gap = attachment_gap(muscle, measuring.attachments[m], state, now.x);
+  measures.rung = now.ladder.frame_rung;
+  measures.cause = now.ladder.cause;
+  return measures;
+}
+
+// All bodies in their places: muscles, bones, the skin.
+std::vector<PlacedShell> place_shells(const Model& model, const Measuring& measuring,
+                                      const State& state) {
+  std::vector<PlacedShell> placed;
+  for (const Collider& it : colliders_of(model, state)) {
+    placed.push_back({it.surface, it.bvh, it.x, &measuring.shells[placed.size()]});
+  }
+  if (model.has_skin) {
+    placed.push_back(
+        {&skin_surface(model), &state.skin.bvh, &state.skin.x, &measuring.shells.back()});
+  }
+  return placed;
+}
+
+void measure_meeting(const Model& model, const std::vector<PlacedShell>& placed, Meeting& meeting) {
+  PlacedShell one = placed[meeting.one], other = placed[meeting.other];
+  meeting.crossings = 0;
+  find_near_crossings(*one.surface, *one.bvh, *one.x, *other.surface, *other.bvh, *other.x,
+                      meeting.near);
+  const int muscles = static_cast<int>(model.muscles.size());
+  const bool is_skin = meeting.one == model.colliders(), itself = meeting.one == meeting.other;
+  const auto is_free = [&](int body, int triangle) {
+    return body < muscles && has_free_node(model.muscles[body], triangle);
+  };
+  for (const auto& pair : meeting.near) {
+    if (is_skin && !itself) break;  // that skin and flesh cross is told by the depths
+    // A pair of tendons meets where both attach.
+    const bool counts = is_skin || is_free(meeting.one, pair[0]) || is_free(meeting.other, pair[1]);
+    meeting.crossings +=
+        counts && are_crossing(*one.surface, *one.x, *other.surface, *other.x, pair);
+  }
+  if (itself) return;
+  if (is_skin) {
+    meeting.outside = farthest_outside(other, one, meeting.near, 1);
+  } else {
+    one.counted = &model.muscles[meeting.one].free_nodes;
+    if (meeting.other < muscles) {
+      other.counted = &model.muscles[meeting.other].free_nodes;
+      meeting.depth_of_other = deepest_inside(other, one, meeting.near, 1);
+    }
+  }
+  meeting.depth_of_one = deepest_inside(one, other, meeting.near, 0);
+}
+
+void add_meeting(const Model& model, const Meeting& meeting, FrameMeasures& out) {
+  const auto raise = [](double& value, double by) { value = std::max(value, by); };
+  if (meeting.one == model.colliders()) {
+    raise(out.skin.max_penetration, meeting.depth_of_one);
+    raise(out.skin.max_poke_through, meeting.outside);
+    out.skin.intersecting_pairs += meeting.crossings;
+    return;
+  }
+  raise(out.muscles[meeting.one].penetration, meeting.depth_of_one);
+  if (meeting.other < static_cast<int>(out.muscles.size())) {
+    raise(out.muscles[meeting.other].penetration, meeting.depth_of_other);
+  }
+  out.intersecting_pairs += meeting.crossings;
+}
+
+}  // namespace
+
+FrameMeasures measure(const Model& model, Measuring& measuring, Parallel& parallel, State& state) {
   FrameMeasures out;
   const int count = state.count();
   out.muscles.resize(count);
   refit_all(model, parallel, state);
-  const std::vector<Collider> colliders = colliders_of(model, state);
-  std::vector<double> deepest(count, 0.0), outside(count, 0.0);
-  std::vector<int> pairs(count, 0);
-  const Surface& skin = model.skinned ? model.skinned->surface : model.skin.surface;
-  if (model.has_skin) refit_bvh(skin, state.skin.x, state.skin.bvh);
-  parallel.each(count, [&](int m) {
-    const Muscle& muscle = model.muscles[m];
-    const MuscleState& now = state.muscles[m];
-    MuscleMeasures& measures = out.muscles[m];
-    measures.volume_error =
-        std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
-    measures.substep_volume_error = now.substep_volume_error;
-    measures.zone_error = zone_error(muscle, now);
-    measures.length = now.pose.path_length;
-    const double area = mean_belly_area(muscle, now.pose, now.x);
-    measures.area_ratio = rest_areas[m] > 0.0 ? area / rest_areas[m]
-                                              : 1.0;  // 0 where the path runs outside the surface
-    measures.attachment_gap = attachment_gap(muscle, state, now.x);
-    measures.rung = now.ladder.frame_rung;
-    measures.cause = now.ladder.cause;
-    if (model.skinned) outside[m] = farthest_outside(skin, state.skin.bvh, state.skin.x, now.x);
-    if (!model.contact.enabled) return;
-    const Points free = free_nodes(muscle, now.x);
-    for (size_t other = 0; other < colliders.size(); ++other) {
-      if (model.ignore[m][other]) continue;
-      const Collider& them = colliders[other];
-      if (static_cast<int>(other) != m) {
-        deepest[m] = std::max(deepest[m], deepest_inside(*them.surface, *them.bvh, *them.x, free));
-      }
-      if (static_cast<int>(other) < m) continue;  // each pair once
-      const auto crossing = crossing_triangles(*colliders[m].surface, now.bvh, now.x, *them.surface,
-                                               *them.bvh, *them.x);
-      for (const auto& [mine, theirs] : crossing) {
-        const bool other_free =
-            static_cast<int>(other) < count && has_free_node(model.muscles[other], theirs);
-        pairs[m] +=
-            has_free_node(muscle, mine) || other_free;  // a pair of tendons meets where both attach
-      }
+  if (model.has_skin) refit_bvh(skin_surface(model), state.skin.x, state.skin.bvh);
+  const std::vector<PlacedShell> placed = place_shells(model, measuring, state);
+  const int meetings = static_cast<int>(measuring.meetings.size());
+  parallel.each(meetings + count, [&](int i) {
+    if (i < meetings) {
+      measure_meeting(model, placed, measuring.meetings[i]);
+    } else {
+      out.muscles[i - meetings] = measure_muscle(model, measuring, i - meetings, state);
     }
   });
+  for (const Meeting& meeting : measuring.meetings) add_meeting(model, meeting, out);
   for (int m = 0; m < count; ++m) {
-    out.muscles[m].penetration = deepest[m];
-    out.contact_penetration = std::max(out.contact_penetration, deepest[m]);
-    out.intersecting_pairs += pairs[m];
+    out.contact_penetration = std::max(out.contact_penetration, out.muscles[m].penetration);
     out.unreached += state.muscles[m].unreached;
     out.weight_fallbacks += state.muscles[m].weight_fallbacks;
     out.zone_fallbacks += state.muscles[m].zone_fallbacks;
   }
-  if (model.skinned) {
-    out.skin.max_penetration = deepest_inside(muscles_of(model, state), state.skin.x);
-    for (const double depth : outside) {  // negative or 0 where no muscle is outside
-      out.skin.max_poke_through = std::max(out.skin.max_poke_through, depth);
-    }
-  } else if (model.has_skin) {
-    out.skin = measure_skin(model.skin, colliders, state.skin);
+  if (model.has_skin && !model.skinned) {
+    const double volume = enclosed_volume(state.skin.x, model.skin.surface.triangles);
+    out.skin.volume_error = std::abs(volume - model.skin.volume) / model.skin.volume;
   }
   return out;
 }
 
 double written_volume_error(const BakeMesh& mesh, const std::vector<Vec3>& positions,
                             bool double_precision) {
-  TriMesh now{positions, mesh.rest.triangles};
+  std::vector<Vec3> now = positions;
   if (!double_precision) {
-    for (Vec3& p : now.vertices) p = p.unaryExpr(&as_float);
+    for (Vec3& p : now) p = p.unaryExpr(&as_float);
   }
-  return std::abs(enclosed_volume(now) / enclosed_volume(mesh.rest) - 1.0);
+  return std::abs(enclosed_volume(now, mesh.rest.triangles) / enclosed_volume(mesh.rest) - 1.0);
 }
 
 void measure_written(const Model& model, const BakeInfo& info,

@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/bake/sections.h"
 #include "sim/cache/cache.h"
 #include "sim/solver/parallel.h"
 #include "sim/solver/state.h"
+#include "skin/sides.h"
 
 namespace thew::sim {
 
@@ -33,16 +35,32 @@ struct FrameMeasures {
   int unreached = 0, weight_fallbacks = 0, zone_fallbacks = 0;
 };
 
-/// Area (m^2) of the section across the belly at u in 0..1.
-double section_area_at(const Muscle& muscle, const CarriedPose& pose, const Points& x, double u);
+/// What measure() needs of the model at rest, and memory that it uses again.
+struct Measuring {
+  /// The node that is nearest to an end of the path at rest is taken for the attached one.
+  struct Attachment {
+    int node = -1;
+    double away = 0.0;  ///< m, from the end at rest
+  };
+  /// Two bodies, by their place in `shells`, and what is found of them in a frame. A body may meet
+  /// itself.
+  struct Meeting {
+    int one = 0, other = 0;
+    std::vector<std::array<int, 2>> near;             ///< pairs of triangles that may cross
+    int crossings = 0;                                ///< pairs that do, one of a belly
+    double depth_of_one = 0.0, depth_of_other = 0.0;  ///< m, inside each other
+    double outside = 0.0;  ///< m, of the other outside the one, which is the skin
+  };
+  std::vector<double> rest_areas;  ///< m^2, mean_belly_area() of each muscle in the bind pose
+  std::vector<std::array<Attachment, 2>> attachments;  ///< of each muscle: origin, insertion
+  std::vector<Shell> shells;                           ///< muscles, bones, the skin
+  std::vector<Meeting> meetings;
+};
+/// `initial` is an initial state.
+Measuring start_measuring(const Model& model, const State& initial);
 
-/// Mean area (m^2) of sections across the belly at a pose.
-double mean_belly_area(const Muscle& muscle, const CarriedPose& pose, const Points& x);
-
-/// All but the measures of written positions; `rest_areas` as of rest_belly_areas(). Refits the
-/// trees of the state.
-FrameMeasures measure(const Model& model, const std::vector<double>& rest_areas, Parallel& parallel,
-                      State& state);
+/// All but the measures of written positions. Refits the trees of the state.
+FrameMeasures measure(const Model& model, Measuring& measuring, Parallel& parallel, State& state);
 /// |V - V0| / V0 of a mesh at a frame's positions, in double precision or as float32 has them.
 double written_volume_error(const BakeMesh& mesh, const std::vector<Vec3>& positions,
                             bool double_precision);
@@ -55,8 +73,6 @@ void measure_written(const Model& model, const BakeInfo& info,
 /// Lengths::reported_overlap, with the deepest position. Settling will push such a pair apart,
 /// which changes both shapes.
 std::vector<std::string> rest_overlaps(const Model& model);
-/// mean_belly_area() (m^2) of each muscle in the bind pose, from an initial state.
-std::vector<double> rest_belly_areas(const Model& model, const State& initial);
 
 /// Names of all measures for the cache, such as "volume_error/biceps_long", and their values in the
 /// same order.

@@ -105,14 +105,22 @@ class Packing {
   }
 
   void add(const BakeFrame& frame) {
-    // HDF5 rounds to float32 where that is the dataset's type.
+    Hash written;
     for (const int m : order_) {
-      out_.write_chunk(positions_[m], H5T_NATIVE_DOUBLE, frames_.size(), frame.positions[m].data());
+      std::vector<Vec3> positions = frame.positions[m];
+      if (!info_.double_precision) {
+        for (Vec3& p : positions) p = p.unaryExpr(&as_float);
+      }
+      out_.write_chunk(positions_[m], H5T_NATIVE_DOUBLE, frames_.size(), positions.data());
+      written.add(positions.data(), positions.size() * sizeof(Vec3));
     }
+    frame_hashes_.push_back(written.hex());
     add_positions(frame, order_, hash_);
     frames_.push_back(frame.frame);
     metrics_.push_back(frame.metrics);
   }
+
+  const std::vector<std::string>& frame_hashes() const { return frame_hashes_; }
 
   /// Returns the hash of all positions.
   std::string finish() {
@@ -189,30 +197,20 @@ class Packing {
   std::vector<Hdf5Dataset> positions_;  // by mesh
   std::vector<int> frames_;
   std::vector<std::vector<double>> metrics_;  // by frame
+  std::vector<std::string> frame_hashes_;     // of the positions as they are written
   Hash hash_;
 };
 
-// Reads `packed` back against the parts it was made of.
-void verify(const fs::path& packed, const BakeInfo& info, const fs::path& folder,
-            const std::vector<Part>& parts) {
-  const std::vector<int> order = by_name(info);
-  // Rounding to float32 moves a number by half a unit in its last place at most.
-  const double relative = info.double_precision ? 0.0 : 0x1p-24;
-  const double smallest = info.double_precision ? 0.0 : 0x1p-149;
+// Reads `packed` back against the hashes of its frames.
+void verify(const fs::path& packed, const std::vector<std::string>& hashes) {
   const BakeReader reader(packed);
-  bool same = reader.info().frames.size() == parts.size();
-  for (std::size_t f = 0; same && f < parts.size(); ++f) {
-    const BakeFrame written = read_part(folder, parts[f], info);
-    const BakeFrame found = reader.read(static_cast<int>(f));
-    for (std::size_t m = 0; m < order.size(); ++m) {
-      const std::vector<Vec3>& positions = written.positions[order[m]];
-      for (std::size_t i = 0; i < positions.size(); ++i) {
-        for (int k = 0; k < 3; ++k) {
-          const double error = std::abs(found.positions[m][i][k] - positions[i][k]);
-          same = same && error <= relative * std::abs(positions[i][k]) + smallest;
-        }
-      }
+  bool same = reader.info().frames.size() == hashes.size();
+  for (std::size_t f = 0; same && f < hashes.size(); ++f) {
+    Hash hash;
+    for (const std::vector<Vec3>& positions : reader.read(static_cast<int>(f)).positions) {
+      hash.add(positions.data(), positions.size() * sizeof(Vec3));
     }
+    same = hash.hex() == hashes[f];
   }
   if (!same) {
     throw Error(ErrorCode::kOutput, packed.string() +
@@ -243,6 +241,7 @@ struct BakeWriter::Data {
   std::optional<FolderLock> lock;
   std::vector<Part> parts;
   std::vector<int> completed;  // as found on resuming
+  std::string bytes;           // of a part that is written, kept so that its memory is used again
 };
 
 BakeWriter::BakeWriter(const fs::path& folder, const BakeInfo& info, bool resume)
@@ -289,9 +288,9 @@ void BakeWriter::write(const BakeFrame& frame) {
                                        ": it is not the next one to be written; write the frames "
                                        "of the bake in their order");
   }
-  const std::string bytes = encode_part(frame);
-  const Part part{frame.frame, part_file(frame.frame), bytes.size(), hash_of(bytes)};
-  replace_durably(data.parts_folder / part.file, bytes);
+  encode_part(frame, data.bytes);
+  const Part part{frame.frame, part_file(frame.frame), data.bytes.size(), hash_of(data.bytes)};
+  replace_durably(data.parts_folder / part.file, data.bytes);
   append_durably(data.parts_folder / kManifest, manifest_line(part));
   data.parts.push_back(part);
 }
@@ -309,12 +308,12 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   try {
     Packing packing(temporary, data.info, data.parts.size());
     for (const Part& part : data.parts) {
-      packing.add(read_part(data.parts_folder, part, data.info));
+      packing.add(read_part(data.parts_folder, part, data.info, false));
       if (on_frame) on_frame();
     }
     hash = packing.finish();
     try {
-      verify(temporary, data.info, data.parts_folder, data.parts);
+      verify(temporary, packing.frame_hashes());
     } catch (const Error& unread) {
       if (unread.code() != ErrorCode::kInput) throw;  // it is our own file that cannot be read
       throw Error(ErrorCode::kOutput,

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
@@ -34,6 +34,31 @@ void put(std::string& bytes, const T* values, std::size_t count) {
 }
 
 void put_number(std::string& bytes, std::uint64_t value) { put(bytes, &value, 1); }
+
+// A run repeats its number so often at most, so that the bytes of a part limit what it unpacks to.
+constexpr std::size_t kMostRepeats = 1024;
+constexpr std::size_t kLeastRepeats = 4;  // fewer cost more than they save
+
+std::size_t equal_from(const std::vector<double>& numbers, std::size_t first) {
+  std::size_t end = first + 1;
+  const std::size_t last = std::min(numbers.size(), first + kMostRepeats);
+  while (end < last && std::memcmp(&numbers[end], &numbers[first], sizeof(double)) == 0) ++end;
+  return end - first;
+}
+
+void put_runs(std::string& bytes, const std::vector<double>& numbers) {
+  for (std::size_t first = 0; first < numbers.size();) {
+    std::size_t end = first, repeats = 0;
+    while (end < numbers.size() && (repeats = equal_from(numbers, end)) < kLeastRepeats) {
+      end += repeats;
+      repeats = 0;
+    }
+    put_number(bytes, end - first);
+    put_number(bytes, repeats);
+    put(bytes, &numbers[first], end - first + (repeats > 0 ? 1 : 0));
+    first = end + repeats;
+  }
+}
 
 /// Reads numbers from the front of a part. False where too few are left.
 struct PartReader {
@@ -50,9 +75,31 @@ struct PartReader {
     std::uint64_t value = 0;
     return read(&value, 1) && value == expected;
   }
+  /// `count` numbers as put_runs() wrote them.
+  bool read_runs(std::vector<double>& numbers, std::size_t count) {
+    // Before memory is allocated for them.
+    if (count / kMostRepeats > rest.size() / sizeof(double)) return false;
+    numbers.clear();
+    numbers.reserve(count);
+    while (numbers.size() < count) {
+      std::uint64_t single = 0, repeats = 0;
+      double repeated = 0.0;
+      const std::size_t filled = numbers.size();
+      if (!read(&single, 1) || !read(&repeats, 1) || single > count - filled ||
+          repeats > std::min(kMostRepeats, count - filled - single) || single + repeats == 0) {
+        return false;
+      }
+      numbers.resize(filled + single);
+      if (!read(numbers.data() + filled, single)) return false;
+      if (repeats > 0 && !read(&repeated, 1)) return false;
+      numbers.insert(numbers.end(), repeats, repeated);
+    }
+    return true;
+  }
 };
 
-bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info, BakeFrame& frame) {
+bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info, bool with_state,
+                 BakeFrame& frame) {
   PartReader reader{bytes};
   std::uint64_t magic = 0;
   std::memcpy(&magic, kMagic, sizeof magic);
@@ -73,9 +120,7 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
   }
   frame.metrics.resize(info.metric_names.size());
   if (!reader.read(frame.metrics.data(), frame.metrics.size())) return false;
-  if (states != reader.rest.size() / sizeof(double)) return false;  // before it is allocated
-  frame.state.resize(states);
-  return reader.read(frame.state.data(), frame.state.size()) && reader.rest.empty();
+  return !with_state || (reader.read_runs(frame.state, states) && reader.rest.empty());
 }
 
 std::string mesh_hash(const BakeMesh& mesh) {
@@ -199,8 +244,8 @@ std::string manifest_line(const Part& part) {
                    "");
 }
 
-std::string encode_part(const BakeFrame& frame) {
-  std::string bytes(kMagic);
+void encode_part(const BakeFrame& frame, std::string& bytes) {
+  bytes = kMagic;
   put_number(bytes, kVersion);
   put_number(bytes, static_cast<std::uint64_t>(std::int64_t{frame.frame}));
   put_number(bytes, frame.positions.size());
@@ -209,18 +254,18 @@ std::string encode_part(const BakeFrame& frame) {
   for (const auto& positions : frame.positions) put_number(bytes, positions.size());
   for (const auto& positions : frame.positions) put(bytes, positions.data(), positions.size());
   put(bytes, frame.metrics.data(), frame.metrics.size());
-  put(bytes, frame.state.data(), frame.state.size());
-  return bytes;
+  put_runs(bytes, frame.state);
 }
 
-BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& info) {
+BakeFrame read_part(const fs::path& folder, const Part& part, const BakeInfo& info,
+                    bool with_state) {
   const fs::path file = folder / part.file;
   std::string why;
   BakeFrame frame;
   try {
     const std::string bytes = read_whole_file(file, part.bytes);
     if (bytes.size() == part.bytes && hash_of(bytes) == part.hash &&
-        decode_part(bytes, part, info, frame)) {
+        decode_part(bytes, part, info, with_state, frame)) {
       return frame;
     }
     why = "its bytes are not those that were written";

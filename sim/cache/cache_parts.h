@@ -15,6 +15,8 @@ namespace thew::sim {
 // not HDF5, since such a file is lost by a kill, and its library crashes on a full disk:
 //   "thewpart" · version · frame · meshes M · metrics K · state S · M numbers of nodes N
 //   · M times [N, 3] positions · [K] metrics · [S] state
+// The state is a third shorter as runs: L · R · [L] numbers · the number that follows them R times,
+// and so on until there are S.
 // The manifest has the size and hash of each part, so that a changed byte is found.
 
 inline constexpr const char* kManifest = "manifest.jsonl";
@@ -38,9 +40,12 @@ struct Part {
 std::string part_file(int frame);
 std::string manifest_line(const Part& part);
 
-std::string encode_part(const BakeFrame& frame);
-/// Reads a part. Error(kOutput) unless its size, hash and contents are those that were written.
-BakeFrame read_part(const std::filesystem::path& folder, const Part& part, const BakeInfo& info);
+/// Into memory of the caller, which a bake uses for every frame.
+void encode_part(const BakeFrame& frame, std::string& bytes);
+/// Reads a part, on demand without its state. Error(kOutput) unless its size, hash and contents are
+/// those that were written.
+BakeFrame read_part(const std::filesystem::path& folder, const Part& part, const BakeInfo& info,
+                    bool with_state = true);
 
 /// The text of bake.json: what has to be the same for a bake to be resumed.
 std::string describe_scene(const BakeInfo& info);

@@ -12,12 +12,14 @@ namespace {
 
 // One list of numbers, written and read by the same function so that the two cannot differ.
 struct Writer {
+  static constexpr bool kReads = false;
   std::vector<double>& out;
   void number(double& value) { out.push_back(value); }
   void count(size_t& n) { out.push_back(static_cast<double>(n)); }
 };
 
 struct Reader {
+  static constexpr bool kReads = true;
   const std::vector<double>& in;
   size_t at = 0;
   void number(double& value) {
@@ -47,7 +49,7 @@ requires(std::is_integral_v<Whole> || std::is_enum_v<Whole>) void walk(Archive& 
                                                                        Whole& value) {
   double real = static_cast<double>(value);
   archive.number(real);
-  value = static_cast<Whole>(static_cast<std::int64_t>(real));
+  if constexpr (Archive::kReads) value = static_cast<Whole>(static_cast<std::int64_t>(real));
 }
 
 template <typename Archive>
@@ -60,7 +62,7 @@ void walk(Archive& archive, Point& row) {
   for (int k = 0; k < 3; ++k) {
     double value = row[k];
     archive.number(value);
-    row[k] = value;
+    if constexpr (Archive::kReads) row[k] = value;
   }
 }
 
@@ -69,7 +71,11 @@ void walk(Archive& archive, std::vector<T, Allocator>& values) {
   size_t n = values.size();
   archive.count(n);
   values.resize(n);
-  for (T& value : values) walk(archive, value);
+  if constexpr (!Archive::kReads && std::is_same_v<T, double>) {
+    archive.out.insert(archive.out.end(), values.begin(), values.end());
+  } else {
+    for (T& value : values) walk(archive, value);
+  }
 }
 
 template <typename Archive>
@@ -202,10 +208,14 @@ State initial_state(const Model& model) {
 
 std::vector<double> pack_state(const State& state) {
   std::vector<double> out;
-  Writer writer{out};
-  State copy = state;
-  walk(writer, copy);
+  pack_state(state, out);
   return out;
+}
+
+void pack_state(const State& state, std::vector<double>& out) {
+  out.clear();
+  Writer writer{out};
+  walk(writer, const_cast<State&>(state));  // a writer changes nothing
 }
 
 namespace {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <limits>
 
+#include "rig/vectorise.h"
 #include "skin/surface/surface.h"
 
 namespace thew::skin {
@@ -36,20 +41,168 @@ bool cross(const Vec3* s, const Vec3* t) {
   return false;
 }
 
-bool overlap(const Bvh::Node& a, const Bvh::Node& b) {
-  for (int k = 0; k < 3; ++k) {
-    if (a.lo[k] > b.hi[k] || b.lo[k] > a.hi[k]) return false;
-  }
-  return true;
-}
-
-bool share_node(const Triangle& s, const Triangle& t) {
-  return std::any_of(s.begin(), s.end(),
-                     [&](int node) { return node == t[0] || node == t[1] || node == t[2]; });
-}
-
 void corners(const Surface& surface, const Points& x, int triangle, Vec3* out) {
   for (int k = 0; k < 3; ++k) out[k] = to_vec(x[surface.triangles[triangle][k]]);
+}
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int __attribute__((vector_size(16)));
+
+// Two float steps cover the rounding of the conversion.
+[[gnu::always_inline]] inline void round_both(const Point& v, Float4& below, Float4& above) {
+  const Float4 f = __builtin_convertvector(v, Float4), by = (f < 0.0f ? -f : f) * 1.2e-7f;
+  below = f - by - std::numeric_limits<float>::min();
+  above = f + by + std::numeric_limits<float>::min();
+}
+
+[[gnu::always_inline]] inline bool boxes_meet(const Bvh::Node& a, const Bvh::Node& b) {
+  // Four floats each, of which three count.
+  Float4 a_low, a_high, b_low, b_high;
+  std::memcpy(&a_low, a.lo, sizeof a_low);
+  std::memcpy(&b_low, b.lo, sizeof b_low);
+  std::memcpy(&a_high, a.hi, sizeof a_high);
+  std::memcpy(&b_high, b.hi, sizeof b_high);
+  const Int4 apart = (a_low > b_high) | (b_low > a_high);
+  return (apart[0] | apart[1] | apart[2]) == 0;
+}
+
+// A block is a leaf of a tree, or a node above two leaves: so many triangles at most (bvh.cpp).
+constexpr int kMostOfBlock = 8;
+using Floats = float __attribute__((vector_size(32), aligned(32)));
+using Ints = int __attribute__((vector_size(32), aligned(32)));
+
+[[gnu::always_inline]] inline bool is_block(const Bvh& bvh, const Bvh::Node& node) {
+  return node.count > 0 || (bvh.nodes[node.first].count > 0 && bvh.nodes[node.first + 1].count > 0);
+}
+
+// The triangles of a block, one in each lane: their boxes, rounded outwards, and their nodes.
+struct Block {
+  Floats low[3], high[3];
+  Ints node[3];
+  int first, count;  // in the order of the tree
+};
+
+// From a row for each triangle to a lane for each.
+template <typename Row, typename Axis>
+[[gnu::always_inline]] inline void transpose(const Row* rows, Axis* axes) {
+  Row half[3][2];
+  for (int h = 0; h < 2; ++h) {
+    const Row* r = rows + 4 * h;
+    const Row xy0 = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
+    const Row xy1 = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
+    const Row z0 = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
+    const Row z1 = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
+    half[0][h] = __builtin_shufflevector(xy0, xy1, 0, 1, 4, 5);
+    half[1][h] = __builtin_shufflevector(xy0, xy1, 2, 3, 6, 7);
+    half[2][h] = __builtin_shufflevector(z0, z1, 0, 1, 4, 5);
+  }
+  for (int k = 0; k < 3; ++k) {
+    axes[k] = __builtin_shufflevector(half[k][0], half[k][1], 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+}
+
+[[gnu::always_inline]] inline void place(const Surface& surface, const Bvh& bvh, const Points& x,
+                                         const Bvh::Node& node, Block& block) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const Bvh::Node* leaves = node.count > 0 ? &node : &bvh.nodes[node.first];
+  block.first = leaves[0].first;
+  block.count = leaves[0].count + (node.count > 0 ? 0 : leaves[1].count);
+  Float4 low[kMostOfBlock], high[kMostOfBlock];
+  Int4 nodes[kMostOfBlock] = {};
+  for (int i = 0; i < kMostOfBlock; ++i) {
+    low[i] = Float4{} + kFar;  // meets no other box
+    high[i] = Float4{} - kFar;
+  }
+  for (int i = 0; i < block.count; ++i) {
+    const Triangle& triangle = surface.triangles[bvh.order[block.first + i]];
+    const Point &a = x[triangle[0]], &b = x[triangle[1]], &c = x[triangle[2]];
+    const Point ab_low = a < b ? a : b, ab_high = a > b ? a : b;
+    Float4 unused;
+    round_both(ab_low < c ? ab_low : c, low[i], unused);
+    round_both(ab_high > c ? ab_high : c, unused, high[i]);
+    nodes[i] = Int4{triangle[0], triangle[1], triangle[2]};
+  }
+  transpose(low, block.low);
+  transpose(high, block.high);
+  transpose(nodes, block.node);
+}
+
+// Blocks of one surface, each placed when it is first asked for. They lie close together, so that
+// the few that a search needs stay in the cache.
+class Blocks {
+ public:
+  void start(const Bvh& bvh) {
+    if (of_node_.size() < bvh.nodes.size()) of_node_.resize(bvh.nodes.size());
+    blocks_.clear();
+    blocks_.reserve(bvh.nodes.size());  // references to blocks stay valid
+    ++search_;
+  }
+  [[gnu::always_inline]] const Block& at(const Surface& surface, const Bvh& bvh, const Points& x,
+                                         int n) {
+    Place& it = of_node_[n];
+    if (it.search != search_) {
+      it = {search_, static_cast<int>(blocks_.size())};
+      place(surface, bvh, x, bvh.nodes[n], blocks_.emplace_back());
+    }
+    return blocks_[it.block];
+  }
+
+ private:
+  struct Place {
+    std::uint64_t search = 0;  // in which the block was placed
+    int block = 0;
+  };
+  std::vector<Place> of_node_;
+  std::vector<Block> blocks_;
+  std::uint64_t search_ = 0;
+};
+
+// The bits of lanes that are not 0.
+[[gnu::always_inline]] inline unsigned bits_of(const Ints& lanes) {
+  const Ints bits = lanes & Ints{1, 2, 4, 8, 16, 32, 64, 128};
+  int all = 0;
+  for (int i = 0; i < kMostOfBlock; ++i) all |= bits[i];
+  return static_cast<unsigned>(all);
+}
+
+// Triangles of b whose boxes meet that of triangle i of a and, for a surface with itself, share no
+// node with it.
+[[gnu::always_inline]] inline unsigned meeting(const Block& a, int i, const Block& b, bool itself) {
+  Ints apart = {};
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+    apart |= (a.low[k][i] > b.high[k]) | (b.low[k] > a.high[k][i]);
+    if (!itself) continue;
+#pragma GCC unroll 3
+    for (int l = 0; l < 3; ++l) apart |= a.node[k][i] == b.node[l];
+  }
+  return bits_of(~apart);
+}
+
+// Triangles of the block whose boxes meet a box.
+[[gnu::always_inline]] inline unsigned meeting(const Block& block, const Bvh::Node& box) {
+  Ints apart = {};
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) apart |= (block.low[k] > box.hi[k]) | (box.lo[k] > block.high[k]);
+  return bits_of(~apart);
+}
+
+[[gnu::always_inline]] inline float extent_of(const Bvh::Node& node) {
+  return (node.hi[0] - node.lo[0]) + (node.hi[1] - node.lo[1]) + (node.hi[2] - node.lo[2]);
+}
+
+// Whether t lies on one side of the plane of s, by more than `least` (m^3) of what is compared.
+[[gnu::always_inline]] inline bool clearly_one_side(const Point* s, const Point* t, double least) {
+  const Point n = cross3(s[1] - s[0], s[2] - s[0]);
+  const double a = sum3(n * (t[0] - s[0])), b = sum3(n * (t[1] - s[0]));
+  const double c = sum3(n * (t[2] - s[0]));
+  return (a > least && b > least && c > least) || (a < -least && b < -least && c < -least);
+}
+
+[[gnu::always_inline]] inline bool are_apart(const Triangle& s, const Points& xa, const Triangle& t,
+                                             const Points& xb, double least) {
+  const Point a[3] = {xa[s[0]], xa[s[1]], xa[s[2]]}, b[3] = {xb[t[0]], xb[t[1]], xb[t[2]]};
+  return clearly_one_side(a, b, least) || clearly_one_side(b, a, least);
 }
 
 }  // namespace
@@ -64,48 +217,75 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
 
 void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
                     const Bvh& bvh_b, const Points& xb, std::vector<std::array<int, 2>>& pairs) {
+  find_near_crossings(a, bvh_a, xa, b, bvh_b, xb, pairs);
+  std::erase_if(pairs, [&](const auto& pair) { return !are_crossing(a, xa, b, xb, pair); });
+  std::sort(pairs.begin(), pairs.end());
+}
+
+bool are_crossing(const Surface& a, const Points& xa, const Surface& b, const Points& xb,
+                  const std::array<int, 2>& pair) {
+  Vec3 s[3], t[3];
+  corners(a, xa, pair[0], s);
+  corners(b, xb, pair[1], t);
+  return cross(s, t);
+}
+
+THEW_VECTORISED
+void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
+                         const Bvh& bvh_b, const Points& xb,
+                         std::vector<std::array<int, 2>>& pairs) {
   pairs.clear();
   if (bvh_a.order.empty() || bvh_b.order.empty()) return;
   const bool itself = &a == &b && &xa == &xb;
-  const auto test = [&](int i, int j) {
-    if (itself && share_node(a.triangles[i], b.triangles[j])) return;
-    Vec3 s[3], t[3];
-    corners(a, xa, i, s);
-    corners(b, xb, j, t);
-    if (!cross(s, t)) return;
+  thread_local Blocks of_a, of_b;  // so that a search does not allocate
+  of_a.start(bvh_a);
+  if (!itself) of_b.start(bvh_b);
+  const auto test = [&](int i, int j, double least) __attribute__((always_inline)) {
+    if (are_apart(a.triangles[i], xa, b.triangles[j], xb, least)) return;
     pairs.push_back(itself ? std::array{std::min(i, j), std::max(i, j)} : std::array{i, j});
   };
-  // A step down either tree adds two entries at most, and no tree has more than 150 levels
-  // (bvh.cpp).
+  // A step down both trees adds three entries and one down either adds one, and no tree has more
+  // than 150 levels (bvh.cpp).
   constexpr int kStack = 1024;
   std::array<int, 2> stack[kStack];
   int top = 0;
-  const auto push = [&](int n, int m) { stack[top++] = {n, m}; };
-  push(0, 0);
+  if (boxes_meet(bvh_a.nodes[0], bvh_b.nodes[0])) stack[top++] = {0, 0};
   while (top > 0) {
     const auto [n, m] = stack[--top];
     const Bvh::Node &one = bvh_a.nodes[n], &two = bvh_b.nodes[m];
-    if (!overlap(one, two)) continue;
     const bool same = itself && n == m;  // each pair within a node once
-    if (one.count > 0 && two.count > 0) {
-      for (int i = 0; i < one.count; ++i) {
-        for (int j = same ? i + 1 : 0; j < two.count; ++j) {
-          test(bvh_a.order[one.first + i], bvh_b.order[two.first + j]);
+    bool divide_one = !is_block(bvh_a, one), divide_two = !is_block(bvh_b, two);
+    if (!divide_one && !divide_two) {
+      const Block& first = of_a.at(a, bvh_a, xa, n);
+      const Block& second = itself ? of_a.at(b, bvh_b, xb, m) : of_b.at(b, bvh_b, xb, m);
+      // No two corners are farther apart along x, y or z. Some five times the rounding of
+      // clearly_one_side().
+      const double extent = extent_of(one) + extent_of(two);
+      const double least = 1e-14 * extent * extent * extent;
+      for (unsigned rows = meeting(first, two); rows != 0; rows &= rows - 1) {
+        const int i = std::countr_zero(rows);
+        unsigned columns = meeting(first, i, second, itself);
+        if (same) columns &= ~0u << i;
+        for (; columns != 0; columns &= columns - 1) {
+          test(bvh_a.order[first.first + i], bvh_b.order[second.first + std::countr_zero(columns)],
+               least);
         }
       }
-    } else if (same) {
-      push(one.first, one.first);
-      push(one.first + 1, one.first + 1);
-      push(one.first, one.first + 1);
-    } else if (one.count == 0 && (two.count > 0 || n <= m)) {
-      push(one.first, m);
-      push(one.first + 1, m);
-    } else {
-      push(n, two.first);
-      push(n, two.first + 1);
+      continue;
+    }
+    if (divide_one && divide_two && !same) {  // the much larger one first
+      const float left = extent_of(one), right = extent_of(two);
+      divide_two = left <= 2.0f * right;
+      divide_one = right <= 2.0f * left;
+    }
+    const int rows = divide_one ? 2 : 1, columns = divide_two ? 2 : 1;
+    for (int i = 0; i < rows; ++i) {
+      for (int j = same ? i : 0; j < columns; ++j) {
+        const int next = divide_one ? one.first + i : n, other = divide_two ? two.first + j : m;
+        if (boxes_meet(bvh_a.nodes[next], bvh_b.nodes[other])) stack[top++] = {next, other};
+      }
     }
   }
-  std::sort(pairs.begin(), pairs.end());
 }
 
 }  // namespace thew::skin

@@ -93,5 +93,13 @@ std::vector<std::array<int, 2>> crossing_triangles(const Surface& a, const Bvh& 
 /// The same, into memory of the caller.
 void find_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
                     const Bvh& bvh_b, const Points& xb, std::vector<std::array<int, 2>>& pairs);
+/// The same with pairs that may not cross, in no order that means anything: the triangles of all
+/// other pairs are apart, whatever rounding does.
+void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, const Surface& b,
+                         const Bvh& bvh_b, const Points& xb,
+                         std::vector<std::array<int, 2>>& pairs);
+/// Whether triangle pair[0] of a and pair[1] of b cross.
+bool are_crossing(const Surface& a, const Points& xa, const Surface& b, const Points& xb,
+                  const std::array<int, 2>& pair);
 
 }  // namespace thew::skin

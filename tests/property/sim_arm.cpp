@@ -43,7 +43,7 @@ Flexion flex(const std::vector<std::string>& overrides) {
   run.model = build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", overrides));
   Parallel parallel(2);
   State state = initial_state(run.model);
-  const std::vector<double> areas = rest_belly_areas(run.model, state);
+  Measuring measuring = start_measuring(run.model, state);
   const Settled settled = settle(run.model, parallel, state);
   EXPECT_TRUE(settled.converged) << settled.speed << " m/s after " << settled.seconds << " s";
   const int elbow = find_joint(run.model.skeleton, "elbow");
@@ -51,7 +51,7 @@ Flexion flex(const std::vector<std::string>& overrides) {
   for (int f = run.model.first_frame; f <= run.model.last_frame; f += kStride) {
     const double time = (f - run.model.first_frame) / run.model.fps;
     if (time > 0.0) step_frame(run.model, time, parallel, state, seconds);
-    run.measures.push_back(measure(run.model, areas, parallel, state));
+    run.measures.push_back(measure(run.model, measuring, parallel, state));
     run.elbow.push_back(state.joints[elbow]);
     std::vector<Points>& frame = run.x.emplace_back();
     for (const MuscleState& muscle : state.muscles) frame.push_back(muscle.x);

@@ -34,11 +34,11 @@ Motion run(const std::string& scene, const std::vector<std::string>& overrides, 
   out.state = initial_state(out.model);
   Parallel parallel(threads);
   settle(out.model, parallel, out.state);
-  const std::vector<double> areas = rest_belly_areas(out.model, out.state);
+  Measuring measuring = start_measuring(out.model, out.state);
   StageSeconds seconds;
   for (int f = 1; f <= frames; ++f) {
     step_frame(out.model, f / out.model.fps, parallel, out.state, seconds);
-    const FrameMeasures at = measure(out.model, areas, parallel, out.state);
+    const FrameMeasures at = measure(out.model, measuring, parallel, out.state);
     for (const MuscleMeasures& muscle : at.muscles) {
       out.volume = std::max(out.volume, muscle.volume_error);
       out.zone = std::max(out.zone, muscle.zone_error);

@@ -44,7 +44,8 @@ struct Motion {
         EXPECT_LE(std::abs(volume / muscle.rest_volume - 1.0), 1e-12) << "frame " << f;
       }
     }
-    return measure(model, rest_belly_areas(model, initial_state(model)), parallel, state);
+    Measuring measuring = start_measuring(model, initial_state(model));
+    return measure(model, measuring, parallel, state);
   }
   Vec3 centre_of(int m) const {
     Vec3 sum = Vec3::Zero();

@@ -11,7 +11,6 @@
 #include <thread>
 
 #include "rig/text.h"
-#include "sim/bake/stop_watch.h"
 #include "sim/cache/durable_file.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
@@ -160,7 +159,7 @@ ExitCode check_bounds(const Report& report) {
   return code;
 }
 
-/// Wall seconds since the command began, and those of its stages so far.
+/// Seconds since the command began, and those of its stages so far.
 struct Clock {
   StopWatch whole, stage;
   Report::Seconds seconds;
@@ -269,7 +268,9 @@ ExitCode bake_command(const CommandOptions& options) {
                   {options.out, frames, thread_count(options.threads), start == BakeStart::kGoOn,
                    output, interrupted},
                   [&](const BakeFrame& frame) {
+                    StopWatch drawing;
                     pictures->draw(frame);
+                    clock.seconds.render += drawing.lap();
                     progress.step(++done, frame.frame);
                     return !interrupted();
                   });
@@ -279,7 +280,6 @@ ExitCode bake_command(const CommandOptions& options) {
   }
   clock.stage.lap();  // of the bake, by stage
   add_bake(result.seconds, clock.seconds);
-  clock.seconds.render = pictures->seconds();
   return conclude(scene, model, options, frames, result, *pictures, clock);
 }
 

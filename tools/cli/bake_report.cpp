@@ -30,7 +30,7 @@ Report::Solver solver_of(const Scene& scene, const BakeResult& result) {
     solver.chosen_because = "the scene gives a tolerance; what each muscle got is below";
     solver.plan = result.plan;
     solver.tolerance_m = scene.solver.tolerance->position;
-    solver.plan_seconds = result.seconds.plan;
+    solver.plan_seconds = result.seconds.plan.wall;
   }
   return solver;
 }

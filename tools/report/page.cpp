@@ -79,8 +79,8 @@ std::string facts(const Report& report) {
                frame_range(report.frames) + " at " + readable(report.fps) + " fps");
   html += fact("Solver", report.solver.integrator,
                report.solver.volume + " volume, " + count(report.solver.substeps, "substep"));
-  html += fact("Time", readable(report.seconds.total) + " s",
-               readable(1e3 * report.seconds.total / frames) + " ms a frame, " +
+  html += fact("Time", readable(report.seconds.total.wall) + " s",
+               readable(1e3 * report.seconds.total.wall / frames) + " ms a frame, " +
                    count(report.threads, "thread"));
   html += "</dl>\n";
   if (!report.solver.chosen_because.empty()) {
@@ -114,6 +114,22 @@ LineChart muscle_chart(const Report& report, const std::string& title, const std
     chart.lines.push_back(line);
   }
   return chart;
+}
+
+std::string time_chart(const std::string& title, const Report::Seconds& s,
+                       double sim::Seconds::*clock) {
+  return draw_chart(BarChart{title,
+                             "s",
+                             {{"setup", s.setup.*clock},
+                              {"settle", s.settle.*clock},
+                              {"rig", s.rig.*clock},
+                              {"muscles", s.muscles.*clock},
+                              {"contact", s.contact.*clock},
+                              {"skin", s.skin.*clock},
+                              {"measure", s.measure.*clock},
+                              {"write", s.write.*clock},
+                              {"render", s.render.*clock},
+                              {"report", s.report.*clock}}});
 }
 
 std::string charts(const Report& report) {
@@ -157,20 +173,12 @@ std::string charts(const Report& report) {
         draw_chart(chart),
         "Pairs of triangles of different muscles and bones that pass through one another.");
   }
-  const Report::Seconds& s = report.seconds;
-  html += html_figure(draw_chart(BarChart{"Time by stage",
-                                          "s",
-                                          {{"setup", s.setup},
-                                           {"settle", s.settle},
-                                           {"rig", s.rig},
-                                           {"muscles", s.muscles},
-                                           {"contact", s.contact},
-                                           {"skin", s.skin},
-                                           {"measure", s.measure},
-                                           {"write", s.write},
-                                           {"render", s.render},
-                                           {"report", s.report}}}),
-                      "Wall-clock time of the whole bake; " + readable(s.total) + " s in all.");
+  html += html_figure(
+      time_chart("Time by stage", report.seconds, &sim::Seconds::wall),
+      "Wall-clock time of the whole bake; " + readable(report.seconds.total.wall) + " s in all.");
+  html +=
+      html_figure(time_chart("Processor time by stage", report.seconds, &sim::Seconds::cpu),
+                  "Of all threads together; " + readable(report.seconds.total.cpu) + " s in all.");
   return html + "</div>\n";
 }
 

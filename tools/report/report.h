@@ -8,6 +8,7 @@
 
 #include "sim/cache/version.h"
 #include "sim/fidelity/planner.h"
+#include "sim/stage_clock.h"
 
 namespace thew::tools {
 
@@ -68,8 +69,7 @@ struct Report {
 
   /// Wall seconds of the thread that bakes; the stages make up the total.
   struct Seconds {
-    double total = 0.0, setup = 0.0, settle = 0.0, measure = 0.0, report = 0.0, rig = 0.0,
-           muscles = 0.0, contact = 0.0, skin = 0.0, write = 0.0, render = 0.0;
+    sim::Seconds total, setup, settle, measure, report, rig, muscles, contact, skin, write, render;
   } seconds;
 
   /// Where all this comes from. None of it is in the cache, whose bytes depend on the scene alone.

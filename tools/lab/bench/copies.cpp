@@ -111,7 +111,7 @@ Json contact_of_copies(const std::string& scene, const std::filesystem::path& pi
     }
     const int last = static_cast<int>(model.muscles.size() - one.muscles.size());
     const Point apart = run.state.muscles[last].x[0] - run.state.muscles[0].x[0];
-    const double milliseconds = 1e3 * run.stages.contact / frames, nodes = count * nodes_of_one;
+    const double milliseconds = 1e3 * run.stages.contact.cpu / frames, nodes = count * nodes_of_one;
     const double price = price_of_query(model, run.state);
     if (count == 1) first = milliseconds;
     const double grown = count * std::log(nodes) / std::log(nodes_of_one);

@@ -80,9 +80,9 @@ Json speed_of(const std::string& scene, int repetitions) {
     with_friction.push_back(milliseconds_of(rough));
     with_self.push_back(milliseconds_of(folding));
     const double per_frame = 1e3 / (last - first);
-    rig.push_back(per_frame * a.stages.rig);
-    contact.push_back(per_frame * a.stages.contact);
-    muscles.push_back(per_frame * a.stages.muscles);
+    rig.push_back(per_frame * a.stages.rig.cpu);
+    contact.push_back(per_frame * a.stages.contact.cpu);
+    muscles.push_back(per_frame * a.stages.muscles.cpu);
   }
   out["scene"] = model.name;
   out["muscles"] = model.muscles.size();

@@ -161,17 +161,17 @@ void measure_point(const Scene& scene, const Frames& reference, const Frames& ow
                    ChartPoint& point, std::optional<State>& settled) {
   NodeDistance distance, from_own;
   std::size_t frame = 0;
-  std::vector<double> areas;
+  std::optional<Measuring> measuring;
   Parallel one(1);
   const auto compare = [&](const Model& model, State& state) {
-    if (areas.empty()) areas = rest_belly_areas(model, initial_state(model));
+    if (!measuring) measuring = start_measuring(model, initial_state(model));
     for (int m = 0; m < state.count(); ++m) {
       const double diagonal_mm = 2e3 * bounds_of(model.muscles[m].rest.vertices).radius();
       const double mm = add_distance(state.muscles[m].x, reference[frame][m], distance);
       point.percent = std::max(point.percent, 100.0 * mm / diagonal_mm);
       if (!own.empty()) add_distance(state.muscles[m].x, own[frame][m], from_own);
     }
-    const FrameMeasures measures = measure(model, areas, one, state);
+    const FrameMeasures measures = measure(model, *measuring, one, state);
     for (const MuscleMeasures& muscle : measures.muscles) {
       point.volume_error = std::max(point.volume_error, muscle.volume_error);
     }

@@ -74,7 +74,7 @@ Outcome run_ours(const Model& model, const OnState& on_frame) {
   });
   out.milliseconds = played.milliseconds_a_frame(model);
   const StageSeconds& stages = played.stages;
-  out.contact = stages.contact / (stages.rig + stages.contact + stages.muscles);
+  out.contact = stages.contact.cpu / (stages.rig.cpu + stages.contact.cpu + stages.muscles.cpu);
   return out;
 }
 

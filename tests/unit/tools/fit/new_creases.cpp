@@ -66,7 +66,7 @@ TEST_F(NewScene, DenseSkinHasFewFinsInTheFold) {
   figure.write(folder / "figure.gltf");
   MadeArm arm(asked(folder / "figure.gltf", "right"));
   const SkinnedSkin& skin = *arm.model.skinned;
-  const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
+  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
   Points carried;
   int sharp = 0;
   double out = 0.0;
@@ -74,7 +74,8 @@ TEST_F(NewScene, DenseSkinHasFewFinsInTheFold) {
     arm.step(frame);
     skin_vertices(skin.weights, skin.mesh, arm.state.bodies, carried);
     sharp = std::max(sharp, sharp_edges(skin, arm.state.skin.x, carried));
-    out = std::max(out, measure(arm.model, areas, arm.parallel, arm.state).skin.max_poke_through);
+    out =
+        std::max(out, measure(arm.model, measuring, arm.parallel, arm.state).skin.max_poke_through);
   }
   std::printf("%zu triangles, %d edges too sharp, muscle %.2f mm outside\n",
               skin.surface.triangles.size(), sharp, 1e3 * out);

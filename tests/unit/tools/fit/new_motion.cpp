@@ -58,12 +58,13 @@ TEST_F(NewScene, TheSkinOfASlenderArmStaysNearItsWeights) {
   const fs::path file = folder / "slender.gltf";
   write_slender_figure(0.35, file);
   MadeArm arm(asked(file, "right"));
-  const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
+  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
   double out = 0.0, off = 0.0;
   Points carried;
   for (int frame = 1; frame <= 35; ++frame) {
     arm.step(frame);
-    out = std::max(out, measure(arm.model, areas, arm.parallel, arm.state).skin.max_poke_through);
+    out =
+        std::max(out, measure(arm.model, measuring, arm.parallel, arm.state).skin.max_poke_through);
     skin_vertices(arm.model.skinned->weights, arm.model.skinned->mesh, arm.state.bodies, carried);
     off = std::max(off, largest_distance(arm.state.skin.x, carried));
   }
@@ -78,11 +79,12 @@ TEST_F(NewScene, TheSkinOfASlenderArmStaysNearItsWeights) {
 TEST_F(NewScene, TheRobotsMusclesStayAtItsElbow) {
   if (!fs::exists(data("robot.glb"))) GTEST_SKIP() << "robot.glb is not there";
   MadeArm arm(asked(data("robot.glb"), "left", 0.4));
-  const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
+  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
   double most = 0.0;
   for (int frame = 1; frame <= 35; ++frame) {
     arm.step(frame);
-    most = std::max(most, measure(arm.model, areas, arm.parallel, arm.state).skin.max_poke_through);
+    most = std::max(most,
+                    measure(arm.model, measuring, arm.parallel, arm.state).skin.max_poke_through);
   }
   std::printf("%.1f mm outside\n", 1e3 * most);
   EXPECT_LT(most, 9e-3);
@@ -217,12 +219,12 @@ BodyClip walk_of(const Model& model) {
 TEST_F(NewScene, TheArmSwingsAtTheSideAsInAWalk) {
   MadeArm arm(asked(kFigure, "right"), {"skin.enabled=false"});
   Model& model = arm.model;
-  const std::vector<double> areas = rest_belly_areas(model, arm.state);
+  Measuring measuring = start_measuring(model, arm.state);
   model.character->clip = walk_of(model);
   double deepest = 0.0;
   for (int frame = 1; frame <= 48; ++frame) {
     arm.step(frame);
-    const FrameMeasures now = measure(model, areas, arm.parallel, arm.state);
+    const FrameMeasures now = measure(model, measuring, arm.parallel, arm.state);
     deepest = std::max(deepest, now.contact_penetration);
     for (const MuscleState& muscle : arm.state.muscles) EXPECT_LE(muscle.volume_error, 1e-12);
   }
@@ -232,11 +234,11 @@ TEST_F(NewScene, TheArmSwingsAtTheSideAsInAWalk) {
 
 // m, that flesh stands out of the skin in the walk's first 48 frames.
 double most_outside(MadeArm& arm) {
-  const std::vector<double> areas = rest_belly_areas(arm.model, initial_state(arm.model));
+  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
   double out = 0.0;
   for (int frame = 1; frame <= 48; ++frame) {
     arm.step(frame);
-    const FrameMeasures now = measure(arm.model, areas, arm.parallel, arm.state);
+    const FrameMeasures now = measure(arm.model, measuring, arm.parallel, arm.state);
     out = std::max(out, now.skin.max_poke_through);
     for (const MuscleState& muscle : arm.state.muscles) EXPECT_LE(muscle.volume_error, 1e-12);
   }
@@ -265,7 +267,7 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
   for (int frame = 1; frame < 36; ++frame) {
     arm.step(frame);
   }
-  const std::vector<double> areas = rest_belly_areas(model, initial_state(model));
+  Measuring measuring = start_measuring(model, initial_state(model));
   const auto farthest = [&] {
     TriMesh skin = model.character->character.mesh;
     for (size_t i = 0; i < skin.vertices.size(); ++i) skin.vertices[i] = to_vec(state.skin.x[i]);
@@ -278,7 +280,7 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
     return most;
   };
   const auto measured = [&] {
-    return measure(model, areas, arm.parallel, state).skin.max_poke_through;
+    return measure(model, measuring, arm.parallel, state).skin.max_poke_through;
   };
   std::printf("%.2f mm outside\n", 1e3 * farthest());
   EXPECT_LT(farthest(), 2e-3);

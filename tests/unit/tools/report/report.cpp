@@ -47,17 +47,17 @@ Report sample() {
       9984,  1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
       2e-15, 3e-9};
   report.contact = {2e-4, std::vector<int>(120, 0)};
-  report.seconds = {.total = 10.0,
-                    .setup = 0.1,
-                    .settle = 0.3,
-                    .measure = 0.5,
-                    .report = 0.2,
-                    .rig = 0.1,
-                    .muscles = 4.9,
-                    .contact = 1.5,
-                    .skin = 1.0,
-                    .write = 0.9,
-                    .render = 0.5};
+  report.seconds = {.total = {10.0, 15},
+                    .setup = {0.1, 0.15},
+                    .settle = {0.3, 0.45},
+                    .measure = {0.5, 0.75},
+                    .report = {0.2, 0.3},
+                    .rig = {0.1, 0.15},
+                    .muscles = {4.9, 7.35},
+                    .contact = {1.5, 2.25},
+                    .skin = {1.0, 1.5},
+                    .write = {0.9, 1.35},
+                    .render = {0.5, 0.75}};
   report.origin = {"/scenes/arm <1>.toml",
                    "5678",
                    "thew bake 'arm <1>.toml' --out out",
@@ -89,14 +89,17 @@ TEST(ReportJson, HasWhatIsPromised) {
   const json read = json::parse(report_as_json(report));
   using Words = std::vector<std::string>;
   EXPECT_EQ(keys(read),
-            Words({"bounds", "contact", "fps", "frames", "hash", "muscles", "origin", "rungs",
-                   "scene", "seconds", "skin", "solver", "thew", "threads", "warnings"}));
+            Words({"bounds", "contact", "cpu_seconds", "fps", "frames", "hash", "muscles", "origin",
+                   "rungs", "scene", "seconds", "skin", "solver", "thew", "threads", "warnings"}));
   EXPECT_EQ(keys(read["muscles"][3]),
             Words({"belly_area_ratio", "length_m", "max_attachment_gap_m",
                    "max_substep_volume_error", "max_volume_error", "max_volume_error_written",
                    "name", "rest_volume_m3", "triangles", "vertices"}));
   EXPECT_EQ(keys(read["seconds"]), Words({"contact", "measure", "muscles", "render", "report",
                                           "rig", "settle", "setup", "skin", "total", "write"}));
+  EXPECT_EQ(keys(read["cpu_seconds"]), keys(read["seconds"]));
+  EXPECT_EQ(read["seconds"]["skin"], 1.0);
+  EXPECT_EQ(read["cpu_seconds"]["skin"], 1.5);
   EXPECT_EQ(keys(read["origin"]),
             Words({"command", "commit", "date", "host", "renderer", "scene", "scene_hash"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
@@ -137,7 +140,7 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   EXPECT_EQ(count(html, "<script"), 0u);
   EXPECT_EQ(count(html, "http"), count(html, "xmlns=\"http://www.w3.org/2000/svg\""));
   EXPECT_EQ(count(html, "<figure"), count(html, "</figure>"));
-  EXPECT_EQ(count(html, "<svg"), 6u);
+  EXPECT_EQ(count(html, "<svg"), 7u);
   EXPECT_EQ(count(html, "<polyline"), 3u * 12u + 3u);
   EXPECT_EQ(count(html, "arm <&"), 0u);
   EXPECT_GE(count(html, "arm &lt;&amp; co&gt;"), 2u);

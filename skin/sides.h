@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "skin/surface/surface.h"
+
+namespace thew::skin {
+
+/// How a surface hangs together, which does not change as it moves.
+struct Shell {
+  std::vector<int> piece_of;           ///< by node; a piece is what edges connect; -1: none
+  std::vector<int> pieces;             ///< one node of each piece
+  std::vector<int> loose;              ///< nodes of no triangle
+  std::vector<std::vector<int>> rims;  ///< for each hole the nodes around it
+};
+Shell make_shell(const Surface& surface, int nodes);
+
+/// A surface in its present position. The tree is fitted to it.
+struct PlacedShell {
+  const Surface* surface = nullptr;
+  const Bvh* bvh = nullptr;
+  const Points* x = nullptr;
+  const Shell* shell = nullptr;
+  const std::vector<char>* counted = nullptr;  ///< nodes whose depth counts; null: all
+};
+
+/// Largest distance (m) from the surface `of` of the counted nodes of `body` that lie inside it, or
+/// outside it; 0 if none does. It is that of deepest_inside() or farthest_outside() (depth.h) for
+/// all these nodes. But nodes that edges connect are on one side of a surface that comes through no
+/// triangle between them, and so one of them tells for all. `near` are the pairs of
+/// find_near_crossings() for the two; `column` is the place of the body's triangles there, 0 or 1.
+double deepest_inside(const PlacedShell& body, const PlacedShell& of,
+                      const std::vector<std::array<int, 2>>& near, int column);
+double farthest_outside(const PlacedShell& body, const PlacedShell& of,
+                        const std::vector<std::array<int, 2>>& near, int column);
+
+}  // namespace thew::skin

@@ -71,7 +71,7 @@ std::optional<StepDiagnosis> step_skin(const Model& model, Parallel& parallel, S
     step_skinned(*model.skinned, state.bodies, state.colliders, state.skin);
   } else {
     set_colliders(model, state, state.colliders);
-    step_skin(model.skin, state.pose, state.colliders, state.skin);
+    step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin);
   }
   return diagnose_skin(model, state);
 }

@@ -6,54 +6,96 @@
 
 namespace thew::skin {
 
-void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                double least_direction, int node, std::vector<int>& hints, FleshPlanes& planes) {
+namespace {
+
+// The surfaces that were found near a node, sorted by distance.
+struct NearSurfaces {
+  // Many more than kMaxPlanes, because some of the first turn out to be too far.
+  static constexpr int kMost = 32;
   struct Found {
     double distance;
     int other;
     FleshPlanes::Plane plane;
   };
-  // Sorted by distance; the last entry is one too many.
-  std::array<Found, FleshPlanes::kMaxPlanes + 1> found;
+  std::array<Found, kMost + 1> found;  // the last entry is one too many
   int count = 0;
-  double nearest = reach;  // m, on either side of a surface
-  const int others = static_cast<int>(below.size());
-  int* hint = hints.data() + static_cast<size_t>(node) * (others + 1);
-  const auto query = [&](int j) {
-    const Collider& flesh = below[j];
-    // A surface that is farther than the nearest by the bridging radius has no weight.
-    const double bound = count > 0 ? std::min(reach, nearest + bridging) : reach;
-    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, to_point(p)) > bound) return;
-    const ClosestPoint near =
-        closest_point(*flesh.surface, *flesh.bvh, *flesh.x, p, bound, hint[j]);
-    if (near.triangle < 0) return;
-    hint[j] = near.triangle;
-    const Vec3 normal = contact_normal(near, p, least_direction);
-    const auto before = [&](const Found& one) {
-      return one.distance < near.distance || (one.distance == near.distance && one.other < j);
+  double nearest;  // m, on either side of a surface
+
+  void add(const Found& one) {
+    const auto before = [&](const Found& it) {
+      return it.distance < one.distance || (it.distance == one.distance && it.other < one.other);
     };
     int at = count;
     for (; at > 0 && !before(found[at - 1]); --at) found[at] = found[at - 1];
-    found[at] = {near.distance, j, {normal, normal.dot(p) - near.distance}};
-    count = std::min(count + 1, FleshPlanes::kMaxPlanes);
-    nearest = std::min(nearest, std::abs(near.distance));
-  };
-  const int first = hint[others];  // the nearest surface of the last search: starting from it rules
-                                   // out most of the others
-  if (first >= 0) query(first);
-  for (int j = 0; j < others; ++j) {
-    if (j != first) query(j);
+    found[at] = one;
+    count = std::min(count + 1, kMost);
+    nearest = std::min(nearest, std::abs(one.distance));
   }
-  if (count > 0) hint[others] = found[0].other;
   // Whether a farther surface was found depends on the order of the search, so these are removed.
-  const auto too_far = [&](const Found& one) {
-    return std::abs(one.distance) > std::min(reach, nearest + bridging);
+  void keep(double within, double bridging) {
+    const auto too_far = [&](const Found& one) { return std::abs(one.distance) > within; };
+    count = static_cast<int>(std::remove_if(found.begin(), found.begin() + count, too_far) -
+                             found.begin());
+    count = std::min(count, FleshPlanes::kMaxPlanes);
+    while (count > 1 && found[count - 1].distance > found[0].distance + bridging) --count;
+  }
+};
+
+}  // namespace
+
+void find_flesh(const std::vector<Collider>& below, const Points& x, const NodeGroup& group,
+                double reach, double bridging, double least_direction, std::vector<int>& hints,
+                FleshPlanes& planes) {
+  const int others = static_cast<int>(below.size());
+  const auto hints_of = [&](int i) {
+    return hints.data() + static_cast<size_t>(group.nodes[i]) * (others + 1);
   };
-  count = static_cast<int>(std::remove_if(found.begin(), found.begin() + count, too_far) -
-                           found.begin());
-  while (count > 1 && found[count - 1].distance > found[0].distance + bridging) --count;
-  for (int k = 0; k < count; ++k) planes.planes[node][k] = found[k].plane;
-  planes.count[node] = count;
+  std::array<NearSurfaces, PointGroup::kMost> near;
+  PointGroup points;
+  points.count = group.count;
+  NodeBox box = empty_box();
+  for (int i = 0; i < group.count; ++i) {
+    grow(box, x[group.nodes[i]], x[group.nodes[i]]);
+    points.at[i] = to_vec(x[group.nodes[i]]);
+    near[i].nearest = reach;
+    // The nearest surface of the last search rules out most of the others.
+    const int* hint = hints_of(i);
+    const int first = hint[others];
+    if (first < 0 || first >= others) continue;
+    const Collider& flesh = below[first];
+    const int triangles = static_cast<int>(flesh.surface->triangles.size());
+    if (hint[first] < 0 || hint[first] >= triangles) continue;
+    const ClosestPoint at =
+        closest_on_triangle(*flesh.surface, *flesh.x, hint[first], points.at[i]);
+    near[i].nearest = std::min(reach, std::abs(at.distance));
+  }
+  for (int j = 0; j < others; ++j) {
+    const Collider& flesh = below[j];
+    double farthest = 0.0;
+    for (int i = 0; i < group.count; ++i) {
+      // A surface that is farther than the nearest by the bridging radius has no weight.
+      points.bound[i] = std::min(reach, near[i].nearest + bridging);
+      farthest = std::max(farthest, points.bound[i]);
+    }
+    if (flesh.bvh->order.empty() || box_distance(*flesh.bvh, box) > farthest) continue;
+    for (int i = 0; i < group.count; ++i) points.hint[i] = hints_of(i)[j];
+    find_closest_points(*flesh.surface, *flesh.bvh, *flesh.x, points);
+    for (int i = 0; i < group.count; ++i) {
+      const ClosestPoint& closest = points.closest[i];
+      if (closest.triangle < 0) continue;
+      hints_of(i)[j] = closest.triangle;
+      const Vec3 normal = contact_normal(closest, points.at[i], least_direction);
+      near[i].add({closest.distance, j, {normal, normal.dot(points.at[i]) - closest.distance}});
+    }
+  }
+  for (int i = 0; i < group.count; ++i) {
+    if (near[i].count > 0) hints_of(i)[others] = near[i].found[0].other;
+    near[i].keep(std::min(reach, near[i].nearest + bridging), bridging);
+    for (int k = 0; k < near[i].count; ++k) {
+      planes.planes[group.nodes[i]][k] = near[i].found[k].plane;
+    }
+    planes.count[group.nodes[i]] = near[i].count;
+  }
 }
 
 FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging) {

@@ -32,13 +32,14 @@ struct FleshValue {
   Vec3 normal_of_nearest = Vec3::Zero();
 };
 
-/// Finds the planes of one node at p: those of the surfaces within `reach` (m) whose distance is at
-/// most the bridging radius more than that of the nearest surface, on either side; others do not
-/// affect f. Below the distance `least_direction` (m) the pseudonormal gives the direction. `hints`
-/// only speed up the search; it has one entry for each node and surface and one more for each node,
-/// -1 at first.
-void find_flesh(const std::vector<Collider>& below, const Vec3& p, double reach, double bridging,
-                double least_direction, int node, std::vector<int>& hints, FleshPlanes& planes);
+/// Finds the planes of the nodes of a group, which are at x: those of the surfaces within `reach`
+/// (m) whose distance is at most the bridging radius more than that of the nearest surface, on
+/// either side; others do not affect f. Below the distance `least_direction` (m) the pseudonormal
+/// gives the direction. `hints` only speed up the search; it has one entry for each node and
+/// surface and one more for each node, -1 at first.
+void find_flesh(const std::vector<Collider>& below, const Points& x, const NodeGroup& group,
+                double reach, double bridging, double least_direction, std::vector<int>& hints,
+                FleshPlanes& planes);
 
 /// f and its gradient at x by the planes of the node.
 FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);

@@ -142,8 +142,8 @@ void measure_fat(const std::vector<Collider>& below, SkinModel& model) {
   for (size_t i = 0; i < nodes; ++i) {
     const int node = static_cast<int>(i);
     const Vec3 x = to_vec(model.rest[i]);
-    find_flesh(below, x, reach, bridging, model.settings.lengths.least_direction, node, hints,
-               planes);
+    find_flesh(below, model.rest, {1, {node}}, reach, bridging,
+               model.settings.lengths.least_direction, hints, planes);
     const FleshValue flesh = flesh_value(planes, node, x, bridging);
     model.fat.push_back(flesh.found ? flesh.level : reach);
     // A node that is nearer than the thickness at rest may stay as near, but not inside.

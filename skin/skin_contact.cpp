@@ -30,35 +30,11 @@ void displace(const SkinModel& model, const SkinPlane& plane, const Vec3& by, Po
   }
 }
 
-SkinPlane plane_at(const ClosestPoint& near, double level) {
-  const double* b = near.barycentric;
-  return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
-}
-
-// The nearest triangle of state.nearby that faces the node.
-ClosestPoint facing_wall(const SkinModel& model, const SkinState& state, int node) {
-  ClosestPoint best;
-  double nearest = model.settings.lengths.fold_reach;
-  for (int t : state.nearby) {
-    const Triangle& c = model.surface.triangles[t];
-    if (c[0] == node || c[1] == node || c[2] == node) continue;
-    const Point sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
-    if (to_vec(sum).dot(to_vec(state.normals[node])) > 0.0) continue;
-    const ClosestPoint point =
-        closest_on_triangle(model.surface, state.x, t, to_vec(state.x[node]));
-    const double away = std::abs(point.distance);
-    if (away > nearest || (away == nearest && best.triangle >= 0 && best.triangle < t)) continue;
-    nearest = away;
-    best = point;
-  }
-  return best;
-}
-
 void find_flesh_below_node(const SkinModel& model, const std::vector<Collider>& below, int i,
                            SkinState& state) {
   const Lengths& lengths = model.settings.lengths;
-  find_flesh(below, to_vec(state.x[i]), lengths.flesh_reach, model.settings.bridging,
-             lengths.least_direction, i, state.hints, state.planes);
+  find_flesh(below, state.x, {1, {i}}, lengths.flesh_reach, model.settings.bridging,
+             lengths.least_direction, state.hints, state.planes);
   state.searched_at[i] = state.x[i];
 }
 
@@ -173,42 +149,6 @@ double climb_distance(const FleshValue& flesh, const Vec3& direction, double lac
   return lack / std::max(flesh.gradient_of_level.dot(direction), kLeastAlong);
 }
 
-void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
-                      SkinState& state) {
-  state.hints.resize(state.x.size() * (below.size() + 1), -1);
-  for (size_t i = 0; i < state.x.size(); ++i) {
-    const int node = static_cast<int>(i);
-    if (first || moved(state, node) > model.settings.lengths.lookup_motion)
-      find_flesh_below_node(model, below, node, state);
-  }
-}
-
-void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                 SkinState& state) {
-  const double reach = std::max(depth, model.settings.lengths.cover_reach);
-  refit_bvh(model.surface, state.x, state.bvh);
-  state.covers.clear();
-  for (const Collider& flesh : below) {
-    for (const Point& row : *flesh.x) {
-      const Vec3 p = to_vec(row);
-      const ClosestPoint near = closest_point(model.surface, state.bvh, state.x, p, reach);
-      if (near.triangle < 0 || near.distance < -depth) continue;
-      state.covers.push_back(plane_at(near, near.normal.dot(p) + model.settings.lengths.cover));
-    }
-  }
-}
-
-void find_folds(const SkinModel& model, SkinState& state) {
-  state.folds.clear();
-  for (size_t i = 0; i < state.x.size(); ++i) {
-    const int node = static_cast<int>(i);
-    triangles_near(state.bvh, to_vec(state.x[i]), model.settings.lengths.fold_reach, state.nearby);
-    const ClosestPoint wall = facing_wall(model, state, node);
-    if (wall.triangle < 0) continue;
-    state.folds.push_back({node, plane_at(wall, model.settings.fold_gap)});
-  }
-}
-
 void part_folds(const SkinModel& model, SkinState& state) {
   state.separation.assign(state.x.size(), Point{});
   for (const SkinFold& fold : state.folds) {
@@ -237,12 +177,13 @@ void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
     leave_flesh_node(model, below, static_cast<int>(i), state);
 }
 
-void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                 SkinState& state) {
   constexpr int kCoverRounds = 4;
   const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
     leave_flesh(model, below, state);
-    find_covers(model, below, model.settings.lengths.cover_depth, state);
+    find_covers(model, below, model.settings.lengths.cover_depth, loop, state);
     if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
     cover_triangles(model, state);
   }

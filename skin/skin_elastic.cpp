@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rig/vectorise.h"
 #include "skin/skin_passes.h"
 
 namespace thew::skin {
@@ -64,30 +65,51 @@ void relax_node(const SkinModel& model, SkinState& state, int i) {
   state.x[i] = x;
 }
 
+[[gnu::always_inline]] inline Point unit(const Point& n) {
+  const double length = norm(n);
+  return length > 0.0 ? n * (1.0 / length) : n;
+}
+
+// Twice the area vectors of triangles.
+THEW_VECTORISED
+void find_areas(const SkinModel& model, int first, int last, SkinState& state) {
+  for (int t = first; t < last; ++t) {
+    const Triangle& corner = model.surface.triangles[t];
+    const Point a = state.x[corner[0]];
+    state.areas[t] = cross3(state.x[corner[1]] - a, state.x[corner[2]] - a);
+  }
+}
+
+THEW_VECTORISED
+void sum_areas(const SkinModel& model, int first, int last, SkinState& state) {
+  for (int i = first; i < last; ++i) {
+    Point sum{};
+    for (const int t : model.surface.vertex_triangles[i]) sum += state.areas[t];
+    state.own_normals[i] = unit(sum);
+  }
+}
+
+THEW_VECTORISED
+void average_normals(const SkinModel& model, int first, int last, SkinState& state) {
+  for (int i = first; i < last; ++i) {
+    Point sum = state.own_normals[i];
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      sum += state.own_normals[model.neighbours[k]];
+    }
+    state.normals[i] = unit(sum);
+  }
+}
+
 }  // namespace
 
-void find_normals(const SkinModel& model, SkinState& state) {
-  Points& normals = state.normals;
-  std::fill(normals.begin(), normals.end(), Point{});
-  for (const Triangle& t : model.surface.triangles) {
-    const Vec3 a = to_vec(state.x[t[0]]);
-    const Point n = to_point((to_vec(state.x[t[1]]) - a).cross(to_vec(state.x[t[2]]) - a));
-    for (int corner : t) normals[corner] += n;
-  }
-  const auto make_unit = [&] {
-    for (Point& n : normals) {
-      const double length = norm(n);
-      if (length > 0.0) n = n * (1.0 / length);
-    }
-  };
-  make_unit();
-  state.own_normals = normals;
-  for (size_t i = 0; i < normals.size(); ++i) {
-    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
-      normals[i] += state.own_normals[model.neighbours[k]];
-    }
-  }
-  make_unit();
+void find_normals(const SkinModel& model, const Loop& loop, SkinState& state) {
+  constexpr int kTriangles = 1024, kNodes = 512;  // that a thread takes at a time
+  const int nodes = static_cast<int>(state.x.size());
+  loop.ranges(static_cast<int>(model.surface.triangles.size()), kTriangles,
+              [&](int first, int last) { find_areas(model, first, last, state); });
+  loop.ranges(nodes, kNodes, [&](int first, int last) { sum_areas(model, first, last, state); });
+  loop.ranges(nodes, kNodes,
+              [&](int first, int last) { average_normals(model, first, last, state); });
 }
 
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
@@ -166,9 +188,9 @@ void predict_skin(const SkinModel& model, SkinState& state) {
   state.predicted = state.x;
 }
 
-void relax(const SkinModel& model, SkinState& state) {
+void relax(const SkinModel& model, const Loop& loop, SkinState& state) {
   const int nodes = static_cast<int>(state.x.size());
-  find_normals(model, state);
+  find_normals(model, loop, state);
   for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
   for (int i = nodes; i-- > 0;) relax_node(model, state, i);
 }

@@ -28,7 +28,9 @@ SkinState initial_skin(const SkinModel& model) {
   SkinState state;
   state.x = state.bound = state.elastic = state.searched_at = model.rest;
   state.normals.resize(nodes);
-  find_normals(model, state);
+  state.own_normals.resize(nodes);
+  state.areas.resize(model.surface.triangles.size());
+  find_normals(model, {}, state);
   state.offset.assign(nodes, Point{});
   state.force = state.slip = state.swelling = state.offset;
   state.correction.assign(nodes, 0.0);
@@ -39,32 +41,35 @@ SkinState initial_skin(const SkinModel& model) {
   state.planes.count.resize(nodes);
   state.solution.resize(nodes);
   state.bvh = build_bvh(model.surface, state.x);
+  state.groups = groups_of(model.surface, state.bvh);
+  state.walls.resize(nodes);
+  state.normal_boxes.resize(state.bvh.nodes.size());
   return state;
 }
 
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               SkinState& state) {
+               const Loop& loop, SkinState& state) {
   constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   bind_to_pose(model, pose, state);
   solve_elastic(model, state);
   predict_skin(model, state);
-  find_normals(model, state);  // with which the first search finds the walls of folds
+  find_normals(model, loop, state);  // with which the first search finds the walls of folds
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kSearchEvery == 0) {
-      find_flesh_below(model, below, iteration == 0, state);
-      find_covers(model, below, model.settings.lengths.cover_depth, state);
-      find_folds(model, state);
+      find_flesh_below(model, below, iteration == 0, loop, state);
+      find_covers(model, below, model.settings.lengths.cover_depth, loop, state);
+      find_folds(model, loop, state);
     }
-    relax(model, state);
+    relax(model, loop, state);
     part_folds(model, state);
     cover_triangles(model, state);
   }
   limit_corrections(model, state);
-  cover_flesh(model, below, state);
+  cover_flesh(model, below, loop, state);
   untangle(model, below, state);
   store_motion(model,
                state);  // before the volume is restored, which is done anew in each step
-  if (model.settings.keeps_volume) restore_volume(model, below, state);
+  if (model.settings.keeps_volume) restore_volume(model, below, loop, state);
   refit_bvh(model.surface, state.x, state.bvh);
 }
 

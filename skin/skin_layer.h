@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "rig/loop.h"
 #include "skin/skin_model.h"
 
 namespace thew::skin {
@@ -19,7 +20,7 @@ SkinState initial_skin(const SkinModel& model);
 /// contact with itself (see skin_passes.h). The result depends only on the arguments, the state of
 /// the step before included.
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               SkinState& state);
+               const Loop& loop, SkinState& state);
 
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state);

@@ -119,12 +119,18 @@ struct SkinMotion {
   std::vector<double> correction;  ///< m, distance of x from the prediction in the last step
 };
 
+/// Nodes of one collider that lie near one another.
+struct FleshGroup : NodeGroup {
+  int collider;
+};
+
 struct SkinState : SkinMotion {
   Bvh bvh;
   // Scratch, kept so that a step does not allocate.
   Points bound;        ///< m, as the bodies alone carry the nodes
   Points elastic;      ///< m, positions of least elastic energy, without the flesh
   Points turned;       ///< m, rotated rest vector e of an edge, by neighbour
+  Points areas;        ///< m^2, by triangle, twice its area vector
   Points own_normals;  ///< of the skin
   Points normals;      ///< unit normals, averaged with those of the neighbours
   Points predicted;    ///< m, x before the passes
@@ -137,6 +143,14 @@ struct SkinState : SkinMotion {
   std::vector<double> room;  ///< m, how far a node may move inwards, at most Lengths::yielding_fat
   Points swelling;           ///< displacement of the nodes by a volume multiplier of 1
   std::vector<int> hints, nearby;
+  std::vector<NodeGroup> groups;  ///< of the skin; set once
+  std::vector<FleshGroup> flesh_groups;
+  std::vector<int> flesh_begin;       ///< by collider, index of its first node among all
+  std::vector<int> cover_hints;       ///< by node of the flesh
+  std::vector<char> covered;          ///< by node of the flesh, whether it is near a triangle
+  std::vector<SkinPlane> cover_over;  ///< by node of the flesh, if it is
+  std::vector<SkinPlane> walls;       ///< by node, the other wall of its fold; triangle -1: none
+  std::vector<NodeBox> normal_boxes;  ///< by node of the tree, range of the sums of corner normals
   std::vector<DualQuaternion> motions;        ///< motion of each body since the bind pose
   std::vector<std::array<int, 2>> crossings;  ///< triangles
   std::vector<char> marked, frozen;           ///< nodes

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "rig/loop.h"
 #include "skin/skin_model.h"
 
 namespace thew::skin {
@@ -19,20 +20,20 @@ void predict_skin(const SkinModel& model, SkinState& state);
 /// Searches for the flesh below each node that has moved by Lengths::lookup_motion since its last
 /// search; below all nodes if `first`.
 void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
-                      SkinState& state);
+                      const Loop& loop, SkinState& state);
 /// Finds nodes of the flesh that lie within `depth` (m) below a triangle of the skin or have come
 /// through it.
 void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                 SkinState& state);
+                 const Loop& loop, SkinState& state);
 /// Finds nodes of the skin that are near the other wall of a fold or have come through it.
-void find_folds(const SkinModel& model, SkinState& state);
+void find_folds(const SkinModel& model, const Loop& loop, SkinState& state);
 
 /// Sets own_normals and normals: the latter are averaged over the neighbours, so that no single
 /// triangle can reverse one.
-void find_normals(const SkinModel& model, SkinState& state);
+void find_normals(const SkinModel& model, const Loop& loop, SkinState& state);
 /// One sweep forwards and one backwards over the nodes: each goes to its elastic equilibrium, then
 /// out to its level of the flesh field.
-void relax(const SkinModel& model, SkinState& state);
+void relax(const SkinModel& model, const Loop& loop, SkinState& state);
 /// Moves apart the walls that find_folds found.
 void part_folds(const SkinModel& model, SkinState& state);
 /// Moves triangles out over the nodes of the flesh that find_covers found.
@@ -47,7 +48,8 @@ void limit_corrections(const SkinModel& model, SkinState& state);
 void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 /// Moves nodes of the skin out of the flesh and triangles over nodes of the flesh in turn, until no
 /// node is too near and none pierces the skin, or the rounds are over.
-void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                 SkinState& state);
 /// Smooths triangles of the skin that cross each other, and their neighbours, until none cross or
 /// the rounds are over.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
@@ -65,7 +67,8 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
 /// Moves the skin to the volume of its rest shape, to rounding error, or as near as the fat allows.
 /// Nodes at which this causes a fault (find_faults) keep their position, and the others move
 /// farther. If there are still faults at the end, the skin stays as it was.
-void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
+void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                    SkinState& state);
 
 /// Unit vector out of the flesh: along the gradient of the field, plus a little of the normal of
 /// the skin, because the gradient vanishes in the middle of a crevice.

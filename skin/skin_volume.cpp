@@ -44,10 +44,11 @@ bool swell(const SkinModel& model, SkinState& state) {
 
 }  // namespace
 
-void restore_volume(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
+void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                    SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;  // chosen by trial
-  find_flesh_below(model, below, false, state);
-  find_covers(model, below, 2.0 * model.settings.lengths.yielding_fat, state);
+  find_flesh_below(model, below, false, loop, state);
+  find_covers(model, below, 2.0 * model.settings.lengths.yielding_fat, loop, state);
   state.unswollen = state.x;
   // Nodes with faults keep their positions from then on, and the others move farther.
   std::vector<char>&frozen = state.frozen, &faulty = state.marked;

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "rig/loop.h"
+
 namespace thew::sim {
 
 /// Threads that share the indices of a loop. Each index is worked on by one thread, and its work
@@ -27,10 +29,16 @@ class Parallel {
     run(
         count, [](const void* of, int i) { (*static_cast<const Work*>(of))(i); }, &work);
   }
+  /// The same as an argument for libraries that know no threads.
+  rig::Loop loop() {
+    return {this, [](void* self, int count, Call call, const void* work) {
+              static_cast<Parallel*>(self)->run(count, call, work);
+            }};
+  }
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
  private:
-  using Call = void (*)(const void* work, int index);
+  using Call = rig::Loop::Call;
   void run(int count, Call call, const void* work);
   void work();
   void run_indices(std::unique_lock<std::mutex>& lock);

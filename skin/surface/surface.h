@@ -56,13 +56,23 @@ struct Bvh {
     int first, count;  ///< count > 0: a leaf over order[first, first + count); else children first,
                        ///< first + 1
   };
+  /// The same tree with up to eight children to a node, whose boxes are tested at once.
+  struct alignas(32) Wide {
+    static constexpr int kChildren = 8;
+    float low[3][kChildren], high[3][kChildren];  ///< no point lies in the box of a missing child
+    int node[kChildren];                          ///< of `nodes`; -1: missing
+    int child[kChildren];                         ///< of `wide`; -1: a leaf or missing
+  };
   std::vector<Node> nodes;
   std::vector<int> order;
+  std::vector<Wide> wide;
 };
 Bvh build_bvh(const Surface& surface, const Points& x);
 void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh);
-/// Distance (m) of a point from the box of the whole tree; 0 inside. The tree must not be empty.
+/// Distance (m) of a point or a box from the box of the whole tree; 0 inside. The tree must not be
+/// empty.
 double box_distance(const Bvh& bvh, const Point& p);
+double box_distance(const Bvh& bvh, const NodeBox& box);
 
 /// The nearest point of a surface. The sign of `distance` follows from the angle-weighted
 /// pseudonormal of the face, edge or node (Baerentzen and Aanaes 2005).
@@ -77,6 +87,26 @@ struct ClosestPoint {
 /// the result.
 ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
                            double bound, int hint = -1);
+
+/// Up to eight points that lie near one another, which search a surface together.
+struct PointGroup {
+  static constexpr int kMost = 8;
+  int count = 0;
+  std::array<Vec3, kMost> at;
+  std::array<double, kMost> bound;  ///< m
+  std::array<int, kMost> hint;
+  std::array<ClosestPoint, kMost> closest;
+};
+/// Sets the closest point of each, as closest_point does.
+void find_closest_points(const Surface& surface, const Bvh& bvh, const Points& x,
+                         PointGroup& group);
+/// Nodes of a surface that lie near one another.
+struct NodeGroup {
+  int count = 0;
+  std::array<int, PointGroup::kMost> nodes;
+};
+/// All nodes of a surface, in the order of the leaves of its tree.
+std::vector<NodeGroup> groups_of(const Surface& surface, const Bvh& bvh);
 
 /// Triangles of leaves whose boxes come within `reach` (m) of p, in an order that is always the
 /// same.

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "skin/contact/face_contact.h"
-#include "tests/unit/skin/shapes.h"
+#include "skin/skin_passes.h"
+#include "skin/surface/nearest_triangle.h"
+#include "tests/unit/skin/arm.h"
 
 namespace thew::tests {
 namespace {
@@ -114,6 +119,151 @@ TEST(Search, KnowsWhatCannotHaveComeNear) {
   EXPECT_GT(of_faces, 100u);
   EXPECT_GT(deepest, 50u);
   EXPECT_LT(2 * searches, anew);
+}
+
+constexpr double kFar = 1.0;  // m
+
+// The nearest triangle of all, one after the other.
+ClosestPoint by_brute_force(const Surface& surface, const Bvh& bvh, const Points& x,
+                            const Vec3& p) {
+  int nearest = -1;
+  double best2 = kFar * kFar;
+  for (size_t k = 0; k < surface.triangles.size(); ++k) {
+    const Triangle& t = surface.triangles[k];
+    const double distance2 =
+        nearest_on_triangle(to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]]), p).distance2;
+    if (distance2 < best2) best2 = distance2, nearest = static_cast<int>(k);
+  }
+  const ClosestPoint near = closest_point(surface, bvh, x, p, kFar);
+  EXPECT_EQ(near.triangle, nearest);
+  EXPECT_EQ(std::abs(near.distance), std::sqrt(best2));
+  return near;
+}
+
+// A made-up arm that flexes, and the searches of its skin. Each is told for a seventh of the nodes
+// in each frame by brute force.
+struct Flexing {
+  static constexpr int kFrames = 21, kShare = 7;
+  TestArm arm;
+  SkinModel model = arm.bind({.iterations = 12, .keeps_volume = true});
+  SkinState state = initial_skin(model);
+  int frame = 0;
+
+  void advance(const Loop& loop) {
+    const double degrees = 115.0 * frame / (kFrames - 1);
+    arm.move_to(degrees);
+    step_skin(model, arm.pose(degrees), arm.colliders(), loop, state);
+  }
+  bool is_told(size_t node) const { return (node + frame) % kShare == 0; }
+};
+
+void expect_flesh(const Flexing& flexing, size_t& found) {
+  const SkinState& state = flexing.state;
+  const SkinSettings& settings = flexing.model.settings;
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    if (!flexing.is_told(i)) continue;
+    std::vector<double> distances;
+    double nearest = settings.lengths.flesh_reach;
+    for (const Collider& flesh : flexing.arm.colliders()) {
+      const Vec3 p = to_vec(state.x[i]);
+      distances.push_back(by_brute_force(*flesh.surface, *flesh.bvh, *flesh.x, p).distance);
+      nearest = std::min(nearest, std::abs(distances.back()));
+    }
+    const double within = std::min(settings.lengths.flesh_reach, nearest + settings.bridging);
+    std::erase_if(distances, [&](double d) { return std::abs(d) > within; });
+    std::sort(distances.begin(), distances.end());
+    std::erase_if(distances, [&](double d) { return d > distances[0] + settings.bridging; });
+    ASSERT_EQ(state.planes.count[i], static_cast<int>(distances.size())) << "node " << i;
+    for (size_t k = 0; k < distances.size(); ++k) {
+      const FleshPlanes::Plane& plane = state.planes.planes[i][k];
+      ASSERT_NEAR(plane.normal.dot(to_vec(state.x[i])) - plane.offset, distances[k], 1e-12);
+    }
+    found += distances.size();
+  }
+}
+
+void expect_covers(const Flexing& flexing, size_t& found) {
+  const SkinState& state = flexing.state;
+  const Lengths& lengths = flexing.model.settings.lengths;
+  size_t node = 0, covers = 0;
+  for (const Collider& flesh : flexing.arm.colliders()) {
+    for (const Point& x : *flesh.x) {
+      covers += state.covered[node];
+      if (flexing.is_told(node)) {
+        const ClosestPoint near =
+            by_brute_force(flexing.model.surface, state.bvh, state.x, to_vec(x));
+        const bool covered =
+            near.distance <= lengths.cover_reach && near.distance >= -lengths.cover_depth;
+        ASSERT_EQ(state.covered[node], covered) << "node " << node;
+        if (covered) {
+          ASSERT_EQ(state.cover_over[node].triangle, near.triangle);
+        }
+        found += covered;
+      }
+      ++node;
+    }
+  }
+  ASSERT_EQ(state.covers.size(), covers);
+}
+
+void expect_walls(const Flexing& flexing, size_t& found) {
+  const SkinState& state = flexing.state;
+  const std::vector<Triangle>& triangles = flexing.model.surface.triangles;
+  for (size_t i = 0; i < state.x.size(); ++i) {
+    if (!flexing.is_told(i)) continue;
+    const int node = static_cast<int>(i);
+    int wall = -1;
+    double nearest = flexing.model.settings.lengths.fold_reach;
+    for (size_t t = 0; t < triangles.size(); ++t) {
+      const Triangle& c = triangles[t];
+      if (c[0] == node || c[1] == node || c[2] == node) continue;
+      const Point sum = state.normals[c[0]] + state.normals[c[1]] + state.normals[c[2]];
+      if (to_vec(sum).dot(to_vec(state.normals[i])) > 0.0) continue;
+      const double away = std::abs(closest_on_triangle(flexing.model.surface, state.x,
+                                                       static_cast<int>(t), to_vec(state.x[i]))
+                                       .distance);
+      if (away > nearest || (away == nearest && wall >= 0)) continue;
+      nearest = away;
+      wall = static_cast<int>(t);
+    }
+    ASSERT_EQ(state.walls[i].triangle, wall) << "node " << i;
+    found += wall >= 0;
+  }
+}
+
+TEST(SkinSearch, FindsWhatBruteForceFinds) {
+  Flexing flexing;
+  size_t flesh = 0, covers = 0, walls = 0;
+  for (; flexing.frame < Flexing::kFrames; ++flexing.frame) {
+    flexing.advance({});
+    const auto colliders = flexing.arm.colliders();
+    find_flesh_below(flexing.model, colliders, true, {}, flexing.state);
+    find_covers(flexing.model, colliders, flexing.model.settings.lengths.cover_depth, {},
+                flexing.state);
+    find_folds(flexing.model, {}, flexing.state);
+    expect_flesh(flexing, flesh);
+    expect_covers(flexing, covers);
+    expect_walls(flexing, walls);
+    if (HasFatalFailure()) return;
+  }
+  std::printf("%zu planes, %zu covers, %zu walls\n", flesh, covers, walls);
+  EXPECT_GT(flesh, 10000u);
+  EXPECT_GT(covers, 200u);
+  EXPECT_GT(walls, 20u);
+}
+
+TEST(SkinStep, HasTheSameBytesInWhateverOrderItsLoopsRun) {
+  Flexing forwards, backwards;
+  const Loop reversed(nullptr, [](void*, int count, Loop::Call call, const void* work) {
+    for (int i = count; i-- > 0;) call(work, i);
+  });
+  for (; forwards.frame < Flexing::kFrames; forwards.frame = ++backwards.frame) {
+    forwards.advance({});
+    backwards.advance(reversed);
+    const Points &x = forwards.state.x, &y = backwards.state.x;
+    ASSERT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(Point)), 0)
+        << "frame " << forwards.frame;
+  }
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ struct Flexed {
       const double share = 1.0 - std::abs(frame - kFrames) / double(kFrames);
       const double degrees = kFlexed * std::max(share, 0.0);
       arm.move_to(degrees);
-      step_skin(model, arm.pose(degrees), arm.colliders(), state);
+      step_skin(model, arm.pose(degrees), arm.colliders(), {}, state);
       if (frame == kFrames) folds = static_cast<int>(state.folds.size());
       if (frame % 4 != 0) continue;
       const SkinMetrics last = measure_skin(model, arm.colliders(), state);
@@ -86,7 +86,7 @@ TEST(SkinNormals, AreThoseOfTheSkinItself) {
   const Pose pose = {Transform::Identity()};
   const SkinModel model = bind_skin(mesh, skeleton, pose, colliders, {0}, {});
   SkinState state = initial_skin(model);
-  step_skin(model, pose, colliders, state);
+  step_skin(model, pose, colliders, {}, state);
   for (size_t i = 0; i < state.x.size(); ++i) {
     EXPECT_GT(to_vec(state.normals[i]).dot(to_vec(state.x[i]).normalized()), 0.99);
   }

@@ -36,7 +36,7 @@ struct Growing {
       const TriMesh grown = ball(kFlesh + share * (radius - kFlesh), share * shift, 32, 31);
       for (size_t i = 0; i < flesh.x.size(); ++i) flesh.x[i] = to_point(grown.vertices[i]);
       refit_bvh(flesh.surface, flesh.x, flesh.bvh);
-      step_skin(model, {Transform::Identity()}, below, state);
+      step_skin(model, {Transform::Identity()}, below, {}, state);
     }
   }
 

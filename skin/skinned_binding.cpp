@@ -201,6 +201,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
   skin_vertices(weights, mesh, rest, skin.rest);
   find_neighbours(skin);
   skin.surface = surface_of(skin);
+  find_seen(skin);
   add_points(skin);
   bind_anchors(rest, below, skin);
   sample_muscles(below, skin);

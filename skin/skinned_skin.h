@@ -45,6 +45,8 @@ struct SkinnedSkin {
   std::vector<SurfaceSite> muscle_samples;  ///< sites all over the muscles
   std::vector<double> share;                ///< by vertex, the share of its point, or 0
   std::vector<char> near;       ///< by vertex, whether it is a corner of a point of `points`
+  std::vector<char> seen;       ///< by vertex, whether it is the first of its position and can be
+                                ///< seen from outside at rest; muscles may go through the others
   std::vector<Mat3> from_rest;  ///< by vertex, takes directions from the rest pose to the bind
                                 ///< pose; set where points need it
   std::vector<int> first_neighbour, neighbours;  ///< of the welded mesh: neighbours of i are
@@ -72,6 +74,8 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const std::vector<Collider>& below, const SkinSettings& settings);
 /// Sets `lack` of all points of a skin whose other data are set.
 void find_rest_lacks(const std::vector<Collider>& below, SkinnedSkin& skin);
+/// Sets `seen` of a skin whose topology and rest are set.
+void find_seen(SkinnedSkin& skin);
 SkinState initial_skinned(const SkinnedSkin& skin);
 /// One step. The result depends only on `bodies` (world transforms, scale included) and on the
 /// muscles `below`, not on the state before.

@@ -180,8 +180,8 @@ std::vector<PlacedShell> place_shells(const Model& model, const Measuring& measu
     placed.push_back({it.surface, it.bvh, it.x, &measuring.shells[placed.size()]});
   }
   if (model.has_skin) {
-    placed.push_back(
-        {&skin_surface(model), &state.skin.bvh, &state.skin.x, &measuring.shells.back()});
+    placed.push_back({&skin_surface(model), &state.skin.bvh, &state.skin.x,
+                      &measuring.shells.back(), model.skinned ? &model.skinned->seen : nullptr});
   }
   return placed;
 }

@@ -112,6 +112,45 @@ TEST(SkinnedSkin, LetsAMuscleSlide) {
   EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
 }
 
+// A muscle that fills the room between the two shells of a body is in no skin that is seen.
+TEST(SkinnedSkin, WallsWithinTheBodyAreNotSeen) {
+  const TriMesh outer = ball(0.06, Vec3(0, 0, 0), 24, 23),
+                inner = ball(0.02, Vec3(0, 0, 0), 24, 23);
+  const Shape muscle = make_shape(ball(0.04, Vec3(0, 0, 0), 24, 23));
+  const std::vector<Collider> below = {{&muscle.surface, &muscle.bvh, &muscle.x, nullptr}};
+  TriMesh mesh = outer;
+  const int first = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), inner.vertices.begin(), inner.vertices.end());
+  for (const Triangle& t : inner.triangles) {
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  SkinWeights weights;
+  std::vector<int> map_back;
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    map_back.push_back(static_cast<int>(i));
+    weights.first.push_back(static_cast<int>(i));
+    weights.link.push_back(0);
+    weights.weight.push_back(1.0);
+  }
+  weights.first.push_back(static_cast<int>(mesh.vertices.size()));
+  weights.links.push_back({0, Affine::Identity()});
+  const auto seen = [&](const TriMesh& of) {
+    const SkinnedSkin skin = bind_skinned(of, map_back, weights, {Affine::Identity()}, below, {});
+    Points points;
+    for (size_t i = 0; i < skin.rest.size(); ++i) {
+      if (skin.seen[i]) points.push_back(skin.rest[i]);
+    }
+    return points;
+  };
+  EXPECT_EQ(seen(mesh).size(), outer.vertices.size());
+  EXPECT_EQ(deepest_inside(below, seen(mesh)), 0.0);
+  EXPECT_NEAR(deepest_inside(below, to_points(mesh.vertices)), 0.02, 1e-3);
+  // Without the outer shell the inner one is seen, and is in the muscle.
+  TriMesh bare = mesh;
+  std::erase_if(bare.triangles, [&](const Triangle& t) { return t[0] < first; });
+  EXPECT_NEAR(deepest_inside(below, seen(bare)), 0.02, 1e-3);
+}
+
 // The end of this muscle is turned inside out, as that of a muscle that is pinched in a fold may
 // be. A point in front of it is not inside, although the sign of the distance to the nearest point
 // says so.

@@ -4,10 +4,11 @@
 #include <chrono>
 #include <ctime>
 
+#include "sim/solver/parallel.h"
+
 namespace thew::sim {
 
-/// Time by the clock on the wall, and the time that processors spent on all threads of this
-/// process, s.
+/// Time by the clock on the wall, and the time that processors spent, s.
 struct Seconds {
   double wall = 0.0, cpu = 0.0;
 
@@ -22,6 +23,11 @@ struct Seconds {
 /// to the whole.
 class StopWatch {
  public:
+  /// Of all threads of this process.
+  StopWatch() = default;
+  /// Of the calling thread and these, whatever works beside them. They live longer.
+  explicit StopWatch(const Parallel& threads) : threads_(&threads) {}
+
   /// Since the last call, or since this object was made.
   Seconds lap() {
     const Seconds before = last_;
@@ -30,13 +36,15 @@ class StopWatch {
   }
 
  private:
-  static Seconds now() {
+  Seconds now() const {
     timespec cpu{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
+    ::clock_gettime(threads_ ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID, &cpu);
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now().time_since_epoch();
+    const double others = threads_ ? threads_->cpu_seconds() : 0.0;
     return {wall.count(),
-            static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec)};
+            others + static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec)};
   }
+  const Parallel* threads_ = nullptr;
   Seconds last_ = now();
 };
 
@@ -44,7 +52,7 @@ class StopWatch {
 /// object, also where an exception ends it.
 class StageClock {
  public:
-  explicit StageClock(Seconds& total) : total_(&total) {}
+  StageClock(Seconds& total, const Parallel& threads) : total_(&total), watch_(threads) {}
   ~StageClock() { *total_ += watch_.lap(); }
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;

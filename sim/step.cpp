@@ -46,7 +46,7 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
 // failed.
 std::optional<StepDiagnosis> step_muscles(const Model& model, double time, double h,
                                           Parallel& parallel, State& state, StageSeconds& seconds) {
-  StageClock clock(seconds.rig);
+  StageClock clock(seconds.rig, parallel);
   drive_bones(model, time, state);
   choose_levels(model, h, state);
   drive_muscles(model, time, h, parallel, state);
@@ -64,7 +64,7 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, double time, doubl
 // The skin follows bones and muscles. Returns a diagnosis if it failed.
 std::optional<StepDiagnosis> step_skin(const Model& model, Parallel& parallel, State& state,
                                        StageSeconds& seconds) {
-  const StageClock clock(seconds.skin);
+  const StageClock clock(seconds.skin, parallel);
   refit_all(model, parallel, state);
   if (model.skinned) {
     set_muscles(model, state, state.colliders);

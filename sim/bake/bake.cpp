@@ -101,6 +101,8 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   BakeResult result;
   result.threads = parallel.threads();
   BakeSeconds& seconds = result.seconds;
+  seconds.setup = watch.lap();
+  watch = StopWatch(parallel);  // pictures may be drawn beside
   State state = initial_state(model);
   Measuring measuring = start_measuring(model, state);
 
@@ -146,6 +148,8 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     seconds.write += watch.lap();
     report_frame(frame);
   }
+  const Parallel alone(1);
+  watch = StopWatch(alone);
   threads.reset();  // packing starts a process, and a limit of the system may count threads too
   result.hash = writer.pack(check_stop);
   seconds.write += watch.lap();

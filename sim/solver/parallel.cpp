@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/solver/parallel.h"
 
+#include <pthread.h>
+
+#include <ctime>
 #include <exception>
 #include <system_error>
 
@@ -17,6 +20,21 @@ Parallel::Parallel(int threads) {
 }
 
 Parallel::~Parallel() { end(); }
+
+double Parallel::cpu_seconds() const {
+  double sum = 0.0;
+  for (const std::thread& worker : workers_) {
+    clockid_t clock = 0;
+    timespec cpu{};
+    // native_handle() is not const, though it changes nothing.
+    if (::pthread_getcpuclockid(const_cast<std::thread&>(worker).native_handle(), &clock) != 0 ||
+        ::clock_gettime(clock, &cpu) != 0) {
+      continue;
+    }
+    sum += static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec);
+  }
+  return sum;
+}
 
 void Parallel::work() {
   std::unique_lock lock(mutex_);

@@ -36,6 +36,8 @@ class Parallel {
             }};
   }
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
+  /// What processors have spent on them, without the caller, s.
+  double cpu_seconds() const;
 
  private:
   using Call = rig::Loop::Call;

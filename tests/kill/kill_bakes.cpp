@@ -32,6 +32,15 @@ class Kill : public BakeTest {
     while (!bake.ended() && lines() <= frames) sleep_for(0.001);
   }
 
+  static std::map<std::string, std::string> pictures(const fs::path& out) {
+    std::map<std::string, std::string> found;
+    for (const auto& entry : fs::directory_iterator(out / "frames")) {
+      const std::string name = entry.path().filename();
+      if (name.ends_with(".png")) found[name] = bytes_of(entry.path());
+    }
+    return found;
+  }
+
   std::mt19937 random_{seed};
 };
 
@@ -113,14 +122,6 @@ TEST_F(Kill, WhatTheDeadLeftIsTakenAway) {
 TEST_F(Kill, PicturesAreThoseOfACalmBake) {
   const fs::path calm = root_ / "calm", out = root_ / "drawn";
   ASSERT_EQ(BakeProcess(calm, {}).wait().code, 0);
-  const auto pictures = [](const fs::path& folder) {
-    std::map<std::string, std::string> found;
-    for (const auto& entry : fs::directory_iterator(folder / "frames")) {
-      const std::string name = entry.path().filename();
-      if (name.ends_with(".png")) found[name] = bytes_of(entry.path());
-    }
-    return found;
-  };
   const auto expected = pictures(calm);
   ASSERT_GT(expected.size(), 10u);
   int whole = 0;
@@ -143,6 +144,43 @@ TEST_F(Kill, PicturesAreThoseOfACalmBake) {
   expect_whole(out);
   EXPECT_TRUE(pictures(out) == expected);
   std::printf("%d pictures stood after the kills\n", whole);
+}
+
+// They are drawn beside the frames: a signal ends both, and no completed frame is without them.
+TEST_F(Kill, ASignalLeavesThePicturesOfItsFrames) {
+  const fs::path calm = root_ / "undisturbed";
+  ASSERT_EQ(BakeProcess(calm, {}).wait().code, 0);
+  const auto expected = pictures(calm);
+  int interrupted = 0;
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const fs::path out = root_ / ("drawn" + std::to_string(signal));
+    for (std::size_t frames = 2; frames < 12; frames += 4) {
+      BakeProcess bake(out, {"--resume"});
+      await_frame(out, bake, frames);
+      bake.send(signal);
+      const auto ended = bake.wait();
+      if (ended.code == 0) break;
+      ++interrupted;
+      EXPECT_EQ(ended.code, 75) << ended.errors;
+      EXPECT_EQ(ended.errors, "thew: interrupted; run again with --resume\n");
+      EXPECT_TRUE(temporary_files(out).empty());
+      const auto found = pictures(out);
+      for (const int frame : kept_frames(out)) {
+        char number[16];
+        std::snprintf(number, sizeof number, ".%04d.png", frame);
+        for (const auto& [name, bytes] : expected) {
+          if (!name.ends_with(number)) continue;
+          ASSERT_TRUE(found.contains(name)) << name;
+          EXPECT_TRUE(found.at(name) == bytes) << name;
+        }
+      }
+    }
+    const auto ended = BakeProcess(out, {"--resume"}).wait();
+    EXPECT_EQ(ended.code, 0) << ended.errors;
+    expect_whole(out);
+    EXPECT_TRUE(pictures(out) == expected);
+  }
+  EXPECT_GT(interrupted, 0);
 }
 
 TEST_F(Kill, SignalsFinishTheFrameAndSayTryAgain) {

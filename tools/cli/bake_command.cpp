@@ -163,6 +163,19 @@ ExitCode check_bounds(const Report& report) {
 struct Clock {
   StopWatch whole, stage;
   Report::Seconds seconds;
+
+  /// Pictures are drawn beside the other stages: what the stages have not used up to here is
+  /// theirs. On the wall it is what the bake had to wait for them.
+  void end_pictures() {
+    Seconds others = seconds.setup;
+    for (const Seconds& stage : {seconds.settle, seconds.rig, seconds.muscles, seconds.contact,
+                                 seconds.skin, seconds.measure, seconds.write}) {
+      others += stage;
+    }
+    seconds.total += whole.lap();
+    seconds.render.wall += stage.lap().wall;
+    seconds.render.cpu = seconds.total.cpu - others.cpu;
+  }
 };
 
 void add_bake(const BakeSeconds& bake, Report::Seconds& seconds) {
@@ -192,7 +205,7 @@ ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& 
     sheet = pictures.sheet_file();
     write_png(sheet, image);
   }
-  clock.seconds.render += clock.stage.lap();
+  clock.end_pictures();
   Report report = make_report(scene, model, options, frames, result);
   if (!no_movie.empty()) report.warnings.push_back(no_movie);
   for (size_t i = model.warnings.size(); i < report.warnings.size(); ++i) {
@@ -202,9 +215,9 @@ ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& 
   report.files = files_beside_report(
       options.out, options.pictures ? scene.render.views : std::vector<SceneView>{});
   const std::string viewer = report_viewer(BakeReader(options.out / "bake.h5"));
+  clock.seconds.report = clock.stage.lap();  // all of it but writing what says so
+  clock.seconds.total += clock.whole.lap();
   report.seconds = clock.seconds;
-  report.seconds.report = clock.stage.lap();  // all of it but writing what says so
-  report.seconds.total = clock.whole.lap();
   write_report(options.out, report, sheet, viewer);
   list_report(options.out, pictures.key());
   if (options.json) print(report_as_json(report));
@@ -268,9 +281,9 @@ ExitCode bake_command(const CommandOptions& options) {
                   {options.out, frames, thread_count(options.threads), start == BakeStart::kGoOn,
                    output, interrupted},
                   [&](const BakeFrame& frame) {
-                    StopWatch drawing;
+                    StopWatch waiting;
                     pictures->draw(frame);
-                    clock.seconds.render += drawing.lap();
+                    clock.seconds.render.wall += waiting.lap().wall;
                     progress.step(++done, frame.frame);
                     return !interrupted();
                   });

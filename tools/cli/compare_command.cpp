@@ -58,6 +58,7 @@ ExitCode compare_command(const fs::path& expected, const fs::path& actual,
                          const CommandOptions& options, CompareOptions how) {
   if (!options.frames.empty()) how.frames = parse_frames(options.frames);
   how.threads = thread_count(options.threads);
+  how.progress = progress_style(options);
   if (!options.out.empty()) claim({options.out}, options.overwrite);
   const Comparison comparison = compare(expected, actual, how);
   if (!options.out.empty()) write_durably(options.out, page_of(comparison));

@@ -151,6 +151,7 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
   add_overwrite(*command, options);
   add_json(*command, options);
   add_threads(*command, options);
+  add_progress(*command, options);
   add_limits(*command, compare, millimetres);
   return command;
 }

@@ -2,6 +2,7 @@
 #include "tools/compare/compare.h"
 
 #include <algorithm>
+#include <mutex>
 #include <set>
 
 #include "rig/limits.h"
@@ -151,8 +152,16 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   }
   std::optional<Image> mask;
   if (!options.mask.empty()) mask = read_png(options.mask);
-  Parallel(options.threads).each(static_cast<int>(result.images.size()), [&](int i) {
-    compare_image(result.images[i], mask ? &*mask : nullptr, options.limits);
+  const int count = static_cast<int>(result.images.size());
+  Progress progress(count > 1 ? options.progress : ProgressStyle::kNone, "comparing", count,
+                    stderr);
+  std::mutex telling;
+  int done = 0;
+  Parallel(options.threads).each(count, [&](int i) {
+    ImageComparison& image = result.images[i];
+    compare_image(image, mask ? &*mask : nullptr, options.limits);
+    const std::scoped_lock lock(telling);
+    progress.step(++done, image.frame.value_or(0));
   });
   return result;
 }

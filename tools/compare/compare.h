@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/base/progress.h"
 #include "tools/compare/geometry.h"
 #include "tools/compare/image_metrics.h"
 
@@ -17,6 +18,7 @@ struct CompareOptions {
   std::filesystem::path mask;  ///< a PNG for all pictures; empty: none
   std::vector<int> frames;     ///< empty: all
   int threads = 1;
+  ProgressStyle progress = ProgressStyle::kNone;  ///< of pictures, where there are several
 };
 
 /// One picture of both sides.

@@ -99,10 +99,21 @@ double deviation(double b, double pixels_per_degree) {
   return std::sqrt(0.5 * b) / kPi * pixels_per_degree;
 }
 
+int colour_reach(double pixels_per_degree) {  // of the widest Gaussian
+  return static_cast<int>(std::ceil(3.0 * deviation(kBlueYellow[0][1], pixels_per_degree)));
+}
+
+double feature_deviation(double pixels_per_degree) {
+  return 0.5 * kFeatureWidth * pixels_per_degree;
+}
+
+int feature_reach(double pixels_per_degree) {
+  return static_cast<int>(std::ceil(3.0 * feature_deviation(pixels_per_degree)));
+}
+
 // What the eye still resolves, as linear RGB in 0..1.
 std::vector<Vec3> seen_colours(const Planes& planes, double pixels_per_degree) {
-  const int radius =
-      static_cast<int>(std::ceil(3.0 * deviation(kBlueYellow[0][1], pixels_per_degree)));
+  const int radius = colour_reach(pixels_per_degree);
   const auto blur = [&](const Plane& plane, double b) {
     const auto taps = gaussian(deviation(b, pixels_per_degree), radius);
     return filter(plane, taps, taps);
@@ -147,8 +158,8 @@ struct Features {
 // Size of the first and the second derivative of the lightness under a Gaussian.
 Features find_features(Plane light, double pixels_per_degree) {
   for (double& value : light.values) value = (value + 16.0) / 116.0;
-  const double sd = 0.5 * kFeatureWidth * pixels_per_degree;
-  const int radius = static_cast<int>(std::ceil(3.0 * sd));
+  const double sd = feature_deviation(pixels_per_degree);
+  const int radius = feature_reach(pixels_per_degree);
   const std::vector<double> smooth = gaussian(sd, radius);
   std::vector<double> first = smooth, second = smooth;
   for (int x = -radius; x <= radius; ++x) {
@@ -167,6 +178,10 @@ Features find_features(Plane light, double pixels_per_degree) {
 }
 
 }  // namespace
+
+int flip_reach(double pixels_per_degree) {
+  return std::max(colour_reach(pixels_per_degree), feature_reach(pixels_per_degree));
+}
 
 Plane flip(const Image& expected, const Image& actual, double pixels_per_degree) {
   assert(expected.width == actual.width && expected.height == actual.height);

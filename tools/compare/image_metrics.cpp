@@ -50,15 +50,76 @@ Plane product(const Plane& a, const Plane& b) {
   return out;
 }
 
+// Pixels [left, right) x [top, bottom).
+struct Box {
+  int left, top, right, bottom;
+  int width() const { return right - left; }
+};
+
+// Around all that differs.
+Box changed_box(const Image& a, const Image& b) {
+  Box box{a.width, a.height, 0, 0};
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      const std::size_t at = 3ul * (1ul * a.width * y + x);
+      if (std::equal(&a.rgb[at], &a.rgb[at] + 3, &b.rgb[at])) continue;
+      box = {std::min(box.left, x), std::min(box.top, y), std::max(box.right, x + 1),
+             std::max(box.bottom, y + 1)};
+    }
+  }
+  return box;
+}
+
+Box grown(const Box& box, int by, const Image& image) {
+  return {std::max(box.left - by, 0), std::max(box.top - by, 0),
+          std::min(box.right + by, image.width), std::min(box.bottom + by, image.height)};
+}
+
+Image cropped(const Image& image, const Box& box) {
+  Image out{box.width(), box.bottom - box.top, {}};
+  for (int y = box.top; y < box.bottom; ++y) {
+    const auto row = image.rgb.begin() + 3l * (std::int64_t{1} * image.width * y + box.left);
+    out.rgb.insert(out.rgb.end(), row, row + 3l * box.width());
+  }
+  return out;
+}
+
+// A measure of two pictures that goes by the pixels within `reach`: beyond that from `changed` it
+// is what `elsewhere` holds.
+template <typename Measure>
+Plane measured_near(const Image& a, const Image& b, const Box& changed, int reach, Plane elsewhere,
+                    const Measure& measure) {
+  const Box inner = grown(changed, reach, a), outer = grown(inner, reach, a);
+  const Plane part = measure(cropped(a, outer), cropped(b, outer));
+  for (int y = inner.top; y < inner.bottom; ++y) {
+    const auto from = part.values.begin() + std::int64_t{1} * part.width * (y - outer.top) +
+                      (inner.left - outer.left);
+    std::copy_n(from, inner.width(),
+                elsewhere.values.begin() + std::int64_t{1} * a.width * y + inner.left);
+  }
+  return elsewhere;
+}
+
+Plane plane_of(const Image& image, double value) {
+  return {image.width, image.height, std::vector<double>(image.rgb.size() / 3, value)};
+}
+
+constexpr int kReach = 5;  // pixels, of a Gaussian of 11 x 11
+const std::vector<double>& smooth_taps() {
+  static const std::vector<double> kTaps = gaussian(1.5, kReach);
+  return kTaps;
+}
+
+Plane smoothed(const Plane& plane) { return filter(plane, smooth_taps(), smooth_taps()); }
+
 // SSIM = (2 m_a m_b + C1) (2 s_ab + C2) / ((m_a^2 + m_b^2 + C1) (s_a^2 + s_b^2 + C2)), means m and
 // covariances s under a Gaussian of 11 x 11 pixels, deviation 1.5.
 Plane structural_similarity(const Image& expected, const Image& actual) {
   constexpr double kC1 = 0.01 * 255 * 0.01 * 255, kC2 = 0.03 * 255 * 0.03 * 255;
-  const std::vector<double> taps = gaussian(1.5, 5);
-  const auto mean = [&](const Plane& plane) { return filter(plane, taps, taps); };
   const Plane a = luma(expected), b = luma(actual);
-  const Plane mean_a = mean(a), mean_b = mean(b);
-  const Plane aa = mean(product(a, a)), bb = mean(product(b, b)), ab = mean(product(a, b));
+  const Plane mean_a = smoothed(a), mean_b = smoothed(b);
+  const Plane aa = smoothed(product(a, a)), bb = smoothed(product(b, b)),
+              ab = smoothed(product(a, b));
   Plane out = mean_a;
   for (std::size_t i = 0; i < out.values.size(); ++i) {
     const double m = mean_a.values[i], n = mean_b.values[i];
@@ -72,9 +133,10 @@ Plane structural_similarity(const Image& expected, const Image& actual) {
 // The shift d of the whole picture that explains the difference best: b - a = -grad I . d in least
 // squares (Lucas and Kanade 1981), I the mean of both. Zero unless it explains more than half.
 // Smoothed, since differences of neighbours say too little of how steep a sharp edge is.
-Eigen::Vector2d find_shift(const Image& expected, const Image& actual) {
-  const std::vector<double> smooth = gaussian(1.5, 5);
-  const Plane a = filter(luma(expected), smooth, smooth), b = filter(luma(actual), smooth, smooth);
+Eigen::Vector2d find_shift(const Image& expected, const Image& actual, const Box& changed) {
+  const Plane a = smoothed(luma(expected));
+  const Plane b = measured_near(expected, actual, changed, kReach, a,
+                                [](const Image&, const Image& i) { return smoothed(luma(i)); });
   const std::vector<double> slope = {-0.5, 0.0, 0.5}, here = {1.0};
   Plane mean = a;
   for (std::size_t i = 0; i < mean.values.size(); ++i) {
@@ -146,9 +208,15 @@ PixelMeasures measure_pixels(const Image& expected, const Image& actual_unmasked
   }
   measures.share = static_cast<double>(changed) / static_cast<double>(count);
   measures.rmse = std::sqrt(squares / (3.0 * static_cast<double>(count)));
-  measures.ssim = masked_mean(structural_similarity(expected, actual), mask);
-  measures.flip = masked_mean(flip(expected, actual), mask);
-  const Eigen::Vector2d shift = find_shift(expected, actual);
+  const Box box = changed_box(expected, actual);
+  const auto mean_of = [&](int reach, double same, const auto& measure) {
+    return masked_mean(
+        measured_near(expected, actual, box, reach, plane_of(expected, same), measure), mask);
+  };
+  measures.ssim = mean_of(kReach, 1.0, structural_similarity);
+  measures.flip =
+      mean_of(flip_reach(), 0.0, [](const Image& a, const Image& b) { return flip(a, b); });
+  const Eigen::Vector2d shift = find_shift(expected, actual, box);
   measures.shift_x = shift.x(), measures.shift_y = shift.y();
   return measures;
 }

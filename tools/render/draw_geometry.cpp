@@ -100,6 +100,7 @@ DrawMesh append_mesh(const BakeMesh& mesh, DrawGeometry& geometry) {
   for (const double w : mesh.weights) {
     geometry.largest_weight = std::max(geometry.largest_weight, static_cast<float>(w));
   }
+  draw.vertex_count = geometry.constants.size() - draw.first_vertex;
   return draw;
 }
 
@@ -110,6 +111,8 @@ DrawVertex draw_vertex(const Vec3& p, const Vec3& n) {
 Vec3 vec(const float (&v)[3]) { return Vec3(v[0], v[1], v[2]); }
 
 }  // namespace
+
+Vec3 position_of(const DrawVertex& vertex) { return vec(vertex.position); }
 
 DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
   DrawGeometry geometry;
@@ -131,35 +134,38 @@ DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
 
 std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions) {
   for (std::vector<Vec3>& mesh : positions) {
-    for (Vec3& p : mesh) {
+    for (Vec3& p : mesh) {  // in a loop: g++ 12 drops the rounding of two doubles side by side
       for (double& value : p) value = static_cast<float>(value);
     }
   }
   return positions;
 }
 
-void place_vertices(const std::vector<BakeMesh>& meshes,
-                    const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
+bool moves(const std::vector<Vec3>& to, SentMesh& sent) {
+  const auto same = [](const Vec3& a, const Vec3& b) { return a.cast<float>() == b.cast<float>(); };
+  if (sent.ever &&
+      std::equal(to.begin(), to.end(), sent.positions.begin(), sent.positions.end(), same)) {
+    return false;
+  }
+  sent = {true, as_in_cache({to}).front(), {}};
+  for (const Vec3& p : sent.positions) sent.bounds.add(p);
+  return true;
+}
+
+void place_vertices(const DrawMesh& mesh, const std::vector<Vec3>& positions,
                     DrawGeometry& geometry) {
-  assert(positions.size() == meshes.size());
-  TriMesh placed;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (!shown[static_cast<int>(meshes[m].kind)]) continue;
-    assert(positions[m].size() == meshes[m].rest.vertices.size());
-    placed.vertices = positions[m];
-    placed.triangles = geometry.meshes[m].triangles;
-    const std::vector<Vec3> normals = vertex_normals(placed);
-    const std::vector<Vec3>& p = placed.vertices;
-    DrawVertex* out = geometry.vertices.data() + geometry.meshes[m].first_vertex;
-    for (std::size_t i = 0; i < p.size(); ++i) *out++ = draw_vertex(p[i], normals[i]);
-    for (const auto& [i, j] : geometry.meshes[m].edges) {
-      // The middle of the cubic with ends p_i, p_j whose tangents are the edge d without its part
-      // along n: (p_i + p_j) / 2 + ((d . n_j) n_j - (d . n_i) n_i) / 8.
-      const Vec3 d = p[j] - p[i];
-      const Vec3 bulge = d.dot(normals[j]) * normals[j] - d.dot(normals[i]) * normals[i];
-      *out++ =
-          draw_vertex(0.5 * (p[i] + p[j]) + 0.125 * bulge, (normals[i] + normals[j]).normalized());
-    }
+  assert(positions.size() + mesh.edges.size() == mesh.vertex_count);
+  const std::vector<Vec3>& p = positions;
+  const std::vector<Vec3> normals = vertex_normals({p, mesh.triangles});
+  DrawVertex* out = geometry.vertices.data() + mesh.first_vertex;
+  for (std::size_t i = 0; i < p.size(); ++i) *out++ = draw_vertex(p[i], normals[i]);
+  for (const auto& [i, j] : mesh.edges) {
+    // The middle of the cubic with ends p_i, p_j whose tangents are the edge d without its part
+    // along n: (p_i + p_j) / 2 + ((d . n_j) n_j - (d . n_i) n_i) / 8.
+    const Vec3 d = p[j] - p[i];
+    const Vec3 bulge = d.dot(normals[j]) * normals[j] - d.dot(normals[i]) * normals[i];
+    *out++ =
+        draw_vertex(0.5 * (p[i] + p[j]) + 0.125 * bulge, (normals[i] + normals[j]).normalized());
   }
 }
 
@@ -170,7 +176,7 @@ std::vector<DrawVertex> weight_quads(const std::vector<BakeMesh>& meshes,
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     for (std::size_t i = 0; i < meshes[m].weights.size(); ++i) {
       const DrawVertex& vertex = geometry.vertices[geometry.meshes[m].first_vertex + i];
-      const Vec3 foot = vec(vertex.position), normal = vec(vertex.normal);
+      const Vec3 foot = position_of(vertex), normal = vec(vertex.normal);
       const Vec3 tip = foot + unit * shown_weight(meshes[m], i) * normal;
       const Vec3 line = eye - foot;
       const Vec3 side = 0.5 * width * line.norm() * normal.cross(line).normalized();

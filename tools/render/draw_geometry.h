@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/cache/cache.h"
+#include "tools/render/camera.h"
 
 namespace thew::tools {
 
@@ -26,10 +27,12 @@ struct DrawConstant {
 struct DrawMesh {
   std::vector<Triangle> triangles;  ///< as they are shaded
   std::vector<std::array<int, 2>> edges;
-  std::size_t first_vertex = 0;
+  std::size_t first_vertex = 0, vertex_count = 0;
 };
 
 using ShownKinds = std::array<bool, 3>;  ///< by BakeMesh::Kind
+
+Vec3 position_of(const DrawVertex& vertex);
 
 /// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin.
 struct DrawGeometry {
@@ -47,10 +50,19 @@ DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes);
 /// As a cache of single precision holds them: a bake draws what is drawn from its cache again.
 std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions);
 
-/// Vertices of the meshes that are `shown` at `positions`: area-weighted smooth normals, and edge
-/// points on the cubic of PN triangles (Vlachos 2001).
-void place_vertices(const std::vector<BakeMesh>& meshes,
-                    const std::vector<std::vector<Vec3>>& positions, const ShownKinds& shown,
+/// A mesh as it was sent last.
+struct SentMesh {
+  bool ever = false;
+  std::vector<Vec3> positions;  ///< as in a cache
+  Bounds bounds;
+};
+
+/// Whether that is another place than it was sent from; then it is taken for sent from there.
+bool moves(const std::vector<Vec3>& to, SentMesh& sent);
+
+/// Vertices of one mesh at `positions`: area-weighted smooth normals, and edge points on the cubic
+/// of PN triangles (Vlachos 2001).
+void place_vertices(const DrawMesh& mesh, const std::vector<Vec3>& positions,
                     DrawGeometry& geometry);
 
 /// Slim quads facing `eye`, from each muscle vertex along its normal, `unit` metres long per weight

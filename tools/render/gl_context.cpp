@@ -29,8 +29,8 @@ std::string chosen_driver;  // "": not chosen
 
 // Bytes that a context takes with its shaders, and a picture of so many pixels, measured with
 // llvmpipe, which takes more than softpipe: 390 MiB (threads and their heaps most of it), 133 a
-// pixel.
-constexpr std::size_t kContext = std::size_t{448} << 20, kPixel = 144;
+// pixel, and 24 for the renderer's backdrops.
+constexpr std::size_t kContext = std::size_t{448} << 20, kPixel = 168;
 
 std::size_t bytes_of(int width, int height) { return kPixel * width * height; }
 
@@ -41,9 +41,7 @@ OSMesaContext create_context(int width, int height) {
     // OSMesa crashes on a name that it does not know.
     fail(std::string("GALLIUM_DRIVER is \"") + driver + "\"; choose llvmpipe or softpipe");
   }
-  // No cache on disk that runs would share. The pixels do not depend on the number of threads.
-  setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
-  setenv("LP_NUM_THREADS", "2", 0);
+  set_driver_options();
   const int attributes[] = {OSMESA_FORMAT,
                             OSMESA_RGBA,
                             OSMESA_DEPTH_BITS,
@@ -72,6 +70,16 @@ void check_room(std::size_t bytes) {
                     "then run again");
   }
   ::munmap(room, bytes);
+}
+
+void set_driver_options() {
+  const auto is = [](const char* name, const std::string& value) {
+    const char* now = std::getenv(name);
+    return now && now == value;
+  };
+  // No cache on disk that runs would share. The pixels do not depend on the number of threads.
+  if (!is("MESA_SHADER_CACHE_DISABLE", "true")) setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+  if (!std::getenv("LP_NUM_THREADS")) setenv("LP_NUM_THREADS", "2", 0);
 }
 
 void choose_driver(const std::string& name) {
@@ -143,20 +151,32 @@ GLuint GlContext::build_shader(GLenum type, const char* source) {
   fail("a shader does not compile (" + driver_ + "): " + log + "; report it as a bug");
 }
 
-GLuint GlContext::build_program(const char* vertex_source, const char* fragment_source) {
-  const GLuint program = gl_.CreateProgram();
+GlProgram GlContext::build_program(const char* vertex_source, const char* fragment_source) {
+  GlProgram program{gl_.CreateProgram(), {}};
   for (const GLuint shader : {build_shader(GL_VERTEX_SHADER, vertex_source),
                               build_shader(GL_FRAGMENT_SHADER, fragment_source)}) {
-    gl_.AttachShader(program, shader);
+    gl_.AttachShader(program.name, shader);
     gl_.DeleteShader(shader);  // lives on in the program
   }
-  gl_.LinkProgram(program);
+  gl_.LinkProgram(program.name);
   GLint done = 0;
-  gl_.GetProgramiv(program, GL_LINK_STATUS, &done);
-  if (done) return program;
-  char log[1024] = "";
-  gl_.GetProgramInfoLog(program, sizeof log, nullptr, log);
-  fail("a shader does not link (" + driver_ + "): " + log + "; report it as a bug");
+  gl_.GetProgramiv(program.name, GL_LINK_STATUS, &done);
+  if (!done) {
+    char log[1024] = "";
+    gl_.GetProgramInfoLog(program.name, sizeof log, nullptr, log);
+    fail("a shader does not link (" + driver_ + "): " + log + "; report it as a bug");
+  }
+  GLint count = 0;
+  gl_.GetProgramiv(program.name, GL_ACTIVE_UNIFORMS, &count);
+  for (GLint i = 0; i < count; ++i) {
+    char name[64] = "";
+    GLint size = 0;
+    GLenum type = 0;
+    gl_.GetActiveUniform(program.name, i, sizeof name, nullptr, &size, &type, name);
+    const std::string whole = name;
+    program.uniforms[whole.substr(0, whole.find('['))] = gl_.GetUniformLocation(program.name, name);
+  }
+  return program;
 }
 
 }  // namespace thew::tools

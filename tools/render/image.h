@@ -15,10 +15,12 @@ struct Image {
   std::string renderer = {};  ///< name and version of what drew it; "" where that is not known
 };
 
-/// `level`: zlib's, 1 is fast. The renderer is kept as a tEXt chunk, "Renderer".
+inline constexpr int kFastPng = 1;
+
+/// `level`: zlib's. The renderer is kept as a tEXt chunk, "Renderer".
 std::string png_bytes(const Image& image, int level);
 /// That by write_durably, listed as `of`; Error(kOutput) on failure.
-void write_png(const std::filesystem::path& file, const Image& image, int level = 1,
+void write_png(const std::filesystem::path& file, const Image& image, int level = kFastPng,
                const std::string& of = {});
 /// Smaller and slower, for pages, without the renderer.
 std::string encode_png(const Image& image);

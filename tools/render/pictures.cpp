@@ -2,7 +2,6 @@
 #include "tools/render/pictures.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
@@ -14,6 +13,7 @@
 #include "tools/render/contact_sheet.h"
 #include "tools/render/draw_geometry.h"
 #include "tools/render/frame_file.h"
+#include "tools/render/gl_context.h"
 #include "tools/render/movie.h"
 
 namespace thew::tools {
@@ -126,6 +126,7 @@ Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake,
                    const std::vector<BakeMesh>& meshes, const std::string& program)
     : folder_(folder), width_(width), height_(height), views_(views), meshes_(meshes) {
   if (views_.empty()) return;
+  set_driver_options();
   meshes_hash_ = hash_of_meshes(meshes);
   for (const SceneView& view : views_) {
     looks_[view.name] = look_of(program, width, height, view);
@@ -185,16 +186,24 @@ std::vector<SceneView> Pictures::keep(const BakeFrame& frame) {
 }
 
 void Pictures::draw(const BakeFrame& frame) {
-  const auto begin = std::chrono::steady_clock::now();
+  if (views_.empty()) return;
+  BakeFrame part;  // without the solver's state, which takes most of its memory
+  part.frame = frame.frame;
+  part.positions = frame.positions;
+  drawer_.add([this, part = std::move(part)] { draw_missing(part); });
+  drawer_.check();
+}
+
+void Pictures::draw_missing(const BakeFrame& frame) {
   for (const SceneView& view : keep(frame)) {
     if (!renderer_) {
       claim_folder(folder_);
       renderer_ = std::make_unique<Renderer>(width_, height_, meshes_);
     }
     const std::filesystem::path file = file_of(view, frame.frame);
-    writer_.add(file, renderer_->draw(view, frame.positions), of_[file.filename().string()]);
+    writer_.add([file, image = renderer_->draw(view, frame.positions),
+                 of = of_[file.filename().string()]] { write_png(file, image, kFastPng, of); });
   }
-  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frames) const {
@@ -206,6 +215,8 @@ std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frame
 }
 
 void Pictures::finish() {
+  if (!views_.empty()) drawer_.add([this] { renderer_.reset(); });
+  drawer_.finish();
   writer_.finish();
   for (const auto& [name, about] : seen_) {
     const auto frame = read_frame_name(name);

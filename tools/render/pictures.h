@@ -10,8 +10,8 @@
 #include "sim/cache/cache.h"
 #include "sim/cache/own_files.h"
 #include "sim/scene/scene.h"
-#include "tools/render/frame_writer.h"
 #include "tools/render/renderer.h"
+#include "tools/render/worker.h"
 
 namespace thew::tools {
 
@@ -26,6 +26,8 @@ std::string program_version();
 /// "SET KEY". KEY: the meshes and the frame's positions, the view, the size, the program; a picture
 /// of the same key whose bytes are those listed is kept, all others are drawn. SET: the bake with
 /// view, size and program; pictures of the views that are of another one are removed.
+/// They are drawn on one thread, which owns the GL context, and encoded on another, beside the
+/// caller. What a frame finds and leaves is known after finish().
 class Pictures {
  public:
   /// `bake` names what is drawn: the solver's hash, or a packed bake's. Nothing is touched before
@@ -36,15 +38,17 @@ class Pictures {
 
   /// Error(kOutput) where something is in the way of these frames' pictures: sim/cache/own_files.h.
   void claim(const std::vector<int>& frames, bool overwrite) const;
-  /// Keeps what is there of a frame and says which views are missing.
+  /// Keeps what is there of a frame and says which views are missing. Before any draw().
   std::vector<SceneView> keep(const BakeFrame& frame);
   /// Whether nothing was missing of any frame.
   bool complete() const { return complete_; }
-  /// Draws those.
+  /// Has those drawn, and waits while kQueuedFrames are to be. Throws what a frame before failed
+  /// of.
   void draw(const BakeFrame& frame);
   /// Those of some frames, view by view.
   std::vector<std::filesystem::path> files(const std::vector<int>& frames) const;
-  /// Waits for the last file, and removes pictures of another bake.
+  /// Waits for the last file, and removes pictures of another bake. Without it what was asked for
+  /// is still drawn.
   void finish();
   /// FOLDER/VIEW.mp4 of each view, where ffmpeg is installed and there is more than one frame; kept
   /// where it is of these very pictures. Says what went wrong, "" for nothing.
@@ -54,9 +58,11 @@ class Pictures {
   std::filesystem::path sheet_file() const;
   /// Of all pictures that were drawn or kept; "" without views.
   std::string key() const;
-  double seconds() const { return seconds_; }
+
+  static constexpr std::size_t kQueuedFrames = 2, kQueuedImages = 8;
 
  private:
+  void draw_missing(const BakeFrame& frame);
   std::filesystem::path file_of(const SceneView& view, int frame) const;
   std::filesystem::path movie_file(const SceneView& view) const;
 
@@ -68,10 +74,10 @@ class Pictures {
   std::map<std::string, std::string> looks_, sets_;  ///< by view
   std::map<std::string, OwnFile> seen_;              ///< what the folder listed at first
   std::map<std::string, std::string> of_;            ///< by file, what was drawn or kept
-  std::unique_ptr<Renderer> renderer_;               ///< made when the first picture is drawn
-  FrameWriter writer_;
   bool complete_ = true;
-  double seconds_ = 0.0;
+  std::unique_ptr<Renderer> renderer_;  ///< the drawing thread's, from the first picture on
+  Worker writer_{kQueuedImages};
+  Worker drawer_{kQueuedFrames};  ///< last, and so the first to end: it uses all of the others
 };
 
 }  // namespace thew::tools

@@ -27,9 +27,9 @@ class Renderer {
   void show(int width, int height, const std::vector<BakeMesh>& meshes);
   /// The driver's name and version, as goldens record it.
   const std::string& driver() const;
-  /// One view of one frame; `given` are positions by mesh. Error(kUsage) for a view that shows
+  /// One view of one frame; positions by mesh. Error(kUsage) for a view that shows
   /// nothing known or looks nowhere.
-  Image draw(const SceneView& view, const std::vector<std::vector<Vec3>>& given);
+  Image draw(const SceneView& view, const std::vector<std::vector<Vec3>>& positions);
 
  private:
   struct Data;

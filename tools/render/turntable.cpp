@@ -8,9 +8,9 @@
 #include "sim/cache/durable_file.h"
 #include "tools/base/signals.h"
 #include "tools/render/frame_file.h"
-#include "tools/render/frame_writer.h"
 #include "tools/render/movie.h"
 #include "tools/render/renderer.h"
+#include "tools/render/worker.h"
 
 namespace thew::tools {
 
@@ -34,7 +34,7 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
   create_folders(folder);
   claim(claimed, overwrite);
   Renderer renderer(render.width, render.height, bake.info().meshes);
-  FrameWriter writer;
+  Worker writer(8);
   Progress progress(style, "turning", count * static_cast<int>(render.views.size()), stderr);
   int done = 0;
   for (size_t v = 0; v < movies.size(); ++v) {
@@ -42,7 +42,9 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
     const Vec3 from = view.eye - view.target, axis = view.up.normalized();
     for (int i = 0; i < count; ++i) {
       view.eye = view.target + rotation_about(axis, 2.0 * kPi * i / count) * from;
-      writer.add(movies[v][i].file, renderer.draw(view, baked.positions));
+      writer.add([file = movies[v][i].file, image = renderer.draw(view, baked.positions)] {
+        write_png(file, image);
+      });
       progress.step(++done, i + 1);
       stop_if_interrupted();
     }

@@ -67,7 +67,8 @@ struct Report {
   };
   std::vector<Rung> rungs;
 
-  /// Wall seconds of the thread that bakes; the stages make up the total.
+  /// The stages make up the total. Pictures are drawn beside the others: `render` is, on the wall,
+  /// what the bake had to wait for them, and of the processors all that they took.
   struct Seconds {
     sim::Seconds total, setup, settle, measure, report, rig, muscles, contact, skin, write, render;
   } seconds;

@@ -25,10 +25,11 @@ nlohmann::ordered_json tolerance_of(const std::string& scene, double millimetres
 nlohmann::ordered_json contact_of_copies(const std::string& scene,
                                          const std::filesystem::path& picture);
 
-/// Whole bakes of the scene without pictures on one thread, by stage: a table of wall and CPU
-/// seconds, medians of `runs`. `against` is the folder of another build, whose bakes take turns
-/// with these, or empty. The CPU time of a build that does not report it by stage is known as a
-/// whole only.
-std::string whole_bakes(const std::string& scene, const std::filesystem::path& against, int runs);
+/// Whole bakes of the scene on one thread, by stage: a table of wall and CPU seconds, medians of
+/// `runs`. With `pictures` it draws them, and a row says what one of them costs, ms. `against` is
+/// the folder of another build, whose bakes take turns with these, or empty. The CPU time of a
+/// build that does not report it by stage is known as a whole only.
+std::string whole_bakes(const std::string& scene, const std::filesystem::path& against, int runs,
+                        bool pictures);
 
 }  // namespace thew::tools

@@ -7,8 +7,8 @@
 // thew_bench SCENE --copies OUT.svg: contact of 1 to 56 of it in one scene.
 // thew_bench SCENE --skin: its skin layer as it comes, and with its volume kept.
 // One JSON object each (benches.h).
-// thew_bench --whole SCENE [--against BUILD] [--runs N]: a table of the whole bake by stage, beside
-// that of another build (its folder, such as ../other/build/release).
+// thew_bench --whole SCENE [--against BUILD] [--runs N] [--pictures]: a table of the whole bake by
+// stage, beside that of another build (its folder, such as ../other/build/release).
 #include <cstdio>
 #include <cstdlib>
 
@@ -27,21 +27,24 @@ int show(const nlohmann::ordered_json& found) {
 
 // Whether `--whole` is asked for as it can be understood; then it is done.
 bool show_whole(int argc, char** argv) {
-  if (argc < 3 || argc % 2 == 0 || std::string_view(argv[1]) != "--whole") return false;
+  if (argc < 3 || std::string_view(argv[1]) != "--whole") return false;
   std::filesystem::path against;
   int runs = kRuns;
-  for (int i = 3; i + 1 < argc; i += 2) {
+  bool pictures = false;
+  for (int i = 3; i < argc; ++i) {
     const std::string_view word = argv[i];
-    if (word == "--against") {
-      against = argv[i + 1];
-    } else if (word == "--runs") {
-      runs = std::atoi(argv[i + 1]);
+    if (word == "--pictures") {
+      pictures = true;
+    } else if (word == "--against" && i + 1 < argc) {
+      against = argv[++i];
+    } else if (word == "--runs" && i + 1 < argc) {
+      runs = std::atoi(argv[++i]);
     } else {
       return false;
     }
   }
   if (runs < 1) return false;
-  std::fputs(whole_bakes(argv[2], against, runs).c_str(), stdout);
+  std::fputs(whole_bakes(argv[2], against, runs, pictures).c_str(), stdout);
   return true;
 }
 
@@ -65,7 +68,7 @@ int run(int argc, char** argv) {
         stderr,
         "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]... | --copies OUT.svg | "
         "--skin]\n"
-        "       thew_bench --whole SCENE.toml [--against BUILD] [--runs N]\n");
+        "       thew_bench --whole SCENE.toml [--against BUILD] [--runs N] [--pictures]\n");
     return 2;
   }
   if (tolerance <= 0.0) return show(speed_of(argv[1], kRuns));

@@ -202,6 +202,11 @@ TEST_F(Compare, FoldersOfPicturesByName) {
   CompareOptions first;
   first.frames = {1};
   EXPECT_HAS(told(folder / "a", folder / "b", first), "same pictures: 1, the same");
+  first.frames = {};
+  first.progress = ProgressStyle::kPlain;
+  testing::internal::CaptureStderr();
+  told(folder / "a", folder / "b", first);
+  EXPECT_HAS(testing::internal::GetCapturedStderr(), ", 4 of 4, 0 s left\n");
   first.frames = {9};
   EXPECT_HAS(input_error([&] { told(folder / "a", folder / "b", first); }), "of the chosen frames");
 }

@@ -98,6 +98,33 @@ TEST(PixelMeasures, SsimAsItsPaperSays) {
               (2.0 * 80 * 90 + 6.5025) / (80.0 * 80 + 90 * 90 + 6.5025), 1e-9);
 }
 
+// Only about what changed is measured, which comes to the same, at a border as well.
+TEST(PixelMeasures, FlipIsThatOfTheWholePicture) {
+  const auto hash = [](int x, int y) { return (x * 7919 + y * 104729) % 251; };
+  const Image expected = paint(
+      [&](int x, int y) {
+        return Colour{hash(x, y), (x * y) % 256, 2 * x};
+      },
+      120, 100);
+  for (const auto& [x, y, size] : {std::array{0, 0, 1},
+                                   {119, 99, 1},
+                                   {60, 50, 7},
+                                   {0, 70, 20},
+                                   {100, 0, 20},
+                                   {30, 99, 1},
+                                   {0, 0, 120}}) {
+    Image actual = expected;
+    for (int j = y; j < std::min(y + size, actual.height); ++j) {
+      for (int i = x; i < std::min(x + size, actual.width); ++i) {
+        actual.rgb[3 * (actual.width * j + i) + 1] ^= 0x5a;
+      }
+    }
+    const PixelMeasures measures = measure_pixels(expected, actual, nullptr, 0);
+    EXPECT_GT(measures.flip, 0.0);
+    EXPECT_EQ(measures.flip, mean_flip(expected, actual)) << x << ", " << y;
+  }
+}
+
 TEST(PixelMeasures, NothingBehindTheMaskCounts) {
   const Image a = plain(100, 100, 100);
   Image b = a;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "rig/types.h"
 #include "tools/render/contact_sheet.h"
-#include "tools/render/frame_writer.h"
+#include "tools/render/image.h"
+#include "tools/render/worker.h"
 
 namespace thew::tests {
 namespace {
@@ -21,43 +25,68 @@ fs::path empty_folder(const char* name) {
   return folder;
 }
 
-TEST(FrameWriter, WritesMoreImagesThanItQueues) {
-  const fs::path folder = empty_folder("thew_frames_all");
-  FrameWriter writer;
-  for (int i = 0; i < 30; ++i) writer.add(folder / (std::to_string(i) + ".png"), plain(20, 10, i));
-  writer.finish();
-  for (int i = 0; i < 30; ++i) {
-    EXPECT_EQ(read_png(folder / (std::to_string(i) + ".png")).rgb, plain(20, 10, i).rgb);
-  }
-  fs::remove_all(folder);
+TEST(Worker, DoesMoreJobsThanItQueuesInTheirOrder) {
+  std::vector<int> done;
+  Worker worker(3);
+  for (int i = 0; i < 30; ++i) worker.add([&done, i] { done.push_back(i); });
+  worker.finish();
+  ASSERT_EQ(done.size(), 30u);
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(done[i], i);
 }
 
-TEST(FrameWriter, FinishRethrowsTheFirstErrorAndAddingNeverHangs) {
+// Each job waits until so many have been queued behind it as may be, and no more ever are.
+TEST(Worker, QueuesNoMoreThanItSays) {
+  constexpr int kMost = 2;
+  std::atomic<int> added = 0, most = 0;
+  std::atomic<bool> open = false;
+  Worker worker(kMost);
+  std::thread opener([&] {
+    while (added < 1 + kMost) std::this_thread::yield();
+    open = true;
+  });
+  for (int i = 0; i < 20; ++i) {
+    worker.add([&, i] {
+      while (!open) std::this_thread::yield();
+      most = std::max(most.load(), added.load() - i);
+    });
+    ++added;
+  }
+  worker.finish();
+  opener.join();
+  EXPECT_GE(most, kMost);
+  EXPECT_LE(most, 1 + kMost);  // itself and those queued
+}
+
+TEST(Worker, RethrowsTheFirstErrorAndAddingNeverHangs) {
   const fs::path folder = empty_folder("thew_frames_error");
-  FrameWriter writer;
-  writer.add(folder / "0.png", plain(20, 10, 0));
-  for (int i = 1; i < 30; ++i) {
-    writer.add(folder / "none" / (std::to_string(i) + ".png"), plain(20, 10, 0));
-  }
-  try {
-    writer.finish();
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kOutput);
-    EXPECT_NE(std::string(error.what()).find("none/1.png"), std::string::npos) << error.what();
-  }
+  Worker worker(8);
+  const auto add = [&](const fs::path& file) {
+    worker.add([file] { write_png(file, plain(20, 10, 0)); });
+  };
+  add(folder / "0.png");
+  for (int i = 1; i < 30; ++i) add(folder / "none" / (std::to_string(i) + ".png"));
+  const auto expect_error = [](auto&& action) {
+    try {
+      action();
+      FAIL() << "no error";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kOutput);
+      EXPECT_NE(std::string(error.what()).find("none/1.png"), std::string::npos) << error.what();
+    }
+  };
+  expect_error([&] { worker.check(); });  // of 30 jobs 8 are queued: the second has failed
+  expect_error([&] { worker.finish(); });
   EXPECT_TRUE(fs::exists(folder / "0.png"));
   fs::remove_all(folder);
 }
 
-TEST(FrameWriter, ItsEndWritesWhatIsQueued) {
-  const fs::path folder = empty_folder("thew_frames_end");
+TEST(Worker, ItsEndDoesWhatIsQueued) {
+  int done = 0;
   {
-    FrameWriter writer;
-    for (int i = 0; i < 5; ++i) writer.add(folder / (std::to_string(i) + ".png"), plain(9, 9, i));
+    Worker worker(8);
+    for (int i = 0; i < 5; ++i) worker.add([&] { ++done; });
   }
-  EXPECT_TRUE(fs::exists(folder / "4.png"));
-  fs::remove_all(folder);
+  EXPECT_EQ(done, 5);
 }
 
 TEST(ContactSheet, IndicesSpreadFromFirstToLast) {

@@ -284,6 +284,30 @@ TEST_F(Own, PicturesOfAnotherVersionAreDrawnAgainAndItsOthersRemoved) {
   EXPECT_TRUE(fs::exists(folder / "p/skin.0001.png"));
 }
 
+// What fails on the drawing thread: a frame or two later, or at the end.
+TEST_F(Own, AnErrorOfDrawingReachesWhoAsksForPictures) {
+  options.pictures = false;
+  bake();
+  const BakeReader reader(options.out / "bake.h5");
+  std::vector<SceneView> views = views_of(reader);
+  views.back().target = views.back().eye;
+  const auto message = [&](int frames, bool finished) {
+    Pictures pictures(folder / "p", "a", 64, 36, views, reader.info().meshes);
+    try {
+      for (int i = 0; i < frames; ++i) pictures.draw(reader.read(i % 3));
+      if (finished) pictures.finish();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kUsage);
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  const char* expected = "view \"weights\": eye and target coincide; move one of them";
+  EXPECT_EQ(message(1, true), expected);
+  EXPECT_EQ(message(2 + static_cast<int>(Pictures::kQueuedFrames), false), expected);
+  EXPECT_EQ(message(1, false), "no error");  // whoever gives up is not held up
+}
+
 TEST_F(Own, AFailureEndsWithTheNextSuccess) {
   options.pictures = false;
   // As a bake leaves it that ends with 5 (stress_sim_faults makes such).

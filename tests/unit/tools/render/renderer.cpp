@@ -100,7 +100,7 @@ TEST(DrawGeometry, EdgePointsOfACoarseBallLieOnTheBall) {
   const std::vector<BakeMesh> meshes = {
       ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 1.0, 1.0, 12, 5)};
   DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(meshes, rest_of(meshes), ShownKinds{false, false, true}, geometry);
+  place_vertices(geometry.meshes[0], meshes[0].rest.vertices, geometry);
   ASSERT_EQ(geometry.vertices.size(),
             meshes[0].rest.vertices.size() + geometry.meshes[0].edges.size());
   EXPECT_EQ(geometry.indices.size(), 12 * meshes[0].rest.triangles.size());
@@ -120,7 +120,7 @@ TEST(DrawGeometry, WeightSegmentsAreAsLongAsTheWeights) {
   std::vector<BakeMesh> meshes = {ball("m", BakeMesh::Kind::kMuscle, Vec3::Zero(), 1.0)};
   for (std::size_t i = 0; i < meshes[0].weights.size(); ++i) meshes[0].weights[i] = 0.01 * i;
   DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(meshes, rest_of(meshes), ShownKinds{true, true, false}, geometry);
+  place_vertices(geometry.meshes[0], meshes[0].rest.vertices, geometry);
   const std::vector<DrawVertex> quads = weight_quads(meshes, geometry, Vec3(9, 2, 3), 0.1, 1e-3);
   ASSERT_EQ(quads.size(), 6 * meshes[0].weights.size());
   const auto at = [&](std::size_t k) {
@@ -182,6 +182,39 @@ TEST(Renderer, TheSameFrameGivesTheSameBytes) {
     EXPECT_EQ(one.draw(view_of(show), positions).rgb, image.rgb) << show << ", drawn again";
     EXPECT_EQ(other.draw(view_of(show), positions).rgb, image.rgb) << show << ", drawn anew";
   }
+}
+
+// It clears, sends and casts only what the picture before did not leave as it is wanted.
+TEST(Renderer, WhatWasDrawnBeforeIsNotSeen) {
+  const std::vector<BakeMesh> meshes = small_scene();
+  Renderer renderer(kWidth, kHeight, meshes);
+  Positions positions = rest_of(meshes);
+  const auto move = [&](std::size_t mesh, const Vec3& by) {
+    for (Vec3& p : positions[mesh]) p += by;
+  };
+  const auto expect_as_anew = [&](const SceneView& view, const char* what) {
+    EXPECT_EQ(renderer.draw(view, positions).rgb,
+              Renderer(kWidth, kHeight, meshes).draw(view, positions).rgb)
+        << what;
+  };
+  SceneView view = view_of("muscles"), cut = view_of("cutaway"), close = view_of("weights");
+  cut.cut = {{1, 0, 0, 0}};
+  close.eye = Vec3(0.05, 0.0, 0.03);  // among the muscles
+  expect_as_anew(view, "first");
+  move(0, Vec3(-0.1, 0.05, 0));
+  expect_as_anew(view, "one muscle aside");
+  expect_as_anew(view_of("weights"), "the same shadow");
+  expect_as_anew(close, "over the whole picture");
+  expect_as_anew(view_of("skin"), "another shadow");
+  expect_as_anew(cut, "a window");
+  cut.cut = {{-1, 0, 0, 0}};
+  expect_as_anew(cut, "another window");
+  move(0, Vec3(0.1, -0.05, 0));
+  move(2, Vec3(0, 0, 0.06));
+  view.eye.x() += 0.1;
+  expect_as_anew(view, "bone before muscle, from another side");
+  for (std::size_t m = 0; m < meshes.size(); ++m) move(m, Vec3(0.9, 0, 0));
+  expect_as_anew(view, "out of sight");
 }
 
 // Far out, where a float is coarse.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/render/frame_writer.h"
+#include "tools/render/worker.h"
 
 #include <cassert>
 #include <system_error>
@@ -7,35 +7,40 @@
 
 namespace thew::tools {
 
-FrameWriter::~FrameWriter() {
+Worker::~Worker() {
   try {
     finish();
   } catch (...) {  // whoever unwinds past finish() has an error of its own
   }
 }
 
-void FrameWriter::start() {
+void Worker::start() {
   if (std::exchange(started_, true)) return;
   try {
     thread_ = std::thread([this] { run(); });
-  } catch (const std::system_error&) {  // the system gives no more threads: add() writes itself
+  } catch (const std::system_error&) {  // add() works itself
   }
 }
 
-void FrameWriter::add(const std::filesystem::path& file, Image image, const std::string& of) {
+void Worker::add(std::function<void()> job) {
   start();
-  if (!thread_.joinable()) return write_png(file, image, 1, of);
+  if (!thread_.joinable()) return job();
   std::unique_lock lock(mutex_);
   assert(!finished_);
-  changed_.wait(lock, [this] { return queue_.size() < kQueueLength || error_; });
+  changed_.wait(lock, [this] { return queue_.size() < most_queued_ || error_; });
   if (error_) return;
-  queue_.push_back({file, std::move(image), of});
+  queue_.push_back(std::move(job));
   changed_.notify_all();
 }
 
-void FrameWriter::finish() {
+void Worker::check() {
+  const std::lock_guard lock(mutex_);
+  if (error_) std::rethrow_exception(error_);
+}
+
+void Worker::finish() {
   {
-    std::lock_guard lock(mutex_);
+    const std::lock_guard lock(mutex_);
     finished_ = true;
     changed_.notify_all();
   }
@@ -43,21 +48,22 @@ void FrameWriter::finish() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void FrameWriter::run() {
+void Worker::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return finished_ || !queue_.empty(); });
     if (queue_.empty()) return;
-    const Queued next = std::move(queue_.front());
+    std::function<void()> job = std::move(queue_.front());
     queue_.pop_front();
     changed_.notify_all();
     lock.unlock();
     std::exception_ptr error;
     try {
-      write_png(next.file, next.image, 1, next.of);
+      job();
     } catch (...) {
       error = std::current_exception();
     }
+    job = nullptr;  // frees what it holds before another is queued in its place
     lock.lock();
     if (!error) continue;
     error_ = error;

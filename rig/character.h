@@ -75,9 +75,10 @@ struct SkinWeights {
 /// .glb, .vrm), vertex i of the part is item i of `meshes[mesh_index].primitives[primitive]`. Other
 /// formats have no such indices, because assimp rebuilds their vertices as it triangulates.
 struct MeshPart {
-  std::string mesh, node, material;  ///< names; "" where the file gives none
-  int mesh_index = -1, primitive = -1;
+  std::string mesh, node, material;                      ///< names; "" where the file gives none
+  int mesh_index = -1, primitive = -1, node_index = -1;  ///< of glTF, whose node is `nodes[..]`
   int first_vertex = 0;
+  Affine to_bind = Affine::Identity();  ///< from the file's frame of the mesh into the bind pose
 };
 
 /// A character as a file has it; metres, y up.
@@ -86,6 +87,7 @@ struct Character {
   std::vector<Affine> bind;  ///< world transform of each body in the bind pose, scale included
   std::vector<Affine> rest;  ///< transform in the parent body while no animation moves the body
   std::vector<BodyClip> animations;
+  std::vector<int> nodes;     ///< of glTF: by body, its node in the file, -1 for one that was added
   TriMesh mesh;               ///< in the bind pose; vertices in the order of the importer
   std::vector<int> map_back;  ///< for each vertex, the first vertex of the same position
   SkinWeights skin;

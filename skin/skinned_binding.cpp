@@ -198,6 +198,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const std::vector<Collider>& below, const SkinSettings& settings) {
   SkinnedSkin skin;
   skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
+  skin.bodies = rest;
   skin_vertices(weights, mesh, rest, skin.rest);
   find_neighbours(skin);
   skin.surface = surface_of(skin);

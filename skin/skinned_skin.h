@@ -39,8 +39,9 @@ struct SkinnedSkin {
   TriMesh mesh;     ///< m, in the bind pose, in the vertex order of the file
   Surface surface;  ///< of the first vertices of their positions, facing outwards
   SkinWeights weights;
-  std::vector<int> map_back;  ///< for each vertex, the first vertex of the same position
-  Points rest;                ///< m, in the rest pose of the muscles
+  std::vector<int> map_back;   ///< for each vertex, the first vertex of the same position
+  Points rest;                 ///< m, in the rest pose of the muscles
+  std::vector<Affine> bodies;  ///< world transforms in that pose, scale included
   std::vector<SkinPoint> points;
   std::vector<SurfaceSite> muscle_samples;  ///< sites all over the muscles
   std::vector<double> share;                ///< by vertex, the share of its point, or 0

@@ -8,6 +8,7 @@
 #include "rig/import/assimp_scene.h"
 #include "rig/import/child.h"
 #include "rig/import/gltf_character.h"
+#include "rig/import/gltf_source.h"
 #include "rig/import/packed.h"
 #include "rig/import/text_numbers.h"
 #include "rig/limits.h"
@@ -71,6 +72,7 @@ void walk(Archive& archive, Character& c) {
       walk(b, track.scale);
     });
   });
+  archive.list(c.nodes);
   archive.list(c.mesh.vertices);
   archive.list(c.mesh.triangles);
   archive.each(c.skin.links, [](Archive& a, SkinWeights::Link& link) {
@@ -86,7 +88,9 @@ void walk(Archive& archive, Character& c) {
     a.list(part.material);
     a.number(part.mesh_index);
     a.number(part.primitive);
+    a.number(part.node_index);
     a.number(part.first_vertex);
+    walk_affine(a, part.to_bind);
   });
   archive.each(c.humanoid, [](Archive& a, Character::HumanBone& bone) {
     a.list(bone.bone);
@@ -119,11 +123,17 @@ bool is_sound(const Character& c) {
                c.skin.first.back() == static_cast<int>(c.skin.link.size()) &&
                std::is_sorted(c.skin.first.begin(), c.skin.first.end()) && c.skin.first[0] == 0 &&
                c.skin.weight.size() == c.skin.link.size() &&
+               (c.nodes.empty() || c.nodes.size() == bodies) &&
                within(c.skin.link, c.skin.links.size()) &&
                std::all_of(c.skin.links.begin(), c.skin.links.end(), body_known) &&
                std::all_of(c.humanoid.begin(), c.humanoid.end(), body_known);
   for (size_t i = 0; sound && i < bodies; ++i) {
     sound = c.skeleton.parent[i] >= -1 && c.skeleton.parent[i] < static_cast<int>(i);
+  }
+  int first = 0;
+  for (const MeshPart& part : c.parts) {
+    sound = sound && part.first_vertex >= first && part.first_vertex <= static_cast<int>(vertices);
+    first = part.first_vertex;
   }
   for (const Triangle& t : c.mesh.triangles) {
     sound = sound && within({t.begin(), t.end()}, vertices);

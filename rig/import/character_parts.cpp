@@ -39,6 +39,7 @@ int append_part(const fs::path& file, const MeshPart& about, const std::vector<V
   const int first = static_cast<int>(mesh.vertices.size());
   character.parts.push_back(about);
   character.parts.back().first_vertex = first;
+  character.parts.back().to_bind = to_world;
   for (size_t i = 0; i < vertices.size(); ++i) {
     mesh.vertices.push_back(to_world * vertices[i]);
     if (!mesh.vertices.back().allFinite()) fail(", vertex " + std::to_string(i) + " is not finite");

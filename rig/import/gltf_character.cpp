@@ -328,6 +328,7 @@ void collect_meshes(GltfFile& gltf, const Nodes& nodes, const std::vector<Skin>&
     part.mesh = GltfFile::text_of(mesh, "name");
     if (part.mesh.empty()) part.mesh = character.skeleton.body_names[body];
     part.mesh_index = static_cast<int>(index);
+    part.node_index = static_cast<int>(nodes.node[body]);
     const auto primitives = mesh.find("primitives");
     if (primitives == mesh.end() || !primitives->is_array()) continue;
     for (size_t p = 0; p < primitives->size(); ++p) {
@@ -380,16 +381,14 @@ void collect_humanoid(const GltfFile& gltf, const Nodes& nodes, Character& chara
 
 }  // namespace
 
-bool names_gltf(const fs::path& file) {
-  const std::string ending = lower_ending(file);
-  return ending == "gltf" || ending == "glb" || ending == "vrm";
-}
-
 Character read_gltf_character(const fs::path& file, double scale, bool with_mesh) {
   GltfFile gltf(file);
   Character character;
   try {
     const Nodes nodes = collect_bodies(gltf, scale, character);
+    for (const size_t node : nodes.node) {
+      character.nodes.push_back(node == kNone ? -1 : static_cast<int>(node));
+    }
     const std::vector<Skin> skins = bind_skins(gltf, nodes, character);
     collect_meshes(gltf, nodes, skins, character);
     if (with_mesh && character.parts.empty()) gltf.refuse("has no mesh");

@@ -9,9 +9,6 @@ namespace thew::rig {
 
 // Private to the library; to be called in a child process (child.h).
 
-/// Whether the file's ending is glTF's: gltf, glb or vrm.
-bool names_gltf(const std::filesystem::path& file);
-
 /// Reads nodes, skins, meshes, animations and VRM's bones of a glTF 2.0 file, all lengths
 /// multiplied by `scale`. Of the skeleton only names and parents are set; the caller makes its
 /// frames from `bind`. Throws Error(kInput) if the file is not sound, or has no mesh and

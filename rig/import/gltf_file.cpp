@@ -13,8 +13,6 @@
 namespace thew::rig {
 namespace {
 
-constexpr size_t kFileLimit = size_t{256} << 20;  // bytes
-
 // glTF 2.0, 3.6.2.2: kinds of component.
 enum Kind : size_t {
   kByte = 5120,
@@ -242,21 +240,27 @@ std::string_view GltfFile::buffer(size_t index, const std::string& from) {
     refuse(location + " has no bytes, neither a uri nor the chunk of a .glb");
   }
   std::string& bytes = buffers_[index];
+  auto read = bytes_of_uri(uri);
+  if (!read && uri.starts_with("data:")) refuse(location + ".uri is no data in base64");
+  if (!read) {
+    refuse(location + " is in \"" + printable(uri) + "\", which is no regular file in its folder");
+  }
+  bytes = std::move(*read);
+  return bytes;
+}
+
+std::optional<std::string> GltfFile::bytes_of_uri(const std::string& uri) {
   if (uri.starts_with("data:")) {
     constexpr std::string_view kMark = ";base64,";
     const size_t mark = uri.find(kMark);
-    auto read = mark == uri.npos ? std::nullopt
-                                 : from_base64(std::string_view(uri).substr(mark + kMark.size()));
-    if (!read) refuse(location + ".uri is no data in base64");
-    bytes = std::move(*read);
-    return bytes;
+    if (mark == uri.npos) return std::nullopt;
+    return from_base64(std::string_view(uri).substr(mark + kMark.size()));
   }
   try {
-    bytes = read_in_child(decoded_uri(uri), kFileLimit);
+    return read_in_child(decoded_uri(uri), kFileLimit);
   } catch (const Error&) {
-    refuse(location + " is in \"" + printable(uri) + "\", which is no regular file in its folder");
+    return std::nullopt;
   }
-  return bytes;
 }
 
 std::string_view GltfFile::view(size_t index, const std::string& from) {

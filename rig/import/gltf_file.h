@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,8 @@ class GltfFile {
  public:
   using Json = nlohmann::json;
 
+  static constexpr size_t kFileLimit = size_t{256} << 20;  ///< bytes
+
   explicit GltfFile(std::filesystem::path file);
 
   const std::filesystem::path& file() const { return file_; }
@@ -35,7 +38,9 @@ class GltfFile {
   /// The numbers of an accessor, `width` for each item (1 to 4, 16). Integers are divided by their
   /// largest value if the accessor is normalised or `as_shares` is true (glTF 2.0, 3.11).
   std::vector<double> numbers(size_t accessor, size_t width, bool as_shares = false);
-  /// The same as unsigned integers: indices.
+  /// The bytes of a view. `from` as in item().
+  std::string_view view(size_t index, const std::string& from);
+  /// The same as numbers() as unsigned integers: indices.
   std::vector<std::uint32_t> indices(size_t accessor, size_t width);
 
   static constexpr const char* kUncompressed = "export the character again, without compression";
@@ -46,6 +51,9 @@ class GltfFile {
   size_t index_of(const Json& object, const char* key, const std::string& location) const;
   size_t index_or(const Json& object, const char* key, size_t otherwise,
                   const std::string& location) const;
+  /// The bytes that a uri holds in base64, or that are in the file that it names, in the folder of
+  /// this one or below; nothing where there are none.
+  static std::optional<std::string> bytes_of_uri(const std::string& uri);
   /// Reads a member that is a list of `count` finite numbers; false if it is missing.
   bool numbers_of(const Json& object, const char* key, size_t count, const std::string& location,
                   double* to) const;
@@ -56,7 +64,6 @@ class GltfFile {
   struct Layout;  // where the items of an accessor lie
 
   Layout layout_of(size_t accessor, size_t width);
-  std::string_view view(size_t index, const std::string& from);
   std::string_view buffer(size_t index, const std::string& from);
   template <typename Number, typename Read>
   std::vector<Number> read_items(size_t accessor, size_t width, const Read& read);

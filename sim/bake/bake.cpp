@@ -19,6 +19,15 @@ std::vector<Vec3> to_points(const Points& rows) {
   return points;
 }
 
+std::vector<BodyFrame> body_frames(const std::vector<Affine>& bodies) {
+  std::vector<BodyFrame> frames(bodies.size());
+  for (size_t b = 0; b < frames.size(); ++b) {
+    Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(frames[b].data()) =
+        bodies[b].matrix().topRows<3>();
+  }
+  return frames;
+}
+
 [[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
 // Sets all of a frame but its state. Adds to `measures` those of the written positions.
@@ -31,6 +40,8 @@ void set_frame(const Model& model, const BakeInfo& info, int number, const State
   }
   for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
+  frame.bodies.clear();
+  if (model.skinned) frame.bodies = body_frames(state.bodies);
   measure_written(model, info, frame.positions, measures);
   frame.metrics = flatten(measures);
 }
@@ -75,6 +86,10 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const Bak
   if (model.has_skin) {
     TriMesh rest{to_points(model.skin.rest), model.skin.surface.triangles};
     info.meshes.push_back({"skin", BakeMesh::Kind::kSkin, std::move(rest), {}, {}});
+  }
+  if (model.skinned) {
+    info.character = {model.character->file, model.character->scale,
+                      body_frames(model.skinned->bodies)};
   }
   return info;
 }

@@ -21,6 +21,19 @@ struct BakeMesh {
                                                    ///< it (rad), 1 in the belly to 0 in the tendon
 };
 
+/// The world transform of a body, the first three rows of its matrix: x = linear x_local +
+/// translation.
+using BodyFrame = std::array<double, 12>;
+
+/// The character whose own mesh is the skin of a bake, so that an exporter can put the skin back
+/// onto it.
+struct BakeCharacter {
+  std::string file;             ///< relative to the scene's folder
+  double scale = 1.0;           ///< that multiplied all lengths of the file
+  std::vector<BodyFrame> rest;  ///< by body of the file, where the skin has its rest positions;
+                                ///< empty: there is no character
+};
+
 struct BakeInfo {
   std::string scene_name, scene_hash;
   /// These two serve a message that says what differs when another scene is resumed. They are not
@@ -31,6 +44,7 @@ struct BakeInfo {
   bool double_precision = false;
   std::vector<int> frames;  ///< that are written, ascending
   std::vector<BakeMesh> meshes;
+  BakeCharacter character;
   std::vector<std::string> metric_names;  ///< scalars per frame, "volume_error/biceps_long", …
   std::string hash;                       ///< of a packed bake, as pack() returned it
 };
@@ -38,6 +52,7 @@ struct BakeInfo {
 struct BakeFrame {
   int frame = 0;
   std::vector<std::vector<Vec3>> positions;  ///< by mesh, double
+  std::vector<BodyFrame> bodies;             ///< m, as BakeCharacter::rest
   std::vector<double> metrics;               ///< by BakeInfo::metric_names
   std::vector<double> state;  ///< pack_state() after this frame; empty in a packed bake
 };

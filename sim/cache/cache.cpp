@@ -54,8 +54,9 @@ void check_frame(const BakeInfo& info, const BakeFrame& frame) {
                                         "; it is not written, the frames before it stay");
   };
   if (frame.positions.size() != info.meshes.size() ||
+      frame.bodies.size() != info.character.rest.size() ||
       frame.metrics.size() != info.metric_names.size()) {
-    refuse("not as many meshes or metrics as the bake has");
+    refuse("not as many meshes, bodies or metrics as the bake has");
   }
   for (std::size_t m = 0; m < info.meshes.size(); ++m) {
     const auto& positions = frame.positions[m];
@@ -102,6 +103,7 @@ class Packing {
                                           info.double_precision ? H5T_IEEE_F64LE : H5T_IEEE_F32LE,
                                           {frames, info.meshes[m].rest.vertices.size(), 3}, 1);
     }
+    if (!info.character.rest.empty()) write_character(frames);
   }
 
   void add(const BakeFrame& frame) {
@@ -114,6 +116,10 @@ class Packing {
       out_.write_chunk(positions_[m], H5T_NATIVE_DOUBLE, frames_.size(), positions.data());
       written.add(positions.data(), positions.size() * sizeof(Vec3));
     }
+    if (!info_.character.rest.empty()) {
+      out_.write_chunk(bodies_, H5T_NATIVE_DOUBLE, frames_.size(), frame.bodies.data());
+      written.add(frame.bodies.data(), frame.bodies.size() * sizeof(BodyFrame));
+    }
     frame_hashes_.push_back(written.hex());
     add_positions(frame, order_, hash_);
     frames_.push_back(frame.frame);
@@ -125,6 +131,7 @@ class Packing {
   /// Returns the hash of all positions.
   std::string finish() {
     for (Hdf5Dataset& positions : positions_) out_.close(positions.id);
+    out_.close(bodies_.id);
     out_.write_dataset(out_.root(), "frames", H5T_STD_I32LE, H5T_NATIVE_INT, {frames_.size()},
                        frames_.data());
     write_metrics();
@@ -151,6 +158,17 @@ class Packing {
                          mesh.coordinates.data());
     }
     return group;
+  }
+
+  void write_character(std::size_t frames) {
+    const BakeCharacter& character = info_.character;
+    const Hdf5Id group = out_.create_group(out_.root(), "character");
+    out_.write_attribute(group, "file", character.file);
+    out_.write_attribute(group, "scale", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &character.scale);
+    out_.write_dataset(group, "rest", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                       {character.rest.size(), 12}, character.rest.data());
+    bodies_ = out_.create_dataset(group, "bodies", H5T_IEEE_F64LE,
+                                  {frames, character.rest.size(), 12}, 1);
   }
 
   void write_metrics() {
@@ -195,6 +213,7 @@ class Packing {
   std::vector<int> order_;
   Hdf5File out_;
   std::vector<Hdf5Dataset> positions_;  // by mesh
+  Hdf5Dataset bodies_;                  // of a character
   std::vector<int> frames_;
   std::vector<std::vector<double>> metrics_;  // by frame
   std::vector<std::string> frame_hashes_;     // of the positions as they are written
@@ -207,9 +226,11 @@ void verify(const fs::path& packed, const std::vector<std::string>& hashes) {
   bool same = reader.info().frames.size() == hashes.size();
   for (std::size_t f = 0; same && f < hashes.size(); ++f) {
     Hash hash;
-    for (const std::vector<Vec3>& positions : reader.read(static_cast<int>(f)).positions) {
+    const BakeFrame frame = reader.read(static_cast<int>(f));
+    for (const std::vector<Vec3>& positions : frame.positions) {
       hash.add(positions.data(), positions.size() * sizeof(Vec3));
     }
+    hash.add(frame.bodies.data(), frame.bodies.size() * sizeof(BodyFrame));
     same = hash.hex() == hashes[f];
   }
   if (!same) {

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 4;
+constexpr std::uint64_t kVersion = 5;
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
@@ -107,8 +107,8 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
   std::uint64_t states = 0;
   if (!reader.read_equal(magic) || !reader.read_equal(kVersion) ||
       !reader.read_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
-      !reader.read_equal(info.meshes.size()) || !reader.read_equal(info.metric_names.size()) ||
-      !reader.read(&states, 1)) {
+      !reader.read_equal(info.meshes.size()) || !reader.read_equal(info.character.rest.size()) ||
+      !reader.read_equal(info.metric_names.size()) || !reader.read(&states, 1)) {
     return false;
   }
   for (const BakeMesh& mesh : info.meshes) {
@@ -118,6 +118,8 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
     auto& positions = frame.positions.emplace_back(mesh.rest.vertices.size());
     if (!reader.read(positions.data(), positions.size())) return false;
   }
+  frame.bodies.resize(info.character.rest.size());
+  if (!reader.read(frame.bodies.data(), frame.bodies.size())) return false;
   frame.metrics.resize(info.metric_names.size());
   if (!reader.read(frame.metrics.data(), frame.metrics.size())) return false;
   return !with_state || (reader.read_runs(frame.state, states) && reader.rest.empty());
@@ -249,10 +251,12 @@ void encode_part(const BakeFrame& frame, std::string& bytes) {
   put_number(bytes, kVersion);
   put_number(bytes, static_cast<std::uint64_t>(std::int64_t{frame.frame}));
   put_number(bytes, frame.positions.size());
+  put_number(bytes, frame.bodies.size());
   put_number(bytes, frame.metrics.size());
   put_number(bytes, frame.state.size());
   for (const auto& positions : frame.positions) put_number(bytes, positions.size());
   for (const auto& positions : frame.positions) put(bytes, positions.data(), positions.size());
+  put(bytes, frame.bodies.data(), frame.bodies.size());
   put(bytes, frame.metrics.data(), frame.metrics.size());
   put_runs(bytes, frame.state);
 }

@@ -67,6 +67,7 @@ struct OpenBake {
   explicit OpenBake(const std::filesystem::path& path) : file(path, Hdf5File::Mode::kRead) {
     read_root();
     read_meshes();
+    read_character();
     read_metrics(file.open_group(file.root(), "metrics"), "", 0);
   }
 
@@ -112,6 +113,20 @@ struct OpenBake {
     }
   }
 
+  void read_character() {
+    if (!file.has(file.root(), "character")) return;
+    BakeCharacter& character = info.character;
+    const Hdf5Id group = file.open_group(file.root(), "character");
+    character.file = file.read_text_attribute(group, "file");
+    file.read_attribute(group, "scale", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &character.scale);
+    character.rest =
+        read_all<BodyFrame>(file, group, "rest", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 12);
+    bodies = file.open_dataset(group, "bodies", {H5T_IEEE_F64LE}, 3, 1);
+    if (bodies.dims != Hdf5Dims{info.frames.size(), character.rest.size(), 12}) {
+      file.fail("the bodies of its character are not by frame and body");
+    }
+  }
+
   // Depth is limited, since hard links may form cycles.
   void read_metrics(const Hdf5Id& group, const std::string& prefix, int depth) {
     if (depth > 3) file.fail("its metrics are nested too deeply");
@@ -126,7 +141,8 @@ struct OpenBake {
     }
   }
 
-  /// No metrics: they are read with the rest of the file. Of one mesh or, for -1, of all.
+  /// No metrics: they are read with the rest of the file. Of one mesh alone or, for -1, of all and
+  /// with the bodies.
   BakeFrame read(std::size_t at, int mesh) const {
     BakeFrame frame;
     frame.frame = info.frames.at(at);
@@ -136,12 +152,17 @@ struct OpenBake {
       frame.positions.emplace_back(info.meshes[m].rest.vertices.size());
       file.read_chunk(positions[m], H5T_NATIVE_DOUBLE, at, frame.positions.back().data());
     }
+    if (mesh >= 0 || info.character.rest.empty()) return frame;
+    file.check_chunk(bodies, at);
+    frame.bodies.resize(info.character.rest.size());
+    file.read_chunk(bodies, H5T_NATIVE_DOUBLE, at, frame.bodies.data());
     return frame;
   }
 
   Hdf5File file;
   BakeInfo info;
   std::vector<Hdf5Dataset> positions;        // by mesh
+  Hdf5Dataset bodies;                        // of a character
   std::vector<std::vector<double>> metrics;  // by metric, then frame
 };
 
@@ -161,6 +182,9 @@ void walk(Archive& archive, BakeInfo& info, std::vector<std::vector<double>>& me
     in.list(mesh.weights);
     in.list(mesh.coordinates);
   });
+  archive.list(info.character.file);
+  archive.number(info.character.scale);
+  archive.list(info.character.rest);
   archive.each(info.metric_names, list);
   archive.list(info.hash);
   archive.each(metrics, list);
@@ -170,6 +194,7 @@ template <typename Archive>
 void walk(Archive& archive, BakeFrame& frame) {
   archive.number(frame.frame);
   archive.each(frame.positions, [](Archive& in, std::vector<Vec3>& x) { in.list(x); });
+  archive.list(frame.bodies);
 }
 
 template <typename... Values>
@@ -196,6 +221,11 @@ template <typename Values>
 bool all_within(const Values& values, double least, double most) {
   return std::all_of(values.begin(), values.end(),
                      [&](double v) { return v >= least && v <= most; });
+}
+
+bool are_bounded(const std::vector<BodyFrame>& bodies) {
+  return std::all_of(bodies.begin(), bodies.end(),
+                     [](const BodyFrame& body) { return all_within(body, -kMaxScale, kMaxScale); });
 }
 
 void check_mesh(const Child& child, const BakeMesh& mesh) {
@@ -235,6 +265,11 @@ void check_info(const Child& child, const BakeInfo& info,
     child.refuse("its frames or its frame rate make no sense");
   }
   for (const BakeMesh& mesh : info.meshes) check_mesh(child, mesh);
+  const BakeCharacter& character = info.character;
+  if (!(character.scale >= kMinScale && character.scale <= kMaxScale) ||
+      !are_bounded(character.rest)) {
+    child.refuse("its character lies at rest where no place is, or farther than 10 km");
+  }
   bool sound = metrics.size() == info.metric_names.size();
   for (const auto& metric : metrics) sound = sound && metric.size() == info.frames.size();
   if (!sound) child.refuse("its reader sent nonsense");
@@ -282,8 +317,8 @@ struct BakeReader::Data {
     check_info(child, info, metrics);
   }
 
-  /// In the frame at place `index`: of the mesh, or of all meshes for -1.
-  std::vector<std::vector<Vec3>> positions(int index, int mesh) const;
+  /// The frame at place `index`, without metrics: of the mesh, or of all meshes for -1.
+  BakeFrame read(int index, int mesh) const;
 
   mutable Child child;
   BakeInfo info;
@@ -296,7 +331,7 @@ BakeReader::~BakeReader() = default;
 
 const BakeInfo& BakeReader::info() const { return data_->info; }
 
-std::vector<std::vector<Vec3>> BakeReader::Data::positions(int index, int mesh) const {
+BakeFrame BakeReader::Data::read(int index, int mesh) const {
   const std::size_t at = static_cast<std::size_t>(index), count = mesh < 0 ? info.meshes.size() : 1;
   if (index < 0 || at >= info.frames.size()) {
     child.refuse("it has no frame at place " + std::to_string(index));
@@ -311,6 +346,7 @@ std::vector<std::vector<Vec3>> BakeReader::Data::positions(int index, int mesh) 
   for (std::size_t m = 0; good && m < count; ++m) {
     good = frame.positions[m].size() == mesh_at(m).rest.vertices.size();
   }
+  good = good && frame.bodies.size() == (mesh < 0 ? info.character.rest.size() : 0);
   if (!good) child.refuse("its reader sent nonsense");
   for (std::size_t m = 0; m < count; ++m) {
     const auto& x = frame.positions[m];
@@ -320,13 +356,15 @@ std::vector<std::vector<Vec3>> BakeReader::Data::positions(int index, int mesh) 
                  std::to_string(bad - x.begin()) +
                  " lies where no place is, or farther than 10 km");
   }
-  return std::move(frame.positions);
+  if (!are_bounded(frame.bodies)) {
+    child.refuse("a body of its character lies where no place is in frame " +
+                 std::to_string(frame.frame));
+  }
+  return frame;
 }
 
 BakeFrame BakeReader::read(int index) const {
-  BakeFrame frame;
-  frame.positions = data_->positions(index, -1);
-  frame.frame = data_->info.frames[static_cast<std::size_t>(index)];
+  BakeFrame frame = data_->read(index, -1);
   for (const auto& metric : data_->metrics) {
     frame.metrics.push_back(metric[static_cast<std::size_t>(index)]);
   }
@@ -334,7 +372,7 @@ BakeFrame BakeReader::read(int index) const {
 }
 
 std::vector<Vec3> BakeReader::read_mesh(int index, int mesh) const {
-  return std::move(data_->positions(index, mesh).front());
+  return std::move(data_->read(index, mesh).positions.front());
 }
 
 const std::vector<double>& BakeReader::metric(int metric) const {

@@ -102,6 +102,8 @@ BodyClip motion_of(const Scene& scene, const Character& character,
 CharacterRig define_character(const Scene& scene, Skeleton& skeleton,
                               std::vector<std::string>& warnings) {
   CharacterRig rig;
+  rig.file = scene.rig.lexically_proximate(scene.file.parent_path()).generic_string();
+  rig.scale = scene.character.scale;
   rig.character = import_character(scene.rig, scene.character.scale);
   const Character& character = rig.character;
   warnings.insert(warnings.end(), character.warnings.begin(), character.warnings.end());

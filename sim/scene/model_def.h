@@ -80,6 +80,8 @@ struct Bone {
 /// A rig that is a character's file. Its muscles are made in the rest pose, which is the bind pose
 /// with all hinges at 0.
 struct CharacterRig {
+  std::string file;    ///< of the character, relative to the scene's folder
+  double scale = 1.0;  ///< that multiplied all its lengths
   Character character;
   BodyClip clip;             ///< empty: keys drive the hinges
   std::vector<Affine> rest;  ///< world transforms in the rest pose, stretch included

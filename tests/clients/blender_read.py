@@ -2,6 +2,7 @@
 """Reads the exports in Blender:
 blender -b --factory-startup --python blender_read.py -- blender|alembic FOLDER…
 Alembic by itself: blender.org's Blender has its importer, Debian's has not, and exits with 77."""
+import json
 import os
 import sys
 import traceback
@@ -34,6 +35,13 @@ def triangles(data):
 def evaluated(thing, frame):
     bpy.context.scene.frame_set(frame)
     return vertices(thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data)
+
+
+def placed(thing, frame):
+    """Where an object that moves as a whole has its vertices."""
+    read = evaluated(thing, frame)
+    place = numpy.array(thing.matrix_world)
+    return read @ place[:3, :3].T + place[:3, 3]
 
 
 def y_up(read):
@@ -89,7 +97,7 @@ def glb(folder, truth, name, allowed):
     for mesh in truth["meshes"]:
         thing = bpy.data.objects[mesh["name"]]
         for i, frame in enumerate(truth["frames"]):
-            read = evaluated(thing, frame - truth["frames"][0])  # time 0 is the first frame
+            read = placed(thing, frame)  # time is frame / fps
             result.add(f"{mesh['name']}, frame {frame}", y_up(read), mesh["positions"][i])
         result.same(f"{mesh['name']}, triangles", triangles(thing.data), mesh["triangles"])
     return result.tell()
@@ -128,12 +136,58 @@ def same_order(folder, truth):
     return result.tell()
 
 
+PIECES = ("hat", "trunk", "arms")  # meshes of the dressed figure, in the order of the bake's skin
+
+
+def object_of(mesh):
+    """Objects are named after nodes or meshes, as Blender needs more objects than a file has."""
+    return next(t for t in bpy.data.objects if t.type == "MESH" and t.data.name == mesh)
+
+
+def look(file):
+    """Texture coordinates and materials of each piece, as Blender has them."""
+    empty()
+    bpy.ops.import_scene.gltf(filepath=file)
+    found = {}
+    for name in PIECES:
+        data = object_of(name).data
+        uvs = [numpy.array([tuple(c.uv) for c in layer.data]) for layer in data.uv_layers]
+        found[name] = (uvs, [m.name for m in data.materials], triangles(data))
+    return found
+
+
+def onto(folder, truth, name):
+    """The character's own file with its skin as baked, within the error that the file states."""
+    with open(f"{folder}/{name}.glb", "rb") as file:
+        head = file.read(20)
+        text = json.loads(file.read(int.from_bytes(head[12:16], "little")))
+    stated = 1e-3 * text["asset"]["extras"]["position_error_max_mm"]
+    result = Comparison(CLIENT, f"{folder}/{name}.glb", stated + 1e-6)
+    before, after = look(f"{folder}/input.gltf"), look(f"{folder}/{name}.glb")
+    for piece in PIECES:
+        for layer, was in zip(after[piece][0], before[piece][0]):
+            result.same(f"{piece}, texture coordinates", layer, was)
+        result.same(f"{piece}, materials", after[piece][1], before[piece][1])
+        result.same(f"{piece}, triangles", after[piece][2], before[piece][2])
+    empty()
+    bpy.context.scene.render.fps = int(truth["fps"])
+    bpy.ops.import_scene.gltf(filepath=f"{folder}/{name}.glb")
+    skin = next(m for m in truth["meshes"] if m["name"] == "skin")
+    for i, frame in enumerate(truth["frames"]):
+        read = numpy.concatenate([placed(object_of(piece), frame) for piece in PIECES])
+        result.add(f"frame {frame}", y_up(read), skin["positions"][i])
+    return result.tell()
+
+
 def stated_error(folder):
     with open(f"{folder}/basis.txt") as text:
         return 1e-3 * float(text.read().split("position error ")[1].split(" mm")[0])
 
 
 def exports(folder, truth):
+    if folder.endswith("/onto"):
+        names = ("onto", "onto_basis", "correctives", "correctives_basis")
+        return all([onto(folder, truth, name) for name in names])
     good = point_cache(folder, truth, "pc2")
     good &= point_cache(folder, truth, "mdd")
     good &= obj(folder, truth)

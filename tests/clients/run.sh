@@ -13,9 +13,11 @@ case "$client" in
   blender | alembic)
     blender=${BLENDER:-blender}
     command -v "$blender" >/dev/null || skip "blender is not installed"
+    more=()
+    [[ $client == alembic ]] || more=("$build/clients/onto")
     # Its importers talk a lot; ours is what names it first.
     "$blender" -b --factory-startup --python "$here/blender_read.py" -- \
-      "$client" "${folders[@]}" 2>&1 |
+      "$client" "${folders[@]}" "${more[@]}" 2>&1 |
       grep -E '^(Blender [0-9.]+,|skipped:|  |Traceback|[A-Za-z]*Error)' ;;
   paraview)
     command -v pvpython >/dev/null || skip "python3-paraview is not installed"
@@ -27,7 +29,8 @@ case "$client" in
     cp "$here/package.json" "$modules"
     npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
       skip "npm could not install gltf-validator and three"
-    node "$here/web_read.mjs" "$modules" "${folders[@]}" "$build/clients/wave" ;;
+    node "$here/web_read.mjs" "$modules" "${folders[@]}" "$build/clients/wave" \
+      "$build/clients/onto" ;;
   chromium)
     command -v chromium >/dev/null || skip "chromium is not installed"
     command -v node >/dev/null || skip "node is not installed"

@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "rig/import/character_import.h"
+#include "rig/import/gltf_source.h"
 #include "rig/import/mesh_import.h"
 #include "rig/text.h"
 #include "tests/unit/rig/temp.h"
@@ -31,6 +32,10 @@ void try_one(const fs::path& file, Tally& tally) {
     }
     Points x;
     skin_vertices(character.skin, character.mesh, character.bind, x);
+    if (!names_gltf(file)) return;
+    const GltfSource source = read_gltf_source(file);
+    EXPECT_FALSE(source.json.empty()) << file;
+    for (const auto& vectors : source.vectors) EXPECT_GE(vectors.accessor, 0) << file;
   } catch (const Error& error) {
     ++tally.refused;
     const std::string what = error.what();

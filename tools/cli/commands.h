@@ -18,10 +18,15 @@ ExitCode bake_command(const CommandOptions& options);
 /// `turntable` > 0: so many of one frame, all round it.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene,
                         int turntable = 0);
+/// Onto which character's file a bake's skin is put back.
+struct OntoChoice {
+  std::filesystem::path character;  ///< "": the bake's, where it is found; "none": onto none
+  bool correctives = false;
+};
 /// Cache -> a file of another program, options.out, whose ending says which. `meshes` empty: all;
 /// `basis` > 0: glTF with so many morph targets at most.
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
-                        int basis);
+                        int basis, const OntoChoice& onto = {});
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.
 ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
+#include "rig/import/gltf_source.h"
 #include "rig/skeleton.h"
+#include "rig/text.h"
 #include "sim/cache/own_files.h"
 #include "tools/base/printing.h"
 #include "tools/cli/commands.h"
+#include "tools/export/character_skin.h"
 #include "tools/export/formats.h"
 #include "tools/export/sequence.h"
 
 namespace thew::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 const std::vector<std::string> kEndings = {".pc2", ".mdd",  ".obj",  ".ply", ".glb",
                                            ".xmf", ".xdmf", ".usda", ".abc"};
@@ -36,7 +41,73 @@ std::vector<std::filesystem::path> files_of(const Shot& shot, const std::filesys
   return files;
 }
 
-Exported write(const Shot& shot, const CommandOptions& options, int basis) {
+// The file of the bake's character: as the scene named it, which the report beside the bake knows;
+// or beside the bake's folder, where `thew new` puts scene and character. "" where neither is.
+fs::path find_character(const fs::path& bake, const std::string& name) {
+  constexpr size_t kLongestReport = size_t{64} << 20;  // bytes
+  const fs::path folder = fs::absolute(bake).parent_path(), report = folder / "report.json";
+  std::vector<fs::path> scenes;
+  std::error_code error;
+  if (fs::is_regular_file(report, error)) {
+    const auto json = nlohmann::json::parse(read_whole(report, kLongestReport), nullptr, false);
+    const auto origin = json.is_object() ? json.value("origin", nlohmann::json()) : json;
+    if (origin.is_object() && origin.contains("scene") && origin["scene"].is_string()) {
+      scenes.push_back(fs::path(origin["scene"].get<std::string>()).parent_path());
+    }
+  }
+  scenes.push_back(folder.parent_path());
+  for (const fs::path& scene : scenes) {
+    fs::path file = (scene / name).lexically_normal();
+    if (fs::is_regular_file(file, error)) return file;
+  }
+  return {};
+}
+
+/// Onto which character's file the skin goes; "" for none.
+struct Onto {
+  fs::path character;
+  std::string note;  ///< why it is none, where a user may have expected one
+};
+
+Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoice& choice,
+                 bool meshes_chosen) {
+  const auto refuse = [](const std::string& what) { throw Error(ErrorCode::kUsage, what); };
+  const bool asked = !choice.character.empty() && choice.character != "none";
+  if (options.out.extension() != ".glb") {
+    if (asked || choice.correctives) {
+      refuse((asked ? "--onto" : "--correctives") + std::string(" is for .glb only, and ") +
+             options.out.string() + " holds the meshes of the bake; leave it out");
+    }
+    return {};
+  }
+  if (meshes_chosen && (asked || choice.correctives)) {
+    refuse(
+        "--mesh chooses meshes of the bake, and --onto writes those of the character; leave one "
+        "of them out");
+  }
+  if (asked && !names_gltf(choice.character)) {
+    refuse("--onto " + choice.character.string() +
+           ": is no .gltf, .glb or .vrm; convert the character to one, and bake that");
+  }
+  if (asked) return {choice.character, ""};
+  const std::string& name = shot.info().character.file;
+  Onto onto;
+  if (choice.character.empty() && !meshes_chosen && names_gltf(name)) {
+    onto.character = find_character(options.input, name);
+    if (onto.character.empty()) {
+      onto.note =
+          "\n  the character " + name +
+          " is not where the scene had it, so that these are the bake's meshes; --onto FILE "
+          "puts the skin back onto it";
+    }
+  }
+  if (choice.correctives && onto.character.empty()) {
+    refuse("--correctives needs the character's .gltf, .glb or .vrm; give it by --onto");
+  }
+  return onto;
+}
+
+Exported write(const Shot& shot, const CommandOptions& options, int basis, const Onto& onto) {
   const std::filesystem::path& file = options.out;
   const std::string ending = file.extension().string();
   if (basis > 0 && ending != ".glb") {
@@ -47,7 +118,11 @@ Exported write(const Shot& shot, const CommandOptions& options, int basis) {
   if (ending == ".mdd") return export_mdd(shot, file);
   if (ending == ".obj") return export_obj(shot, file);
   if (ending == ".ply") return export_ply(shot, file);
-  if (ending == ".glb") return export_glb(shot, file, basis);
+  if (ending == ".glb") {
+    Exported exported = export_glb(shot, file, basis);
+    exported.note += onto.note;
+    return exported;
+  }
   if (ending == ".xmf" || ending == ".xdmf") return export_xdmf(shot, file, options.input);
   if (ending == ".usda") return export_usda(shot, file);
   if (ending == ".abc") return export_alembic(shot, file);
@@ -76,12 +151,19 @@ void tell(const Shot& shot, const Exported& exported, bool as_json) {
 }  // namespace
 
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
-                        int basis) {
+                        int basis, const OntoChoice& choice) {
   const BakeReader reader(options.input);
   Shot shot = choose_shot(reader, meshes, options.frames);
   shot.progress = progress_style(options);
   claim(files_of(shot, options.out), options.overwrite);
-  tell(shot, write(shot, options, basis), options.json);
+  const Onto onto = choose_onto(shot, options, choice, !meshes.empty());
+  if (!onto.character.empty()) {
+    shot.meshes = {skin_mesh(shot.info())};
+    tell(shot, export_glb_onto(shot, {options.out, onto.character, choice.correctives, basis}),
+         options.json);
+    return ExitCode::kDone;
+  }
+  tell(shot, write(shot, options, basis, onto), options.json);
   return ExitCode::kDone;
 }
 

@@ -74,7 +74,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
 }
 
 CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::string>& meshes,
-                     int& basis) {
+                     int& basis, OntoChoice& onto) {
   CLI::App* command = app.add_subcommand(
       "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
   command->add_option("BAKE", options.input, "bake.h5")->required();
@@ -85,6 +85,11 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   add_overwrite(*command, options);
   command->add_option("--basis", basis, ".glb: so many morph targets instead of one a frame")
       ->check(CLI::Range(1, 10000));
+  command->add_option("--onto", onto.character,
+                      ".glb: the character's glTF or VRM, which comes back with its skin as baked; "
+                      "where it is left out, the bake's, if it is found; none: the bake's meshes");
+  command->add_flag("--correctives", onto.correctives,
+                    "--onto: keep skeleton and weights; morph targets hold what muscles add");
   command->add_option("--frames", options.frames, kFrames);
   add_progress(*command, options);
   add_json(*command, options);
@@ -210,6 +215,7 @@ struct Arguments {
   double millimetres = 1e3 * kDistanceTolerance;
   fs::path scene, repaired, actual, golden;
   std::vector<std::string> meshes;
+  OntoChoice onto;
   int turntable = 0, basis = 0;
   bool keys = false;
   std::function<ExitCode(CommandOptions&)> run;
@@ -222,8 +228,8 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
   runs(add_bake(app, options), bake_command);
   runs(add_render(app, options, a.scene, a.turntable),
        [&a](CommandOptions& o) { return render_command(o, a.scene, a.turntable); });
-  runs(add_export(app, options, a.meshes, a.basis),
-       [&a](CommandOptions& o) { return export_command(o, a.meshes, a.basis); });
+  runs(add_export(app, options, a.meshes, a.basis, a.onto),
+       [&a](CommandOptions& o) { return export_command(o, a.meshes, a.basis, a.onto); });
   runs(add_inspect(app, options, a.repaired, a.keys), [&a](CommandOptions& o) {
     if (!a.keys) return inspect_command(o, a.repaired);
     print(inspect_keys(o.json));

@@ -30,6 +30,15 @@ Exported export_ply(const Shot& shot, const std::filesystem::path& file);
 /// gltf.cpp.
 Exported export_glb(const Shot& shot, const std::filesystem::path& file, int basis);
 
+/// A bake's skin, the only mesh of the shot, put back onto its character: the character's own glTF
+/// file with the skin as baked, gltf_onto.cpp.
+struct OntoOptions {
+  std::filesystem::path file, character;
+  bool correctives = false;  ///< keep skeleton, weights and animation; targets only add to them
+  int basis = 0;             ///< > 0: so many of the best morph targets instead of one a frame
+};
+Exported export_glb_onto(const Shot& shot, const OntoOptions& options);
+
 /// XDMF 3 beside the bake, whose numbers it points to: xdmf.cpp.
 Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
                      const std::filesystem::path& bake);

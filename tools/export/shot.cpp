@@ -71,7 +71,7 @@ void for_each_frame(const Shot& shot, const std::function<void(const ShotFrame&)
   for (const int place : shot.places) {
     stop_if_interrupted();
     BakeFrame baked = shot.reader.read(place);
-    ShotFrame frame{place, baked.frame, {}};
+    ShotFrame frame{place, baked.frame, {}, std::move(baked.bodies)};
     for (const int mesh : shot.meshes) frame.positions.push_back(std::move(baked.positions[mesh]));
     work(frame);
     progress.step(++done, frame.frame);

@@ -29,10 +29,16 @@ struct Shot {
 Shot choose_shot(const BakeReader& reader, const std::vector<std::string>& names,
                  const std::string& frames);
 
+/// Positions of vertices and, where the format is given them, their normals of length 1.
+struct Shape {
+  std::vector<Vec3> positions, normals;
+};
+
 struct ShotFrame {
   int place = 0;  ///< in the bake
   int frame = 0;
   std::vector<std::vector<Vec3>> positions;  ///< by chosen mesh, m
+  std::vector<BodyFrame> bodies;             ///< of the bake's character
 };
 
 /// In the order of time; tells how far it is and ends with Error(kRetry) on a signal.

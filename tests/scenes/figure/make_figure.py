@@ -2,12 +2,15 @@
 """Writes figure.gltf: a made-up person for the tests. A trunk and two arms, closed shapes that
 overlap, with seams along them; the bones run beside the middle of the flesh, the sections are no
 circles, and the thickness differs from the template's in each. One animation has curves of all
-kinds. Usage: make_figure.py figure.gltf"""
+kinds. Usage: make_figure.py figure.gltf [dressed.gltf], where the second is the same person as an
+artist's program would write it: in pieces and materials, with normals, texture and a hat, in
+centimetres under a turned armature."""
 import base64
 import json
 import math
 import struct
 import sys
+import zlib
 
 AROUND = 14  # the last vertex of a ring is at the place of the first
 
@@ -119,8 +122,11 @@ def limb(sign, base):
 
 
 trunk()
+starts = [0, len(vertices)]
 limb(1, 2)
+starts.append(len(vertices))
 limb(-1, 6)
+starts.append(len(vertices))
 
 chunks, views, accessors = [], [], []
 
@@ -200,5 +206,142 @@ gltf = {"asset": {"version": "2.0", "generator": "tests/scenes/figure/make_figur
         "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," +
                      base64.b64encode(data).decode()}]}
 with open(sys.argv[1], "w") as out:
+    json.dump(gltf, out, indent=None, separators=(",", ":"))
+    out.write("\n")
+if len(sys.argv) < 3:
+    sys.exit()
+
+# --- dressed.gltf ---------------------------------------------------------------------------------
+chunks.clear()
+views.clear()
+accessors.clear()
+
+
+def smooth_normals():
+    """One for each place: the sum of the areas of its triangles."""
+    sums = {}
+    for t in triangles:
+        a, b, c = (vertices[i] for i in t)
+        area = cross(sub(b, a), sub(c, a))
+        for p in (a, b, c):
+            sums[p] = add(sums.get(p, (0.0, 0.0, 0.0)), area, 1.0)
+    return [unit(sums[p]) for p in vertices]
+
+
+# The armature: a quarter turn about x and centimetres, (x, y, z) -> (x, z, -y) / 100 upwards.
+def into_armature(p, scale=100.0):
+    return (scale * p[0], -scale * p[2], scale * p[1])
+
+
+def piece(number, with_tangents):
+    """One primitive: trunk, left arm or right arm."""
+    first, end = starts[number], starts[number + 1]
+    normals = [into_armature(n, 1.0) for n in smooth_normals()[first:end]]
+    rows = [(((i - 1) % (AROUND + 1)) / AROUND, i / (end - first)) for i in range(end - first)]
+    out = {"attributes": {
+        "POSITION": accessor([into_armature(p) for p in vertices[first:end]], "VEC3", "f", 5126,
+                             34962, True),
+        "NORMAL": accessor(normals, "VEC3", "f", 5126, 34962),
+        "TEXCOORD_0": accessor(rows, "VEC2", "f", 5126, 34962),
+        "JOINTS_0": accessor(joints[first:end], "VEC4", "B", 5121, 34962),
+        "WEIGHTS_0": accessor(weights[first:end], "VEC4", "f", 5126, 34962)},
+        "indices": accessor([(i - first,) for t in triangles if first <= t[0] < end for i in t],
+                            "SCALAR", "H", 5123, 34963)}
+    if with_tangents:
+        tangents = [unit(cross(n, (0.1, 0.2, 0.97))) + (1.0,) for n in normals]
+        out["attributes"]["TANGENT"] = accessor(tangents, "VEC4", "f", 5126, 34962)
+    return out
+
+
+def hat():
+    """A pyramid with hard edges, positions and normals by turns in one view."""
+    tip, base = (0.0, 0.5, 0.0), [(0.1, 0.3, 0.1), (0.1, 0.3, -0.1), (-0.1, 0.3, -0.1),
+                                  (-0.1, 0.3, 0.1)]
+    faces = [(tip, base[k], base[(k + 1) % 4]) for k in range(4)]
+    faces += [(base[0], base[2], base[1]), (base[0], base[3], base[2])]
+    corners = [(into_armature(p), into_armature(unit(cross(sub(f[1], f[0]), sub(f[2], f[0]))), 1.0))
+               for f in faces for p in f]
+    offset = sum(len(c) for c in chunks)
+    chunks.append(b"".join(struct.pack("<6f", *p, *n) for p, n in corners))
+    views.append({"buffer": 0, "byteOffset": offset, "byteLength": len(chunks[-1]),
+                  "byteStride": 24, "target": 34962})
+    for byte, extent in ((0, True), (12, False)):
+        accessors.append({"bufferView": len(views) - 1, "byteOffset": byte, "componentType": 5126,
+                          "count": len(corners), "type": "VEC3"})
+        if extent:
+            rounded = [struct.unpack("<3f", struct.pack("<3f", *p)) for p, _ in corners]
+            accessors[-1]["min"] = [min(p[k] for p in rounded) for k in range(3)]
+            accessors[-1]["max"] = [max(p[k] for p in rounded) for k in range(3)]
+    return {"attributes": {"POSITION": len(accessors) - 2, "NORMAL": len(accessors) - 1},
+            "material": 1}
+
+
+def png():
+    def chunk(kind, content):
+        return (struct.pack(">I", len(content)) + kind + content +
+                struct.pack(">I", zlib.crc32(kind + content)))
+    rows = b"".join(b"\0" + bytes(row) for row in ((200, 150, 120, 190, 140, 110),
+                                                   (190, 140, 110, 200, 150, 120)))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 2, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b""))
+
+
+del nodes[-1]
+at = {"Armature": len(nodes), "Body": len(nodes) + 1, "Arms": len(nodes) + 2, "Hat": len(nodes) + 3}
+half = math.sqrt(0.5)
+for i, node in enumerate(nodes):
+    node["translation"] = list(into_armature(local(i)))
+nodes += [{"name": "Armature", "children": [0, at["Body"], at["Arms"]], "scale": [0.01] * 3,
+           "rotation": [-half, 0.0, 0.0, half], "extras": {"unit": "cm"}},
+          {"name": "Body", "mesh": 0, "skin": 0}, {"name": "Arms", "mesh": 1, "skin": 0},
+          {"name": "Hat", "mesh": 2, "translation": list(into_armature((0.0, 0.05, 0.0)))}]
+nodes[index["Chest"]]["children"].append(at["Hat"])
+body, left, right = piece(0, False), piece(1, True), piece(2, False)
+body["material"], left["material"], right["material"] = 0, 0, 1
+body["targets"] = [{"POSITION": accessor([(0.0, -1.0 if 0.0 < w[1] < 1.0 else 0.0, 0.0)
+                                          for w in weights[:starts[1]]], "VEC3", "f", 5126, 34962,
+                                         True)}]
+binds = accessor([(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, *into_armature(place, -100.0), 1)
+                  for _, _, place in JOINTS], "MAT4", "f", 5126)
+times = accessor([(0.0,), (0.5,), (1.0,)], "SCALAR", "f", 5126, None, True)
+bend = accessor([turn((0, 0, 1), a) for a in (0, -40, -90)], "VEC4", "f", 5126)
+lift = accessor([turn((0, 1, 0), a) for a in (0, 15, 25)], "VEC4", "f", 5126)
+hips = into_armature(hips)
+sway = accessor([hips, add(hips, (1, 0, 0), 10.0), hips], "VEC3", "f", 5126)
+breathe = accessor([(0.0,), (1.0,), (0.0,)], "SCALAR", "f", 5126)
+
+
+def animation(name, curves):
+    return {"name": name, "samplers": [{"input": times, "output": output}
+                                       for output, _, _ in curves],
+            "channels": [{"sampler": i, "target": {"node": node, "path": path}}
+                         for i, (_, node, path) in enumerate(curves)]}
+
+
+animations = [animation("bend", [(bend, index["LeftForeArm"], "rotation"),
+                                 (lift, index["RightArm"], "rotation"),
+                                 (sway, index["Hips"], "translation")]),
+              animation("breath", [(breathe, at["Body"], "weights")])]
+data = b"".join(chunks)
+gltf = {"asset": {"version": "2.0", "generator": "tests/scenes/figure/make_figure.py",
+                  "extras": {"author": "nobody"}},
+        "scene": 0, "scenes": [{"nodes": [at["Armature"]]}], "nodes": nodes,
+        "meshes": [{"name": "trunk", "primitives": [body], "weights": [0.0],
+                    "extras": {"targetNames": ["breath"]}},
+                   {"name": "arms", "primitives": [left, right]},
+                   {"name": "hat", "primitives": [hat()]}],
+        "materials": [{"name": "skin", "extras": {"layer": 1}, "pbrMetallicRoughness": {
+                           "baseColorTexture": {"index": 0}, "metallicFactor": 0.0}},
+                      {"name": "cloth", "pbrMetallicRoughness": {
+                           "baseColorFactor": [0.2, 0.3, 0.6, 1.0], "metallicFactor": 0.0}}],
+        "textures": [{"source": 0}],
+        "images": [{"name": "check", "uri": "data:image/png;base64," +
+                    base64.b64encode(png()).decode()}],
+        "skins": [{"joints": list(range(len(JOINTS))), "inverseBindMatrices": binds}],
+        "animations": animations, "bufferViews": views, "accessors": accessors}
+data = b"".join(chunks)
+gltf["buffers"] = [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," +
+                    base64.b64encode(data).decode()}]
+with open(sys.argv[2], "w") as out:
     json.dump(gltf, out, indent=None, separators=(",", ":"))
     out.write("\n")

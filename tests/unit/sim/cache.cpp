@@ -39,6 +39,9 @@ TEST_F(CacheTest, DoubleComesBackToTheBit) {
   EXPECT_EQ(back.hash, hash);
   EXPECT_EQ(back.metric_names,
             (std::vector<std::string>{"length/biceps", "penetration", "volume_error/biceps"}));
+  EXPECT_EQ(back.character.file, info.character.file);
+  EXPECT_EQ(back.character.scale, 0.5);
+  EXPECT_EQ(back.character.rest, info.character.rest);
   const int from[] = {1, 2, 0};  // biceps, skin, ulna
   const int metric_from[] = {1, 2, 0};
   ASSERT_EQ(back.meshes.size(), 3u);
@@ -54,6 +57,7 @@ TEST_F(CacheTest, DoubleComesBackToTheBit) {
   for (int f = 0; f < 4; ++f) {
     const BakeFrame written = small_frame(info, info.frames[f]), read = reader.read(f);
     EXPECT_EQ(read.frame, written.frame);
+    EXPECT_EQ(read.bodies, written.bodies);
     for (int m = 0; m < 3; ++m) {
       EXPECT_EQ(read.positions[m], written.positions[from[m]]);
       EXPECT_EQ(read.metrics[m], written.metrics[metric_from[m]]);

@@ -69,6 +69,8 @@ inline BakeInfo small_info(bool double_precision) {
                   {{0, 0, 0}, {0.5, 0.1, 1}, {0.5, 3, 1}, {1, 0, 0}}},
                  {"skin", BakeMesh::Kind::kSkin, tetrahedron, {}, {}}};
   info.meshes[2].rest.vertices.push_back(Vec3(2, 2, 2));
+  info.character = {"figures/small.glb", 0.5, {BodyFrame{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}};
+  info.character.rest.push_back({0, 0, 0.1, 1.0 / 3, 0.1, 0, 0, 2, 0, 0.1, 0, -1.0 / 7});
   info.metric_names = {"volume_error/biceps", "length/biceps", "penetration"};
   return info;
 }
@@ -81,6 +83,8 @@ inline BakeFrame small_frame(const BakeInfo& info, int frame) {
     auto& positions = result.positions.emplace_back(mesh.rest.vertices);
     for (Vec3& p : positions) p += Vec3(frame / 3.0, frame / 7.0, p.x() / 11.0);
   }
+  result.bodies = info.character.rest;
+  for (BodyFrame& body : result.bodies) body[3] += frame / 3.0;
   for (std::size_t k = 0; k < info.metric_names.size(); ++k) {
     result.metrics.push_back((frame + 0.1) / (k + 3.0));
   }

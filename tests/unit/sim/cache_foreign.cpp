@@ -160,6 +160,10 @@ TEST_F(ForeignTest, NumbersThatNoBakeHas) {
     expect_refused("biceps has weights", write("/meshes/biceps/weights", value));
     expect_refused("its frame rate make", rate(value));
   }
+  for (const double value : {1e300, none, infinite}) {
+    expect_refused("its character lies at rest", write("/character/rest", value));
+    expect_refused("a body of its character lies", write("/character/bodies", value));
+  }
   for (const double value : {1e300, -1.7e308, none, infinite}) {
     expect_refused("the metric penetration is no number", write("/metrics/penetration", value));
   }

@@ -41,6 +41,20 @@ class ExportTest : public CacheTest {
     // A cache of floats gives back floats.
     reader_.emplace(folder_ / "bake.h5");
   }
+  /// A bake of these frames, each as `change` leaves the small bake's.
+  template <typename Change>
+  void bake(const std::vector<int>& frames, Change change) {
+    info_ = small_info(true);
+    info_.frames = frames;
+    BakeWriter writer(folder_, info_, false);
+    for (const int number : frames) {
+      BakeFrame frame = small_frame(info_, number);
+      change(frame);
+      writer.write(frame);
+    }
+    writer.pack();
+    reader_.emplace(folder_ / "bake.h5");
+  }
   std::filesystem::path write(const std::string& name, const std::vector<std::string>& meshes,
                               int basis = 0) {
     options_.out = folder_ / name;

@@ -6,51 +6,15 @@
 #include <gtest/gtest.h>
 
 #include <assimp/Importer.hpp>
-#include <nlohmann/json.hpp>
+#include <map>
 
-#include "tests/unit/tools/export/export.h"
-#include "tools/export/basis.h"
+#include "rig/math.h"
+#include "tests/unit/tools/export/glb_reader.h"
+#include "tools/export/gltf/basis.h"
+#include "tools/export/gltf/gltf.h"
 
 namespace thew::tests {
 namespace {
-
-using nlohmann::json;
-
-struct Glb {
-  json doc;
-  std::string numbers;
-
-  std::vector<float> floats(const json& accessor_number) const {
-    const json& accessor = doc["accessors"][accessor_number.get<std::size_t>()];
-    const json& view = doc["bufferViews"][accessor["bufferView"].get<std::size_t>()];
-    const std::size_t width = accessor["type"] == "VEC3" ? 3 : 1;
-    EXPECT_EQ(view["byteLength"].get<std::size_t>(),
-              accessor["count"].get<std::size_t>() * width * 4);
-    ByteReader in{numbers, view["byteOffset"].get<std::size_t>()};
-    std::vector<float> values;
-    for (std::size_t i = 0; i < accessor["count"].get<std::size_t>() * width; ++i) {
-      values.push_back(in.take<float>());
-    }
-    return values;
-  }
-};
-
-Glb read_glb(const std::filesystem::path& file) {
-  ByteReader in{bytes_of(file)};
-  EXPECT_EQ(in.bytes.substr(0, 4), "glTF");
-  in.at = 4;
-  EXPECT_EQ(in.take<std::uint32_t>(), 2u);
-  EXPECT_EQ(in.take<std::uint32_t>(), in.bytes.size());
-  const std::uint32_t length = in.take<std::uint32_t>();
-  EXPECT_EQ(in.bytes.substr(in.at, 4), "JSON");
-  Glb glb;
-  glb.doc = json::parse(in.bytes.substr(in.at + 4, length));
-  in.at += 4 + length;
-  EXPECT_EQ(in.take<std::uint32_t>(), glb.doc["buffers"][0]["byteLength"].get<std::uint32_t>());
-  glb.numbers = in.bytes.substr(in.at + 4);
-  EXPECT_EQ(in.at % 4, 0u);
-  return glb;
-}
 
 /// A mesh at a key of the animation, in double from what the file holds.
 std::vector<double> shape(const Glb& glb, std::size_t m, std::size_t key) {
@@ -120,11 +84,132 @@ TEST_F(ExportTest, GlbNormalsAreThoseOfTheFrame) {
   }
 }
 
+// A bone, one node that moves; a skin that stands still; a muscle, by morph targets.
+TEST_F(ExportTest, GlbMovesNodesAndShapesOnlyWhereTheyMove) {
+  bake({1, 2, 3, 5}, [&](BakeFrame& frame) {
+    const Mat3 turn = rotation_about(Vec3(0.6, 0.0, 0.8), 2.0 * frame.frame);
+    for (std::size_t v = 0; v < 4; ++v) {
+      frame.positions[0][v] = turn * info_.meshes[0].rest.vertices[v] + Vec3(1, frame.frame, 0);
+    }
+    frame.positions[2] = info_.meshes[2].rest.vertices;
+    for (Vec3& p : frame.positions[2]) p.x() += 3.0;
+  });
+  const Glb glb = read_glb(write("all.glb", {}));
+  for (std::size_t m = 0; m < 3; ++m) {
+    EXPECT_EQ(glb.doc["meshes"][m]["primitives"][0].contains("targets"), m == 0);
+  }
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_LE(largest_error(glb, 0, i, positions("biceps", i)), 2e-7);
+    EXPECT_LE(largest_error(glb, 1, i, positions("skin", i)), 2e-7);
+  }
+  std::map<std::string, std::vector<float>> keys;
+  const json& animation = glb.doc["animations"][0];
+  for (const json& channel : animation["channels"]) {
+    if (channel["target"]["node"] != 2) continue;
+    const std::size_t sampler = channel["sampler"];
+    keys[channel["target"]["path"]] = glb.floats(animation["samplers"][sampler]["output"]);
+  }
+  const std::vector<float>&turns = keys["rotation"], &places = keys["translation"];
+  ASSERT_EQ(turns.size(), 16u);
+  ASSERT_EQ(places.size(), 12u);
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Quaterniond turn(turns[4 * i + 3], turns[4 * i], turns[4 * i + 1],
+                                  turns[4 * i + 2]);
+    const Vec3 place(places[3 * i], places[3 * i + 1], places[3 * i + 2]);
+    for (std::size_t v = 0; v < 4; ++v) {
+      const Vec3 read = turn * info_.meshes[0].rest.vertices[v] + place;
+      EXPECT_LE((read - positions("ulna", i)[v]).norm(), 4e-7);
+    }
+  }
+}
+
+TEST_F(ExportTest, GlbSharesMaterialsByKind) {
+  bake(true);
+  const Glb glb = read_glb(write("all.glb", {}));
+  ASSERT_EQ(glb.doc["materials"].size(), 3u);
+  const char* kinds[] = {"muscle", "skin", "bone"};
+  for (std::size_t m = 0; m < 3; ++m) {
+    const std::size_t material = glb.doc["meshes"][m]["primitives"][0]["material"];
+    EXPECT_EQ(glb.doc["materials"][material]["name"], kinds[m]);
+  }
+}
+
+// Of frames times targets weights, all but one in each frame are zero.
+TEST_F(ExportTest, GlbStoresTheWeightsThatAreNotZero) {
+  std::vector<int> frames;
+  for (int f = 1; f <= 250; ++f) frames.push_back(f);
+  bake(frames, [](BakeFrame&) {});
+  const auto file = write("biceps.glb", {"biceps"});
+  EXPECT_NE(said_.find("--basis"), std::string::npos) << said_;
+  const Glb glb = read_glb(file);
+  const json& animation = glb.doc["animations"][0];
+  const std::size_t output = animation["samplers"][0]["output"];
+  const json& accessor = glb.doc["accessors"][output];
+  EXPECT_EQ(accessor["count"], 250 * 250);
+  EXPECT_EQ(accessor["sparse"]["count"], 250);
+  for (const int i : {0, 1, 249}) {
+    EXPECT_LE(largest_error(glb, 0, i, positions("biceps", i)), 2e-5);  // at 100 m
+  }
+  EXPECT_LT(glb.numbers.size(), 40000u);  // 250,000 by the weights alone
+  options_.frames = "1-249";
+  write("fewer.glb", {"biceps"});
+  EXPECT_EQ(said_.find("--basis"), std::string::npos) << said_;
+  expect_error(ErrorCode::kUsage, "--basis", [] { check_targets("long.glb", 2049); });
+  check_targets("long.glb", 2048);
+}
+
+// Where all that has a time says it of frame 1; PC2 says the frame.
+TEST_F(ExportTest, FrameOneIsTheSameInstantInAllFormats) {
+  bake({1, 2, 4}, [](BakeFrame&) {});
+  const double instant = 1.0 / 24.0;
+  const Glb glb = read_glb(write("a.glb", {"biceps"}));
+  EXPECT_EQ(glb.floats(glb.doc["animations"][0]["samplers"][0]["input"]),
+            (std::vector<float>{static_cast<float>(instant), static_cast<float>(2 * instant),
+                                static_cast<float>(4 * instant)}));
+  ByteReader mdd{bytes_of(write("a.mdd", {"biceps"})), 8};
+  EXPECT_EQ(mdd.take<float>(true), static_cast<float>(instant));
+  options_.frames = "1-2";
+  ByteReader pc2{bytes_of(write("a.pc2", {"biceps"})), 20};
+  EXPECT_EQ(pc2.take<float>(), 1.0f);
+  options_.frames = "";
+  const std::string usda = bytes_of(write("a.usda", {"biceps"}));
+  EXPECT_NE(usda.find("startTimeCode = 1\n"), std::string::npos);
+  EXPECT_NE(usda.find("timeCodesPerSecond = 24\n"), std::string::npos);
+  const std::string xdmf = bytes_of(write("a.xdmf", {"biceps"}));
+  const std::string mark = "<Time Value=\"";
+  EXPECT_EQ(std::stod(xdmf.substr(xdmf.find(mark) + mark.size())), instant);
+  std::string seconds(sizeof instant, '\0');
+  std::memcpy(seconds.data(), &instant, sizeof instant);
+  EXPECT_NE(bytes_of(write("a.abc", {"biceps"})).find(seconds), std::string::npos);
+}
+
+TEST_F(ExportTest, ABasisHasTheRestPoseAsItsBase) {
+  bake({1, 2, 3, 4, 5, 6}, [](BakeFrame& frame) {
+    for (std::size_t v = 0; v < 4; ++v) {  // two modes, that turn the faces
+      frame.positions[1][v].x() += 0.1 * std::sin(frame.frame) * static_cast<double>(v);
+      frame.positions[1][v].y() += 0.1 * std::cos(frame.frame) * static_cast<double>(v * v);
+    }
+  });
+  for (const int basis : {3, 6}) {
+    const Glb glb = read_glb(write("biceps.glb", {"biceps"}, basis));
+    const json& primitive = glb.doc["meshes"][0]["primitives"][0];
+    EXPECT_EQ(glb.floats(primitive["attributes"]["POSITION"]),
+              as_floats(mesh("biceps").rest.vertices));
+    EXPECT_EQ(glb.floats(primitive["attributes"]["NORMAL"]),
+              as_floats(unit_normals(mesh("biceps"), mesh("biceps").rest.vertices)));
+    for (int i = 0; i < 6; ++i) EXPECT_LE(largest_error(glb, 0, i, positions("biceps", i)), 4e-7);
+    const double stated = glb.doc["asset"]["extras"]["normal_error_max_deg"];
+    EXPECT_LT(stated, basis == 6 ? 1e-4 : 20.0);  // a target a frame again, or fitted
+    EXPECT_GE(stated, 0.0);
+  }
+}
+
 // The motion of the small bake is along one direction: one target holds it.
 TEST_F(ExportTest, ABasisOfOneHoldsAMotionOfOne) {
   bake(true);
   const Glb glb = read_glb(write("all.glb", {}, 3));
-  EXPECT_NE(said_.find("1 morph targets"), std::string::npos) << said_;
+  // From the rest pose, with weights within 0..1, it takes one to get to where the motion begins.
+  EXPECT_NE(said_.find("2 morph targets"), std::string::npos) << said_;
   const char* names[] = {"biceps", "skin", "ulna"};
   for (std::size_t m = 0; m < 3; ++m) {
     for (int i = 0; i < 4; ++i) {
@@ -146,19 +231,14 @@ TEST_F(ExportTest, ABasisOfWhatStandsStillHasNoTargets) {
 }
 
 TEST_F(ExportTest, ABasisStatesTheErrorThatAReaderFinds) {
-  options_.input = folder_ / "bake.h5";
-  BakeInfo info = small_info(true);
-  BakeWriter writer(folder_, info, false);
-  for (const int f : info.frames) {
-    BakeFrame frame = small_frame(info, f);
+  bake({-2, 0, 2, 4}, [](BakeFrame& frame) {
     for (auto& mesh : frame.positions) {
-      for (std::size_t v = 0; v < mesh.size(); ++v) mesh[v].z() += 0.01 * ((f * 37 + 11 * v) % 7);
+      for (std::size_t v = 0; v < mesh.size(); ++v) {
+        mesh[v].z() += 0.01 * ((frame.frame * 37 + 11 * v) % 7);
+      }
     }
     for (Vec3& p : frame.positions[2]) p = Vec3(1, 2, 3);  // the skin is one point and stands still
-    writer.write(frame);
-  }
-  writer.pack();
-  reader_.emplace(folder_ / "bake.h5");
+  });
   for (const int basis : {1, 2, 3}) {
     const Glb glb = read_glb(write("all.glb", {}, basis));
     double error = 0.0;

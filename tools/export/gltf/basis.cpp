@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/export/basis.h"
+#include "tools/export/gltf/basis.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -39,6 +39,9 @@ struct Lengths {
   double settled_speed = 1e-4;
   /// Motion of a node in an iteration, below which quasi-static iterations stop.
   double converged_motion = 1e-8;
+  /// Motion of a node in an iteration, up to which a pinched muscle that finds no rest may swing in
+  /// a frame that is solved by itself; a figure's brachialis does by 0.2 mm in the bent elbow.
+  double pinched_swing = 5e-4;
   /// Depth of two bodies in one another in the rest pose, above which the user is warned.
   double reported_overlap = 1e-3;
   /// Size that is assumed for a rig whose joints all lie at one position.
@@ -73,6 +76,9 @@ struct Lengths {
   double firm_fat = 0.006;
   /// How far a node may leave its prediction in any step, whatever it did in the step before.
   double free_correction = 1.5e-4;
+  /// Mean motion of the nodes in a step, below which the skin rests. Single nodes in a fold may go
+  /// on by some tenths of a millimetre.
+  double skin_at_rest = 1e-5;
   /// Below this separation of the walls of a fold its direction is not defined.
   double least_separation = 1e-7;
   /// A node of the skin that is farther from all bones belongs to the root.

@@ -16,6 +16,7 @@ constexpr int kMaxSubsteps = 1024;  // of a frame
 
 // A character's own skin depends on bodies and muscles alone, so one step of it is enough.
 int skin_steps_of(const Model& model, double time, State& state) {
+  if (model.skinned && state.way) return 0;  // it is stepped where the way ends
   if (!model.has_skin || model.skinned) return 1;
   const double angle = turn_until(model, time, state);
   return std::max(1, static_cast<int>(std::ceil(angle / model.skin.settings.max_turn)));
@@ -45,6 +46,15 @@ FrameDivision divide_frame(const Model& model, double time, State& state) {
   division.skin_steps = std::min(skin_steps_of(model, time, state), kMaxSubsteps);
   division.first_substeps = std::max(substeps_of(model), division.skin_steps);
   division.substeps = division.first_substeps;
+  return division;
+}
+
+FrameDivision divide_rest(const Model& model, const State& state) {
+  FrameDivision division;
+  division.end = state.time;
+  division.length = 1.0 / model.fps;
+  division.rests = true;
+  division.skin_steps = 0;
   return division;
 }
 

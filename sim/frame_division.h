@@ -15,14 +15,15 @@ struct FrameDivision {
   double length = 0.0;                    ///< s, of the frame
   int first_substeps = 1;                 ///< in the first try
   int substeps = 1;                       ///< in the present try
-  int skin_steps = 1;                     ///< of the skin in the frame, not more than the substeps
+  int skin_steps = 1;                     ///< of the skin in the frame, 0 to `substeps`
   bool was_repeated = false;              ///< the same try has been made twice
   int halvings = 0;                       ///< since the first try, or since the last rung
+  bool rests = false;                     ///< all of it is at `end`, see rest_frame()
   std::optional<StepDiagnosis> too_fast;  ///< the last diagnosis that asked for more substeps
 
   double step() const { return length / substeps; }  ///< s, of a substep
   /// s, when substep i ends; i counts from 1.
-  double time_after(int i) const { return end - length * (substeps - i) / substeps; }
+  double time_after(int i) const { return rests ? end : end - length * (substeps - i) / substeps; }
   /// Whether the skin is stepped after substep i.
   bool steps_skin_after(int i) const {
     return i * skin_steps / substeps != (i - 1) * skin_steps / substeps;
@@ -32,6 +33,9 @@ struct FrameDivision {
 /// The first try of the frame from state.time to `time` (s), after begin_frame(). The skin is
 /// stepped often enough that no joint turns by more than SkinSettings::max_turn in a step of it.
 FrameDivision divide_frame(const Model& model, double time, State& state);
+
+/// That of rest_frame(), after begin_frame().
+FrameDivision divide_rest(const Model& model, const State& state);
 
 /// Changes the next try of a frame, after undo_frame(), by the first of these that is left:
 /// - more substeps, as many as the diagnosis asks for, where a node moves too far into a bone;

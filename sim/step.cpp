@@ -62,8 +62,8 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, double time, doubl
 }
 
 // The skin follows bones and muscles. Returns a diagnosis if it failed.
-std::optional<StepDiagnosis> step_skin(const Model& model, Parallel& parallel, State& state,
-                                       StageSeconds& seconds) {
+std::optional<StepDiagnosis> step_skin(const Model& model, double share_of_return,
+                                       Parallel& parallel, State& state, StageSeconds& seconds) {
   const StageClock clock(seconds.skin, parallel);
   refit_all(model, parallel, state);
   if (model.skinned) {
@@ -71,7 +71,8 @@ std::optional<StepDiagnosis> step_skin(const Model& model, Parallel& parallel, S
     step_skinned(*model.skinned, state.bodies, state.colliders, state.skin);
   } else {
     set_colliders(model, state, state.colliders);
-    step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin);
+    step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin,
+              share_of_return);
   }
   return diagnose_skin(model, state);
 }
@@ -90,9 +91,21 @@ std::optional<StepDiagnosis> try_frame(const Model& model, const FrameDivision& 
       return diagnosis;
     }
     if (!model.has_skin || !division.steps_skin_after(i)) continue;
-    if (auto of_skin = step_skin(model, parallel, state, seconds)) return of_skin;
+    if (auto of_skin = step_skin(model, kReturn, parallel, state, seconds)) return of_skin;
   }
   return {};
+}
+
+void solve_frame(const Model& model, FrameDivision division, Parallel& parallel, State& state,
+                 StageSeconds& seconds) {
+  while (auto diagnosis = try_frame(model, division, parallel, state, seconds)) {
+    undo_frame(state);
+    if (!prepare_retry(model, *diagnosis, division, state)) {
+      throw StepFailure(model, state.way ? state.way->clip_time : division.end, *diagnosis,
+                        division.substeps);
+    }
+  }
+  state.time = division.end;
 }
 
 }  // namespace
@@ -100,14 +113,18 @@ std::optional<StepDiagnosis> try_frame(const Model& model, const FrameDivision& 
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds) {
   begin_frame(model, state);
-  FrameDivision division = divide_frame(model, time, state);
-  while (auto diagnosis = try_frame(model, division, parallel, state, seconds)) {
-    undo_frame(state);
-    if (!prepare_retry(model, *diagnosis, division, state)) {
-      throw StepFailure(model, time, *diagnosis, division.substeps);
-    }
+  solve_frame(model, divide_frame(model, time, state), parallel, state, seconds);
+}
+
+void rest_frame(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds) {
+  begin_frame(model, state);
+  solve_frame(model, divide_rest(model, state), parallel, state, seconds);
+}
+
+void rest_skin(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds) {
+  if (const auto diagnosis = step_skin(model, kReturnAtRest, parallel, state, seconds)) {
+    throw StepFailure(model, state.way->clip_time, *diagnosis, 1);
   }
-  state.time = time;
 }
 
 }  // namespace thew::sim

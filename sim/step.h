@@ -20,4 +20,10 @@ struct StageSeconds {
 void step_frame(const Model& model, double time, Parallel& parallel, State& state,
                 StageSeconds& seconds);
 
+/// The same on a LoneWay where bones and time stay: each muscle, which has no inertia, comes nearer
+/// to rest in contact with the others. Without the skin.
+void rest_frame(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds);
+/// A step of the skin alone, which brings it nearer to rest.
+void rest_skin(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds);
+
 }  // namespace thew::sim

@@ -10,8 +10,6 @@ namespace {
 
 // Most stretch of an edge [1], over the outer side of a joint; chosen by trial.
 constexpr double kMaxStretch = 3.0;
-// Share of the distance to the equilibrium with the forces of the step before; by trial.
-constexpr double kReturn = 0.1;
 // Least length of an edge along its rotated direction, over its rest length; by trial.
 constexpr double kMinEdge = 0.1;
 // Weight of the pull of the flesh on skin above its level; chosen by trial.
@@ -174,7 +172,7 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
   }
 }
 
-void predict_skin(const SkinModel& model, SkinState& state) {
+void predict_skin(const SkinModel& model, double share_of_return, SkinState& state) {
   const double longest = model.settings.lengths.max_return;
   // Sweeps smooth local displacements, but converge slowly for wide ones. So the displacement goes
   // a part of the way to its equilibrium with the forces of the step before.
@@ -182,7 +180,7 @@ void predict_skin(const SkinModel& model, SkinState& state) {
     const Point offset = turn(state.turns[i], state.offset[i]);
     const Point back = state.force[i] - offset;
     const double far = norm(back);
-    const double share = std::min(kReturn, longest / std::max(far, longest));
+    const double share = std::min(share_of_return, longest / std::max(far, longest));
     state.x[i] = state.elastic[i] + offset + share * back;
   }
   state.predicted = state.x;

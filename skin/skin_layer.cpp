@@ -48,11 +48,11 @@ SkinState initial_skin(const SkinModel& model) {
 }
 
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               const Loop& loop, SkinState& state) {
+               const Loop& loop, SkinState& state, double share_of_return) {
   constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   bind_to_pose(model, pose, state);
   solve_elastic(model, state);
-  predict_skin(model, state);
+  predict_skin(model, share_of_return, state);
   find_normals(model, loop, state);  // with which the first search finds the walls of folds
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kSearchEvery == 0) {

@@ -16,11 +16,16 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
                     const SkinSettings& settings);
 SkinState initial_skin(const SkinModel& model);
 
+/// Share [1] of the distance to its equilibrium with the forces of the step before that the skin
+/// goes in a step: in a motion, and where all that it lies on rests. Both by trial; with 0.5 a
+/// resting skin swings (skin/notes.md).
+inline constexpr double kReturn = 0.1, kReturnAtRest = 0.3;
+
 /// Moves the skin to the pose: bound shape, elastic equilibrium, contact with muscles and bones,
 /// contact with itself (see skin_passes.h). The result depends only on the arguments, the state of
 /// the step before included.
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               const Loop& loop, SkinState& state);
+               const Loop& loop, SkinState& state, double share_of_return = kReturn);
 
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state);

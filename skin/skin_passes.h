@@ -14,8 +14,9 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
 /// Sets elastic to the positions of least elastic energy, and force to the displacement that the
 /// forces of the step before cause.
 void solve_elastic(const SkinModel& model, SkinState& state);
-/// Sets x to the elastic shape plus the offset that the step before left.
-void predict_skin(const SkinModel& model, SkinState& state);
+/// Sets x to the elastic shape plus the offset that the step before left, and goes the share [1] of
+/// the way to the equilibrium with the forces of that step.
+void predict_skin(const SkinModel& model, double share_of_return, SkinState& state);
 
 /// Searches for the flesh below each node that has moved by Lengths::lookup_motion since its last
 /// search; below all nodes if `first`.

@@ -5,6 +5,7 @@
 #include "rig/api/arrays.h"
 #include "rig/text.h"
 #include "sim/api/scene_data.h"
+#include "sim/lone_frame.h"
 #include "sim/solver/state_archive.h"
 #include "thew/simulation.h"
 
@@ -30,8 +31,20 @@ struct Simulation::Data {
 
   void settle() {
     if (settled) return;
-    sim::settle(model, parallel, state);
+    if (alone) {
+      go_to(0.0);
+    } else {
+      sim::settle(model, parallel, state);
+    }
     settled = true;
+  }
+
+  void go_to(double time) {
+    if (alone) {
+      sim::solve_lone_frame(model, time, parallel, state, seconds);
+    } else {
+      sim::step_frame(model, time, parallel, state, seconds);
+    }
   }
 
   std::size_t place_of(const std::string& mesh) const {
@@ -63,6 +76,7 @@ struct Simulation::Data {
   sim::State state;
   sim::Measuring measuring;
   sim::StageSeconds seconds;
+  bool alone = sim::stands_alone(model);
   bool settled = false;
 };
 
@@ -79,7 +93,7 @@ int Simulation::step() {
   data.settle();
   // The times of a bake, to the last bit.
   const int next = static_cast<int>(std::floor(data.state.time * data.model.fps + 1e-6)) + 1;
-  sim::step_frame(data.model, next / data.model.fps, data.parallel, data.state, data.seconds);
+  data.go_to(next / data.model.fps);
   return data.model.first_frame + next;
 }
 
@@ -92,10 +106,8 @@ void Simulation::step_to(double time) {
                                        std::to_string(data.state.time) + " s; give a later time");
   }
   const double frame = 1.0 / data.model.fps;
-  while (time - data.state.time > frame * (1.0 + 1e-6)) step();
-  if (time > data.state.time) {
-    sim::step_frame(data.model, time, data.parallel, data.state, data.seconds);
-  }
+  while (!data.alone && time - data.state.time > frame * (1.0 + 1e-6)) step();
+  if (time > data.state.time) data.go_to(time);
 }
 
 double Simulation::time() const { return data_->state.time; }

@@ -6,6 +6,8 @@
 
 #include "muscles/weights.h"
 #include "rig/text.h"
+#include "sim/cache/cache_parts.h"
+#include "sim/lone_frame.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
@@ -130,26 +132,35 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     watch.lap();  // the caller's time is not measured
   };
 
+  const bool alone = stands_alone(model);
   int done = model.first_frame - 1;  // the last frame that is simulated
   for (int number : writer.completed()) {
     const BakeFrame frame = writer.read_completed(number);
     result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
-    if (number == writer.completed().back()) unpack_state(model, frame.state, state);
+    if (!alone && number == writer.completed().back()) unpack_state(model, frame.state, state);
     done = number;
     ++result.resumed_frames;
     seconds.setup += watch.lap();
     report_frame(frame);
   }
   seconds.setup += watch.lap();
-  if (result.resumed_frames == 0) result.settled = settle(model, parallel, state, check_stop);
+  result.settled.converged = alone;
+  if (result.resumed_frames == 0 && !alone) {
+    result.settled = settle(model, parallel, state, check_stop);
+  }
   seconds.settle = watch.lap();
 
   BakeFrame frame;  // used again, so that its memory is
   const int last = options.frames.empty() ? done : options.frames.back();
   for (int number = done + 1; number <= last; ++number) {
     const double time = (number - model.first_frame) / model.fps;
-    if (number > model.first_frame) step_frame(model, time, parallel, state, seconds.step);
-    if (!std::binary_search(options.frames.begin(), options.frames.end(), number)) {
+    const bool written = std::binary_search(options.frames.begin(), options.frames.end(), number);
+    if (alone) {
+      if (written) solve_lone_frame(model, time, parallel, state, seconds.step, check_stop);
+    } else if (number > model.first_frame) {
+      step_frame(model, time, parallel, state, seconds.step);
+    }
+    if (!written) {
       check_stop();
       continue;
     }
@@ -157,17 +168,46 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     FrameMeasures measures = measure(model, measuring, parallel, state);
     set_frame(model, info, number, state, measures, frame);
     seconds.measure += watch.lap();
-    pack_state(state, frame.state);
+    if (!alone) pack_state(state, frame.state);
     writer.write(frame);
     result.measures.push_back(measures);
     seconds.write += watch.lap();
     report_frame(frame);
   }
-  const Parallel alone(1);
-  watch = StopWatch(alone);
+  const Parallel this_thread(1);
+  watch = StopWatch(this_thread);
   threads.reset();  // packing starts a process, and a limit of the system may count threads too
-  result.hash = writer.pack(check_stop);
+  if (!options.is_chunk) result.hash = writer.pack(check_stop);
   seconds.write += watch.lap();
+  return result;
+}
+
+BakeResult join_chunks(const Model& model, const BakeOptions& options,
+                       const std::vector<std::filesystem::path>& chunks, const OnFrame& on_frame) {
+  StopWatch watch;
+  const BakeInfo info = bake_info(model, options.frames, options.output);
+  const std::map<int, PlacedPart> parts = parts_of_chunks(chunks, info);
+  BakeWriter writer(options.folder, info, options.resume);
+  BakeResult result;
+  result.settled.converged = true;
+  result.threads = options.threads;
+  const auto check_stop = [&] {
+    if (options.stop && options.stop()) stop_bake();
+  };
+  for (size_t i = 0; i < info.frames.size(); ++i) {
+    const bool is_there = i < writer.completed().size();
+    const PlacedPart& part = parts.at(info.frames[i]);
+    const BakeFrame frame =
+        is_there ? writer.read_completed(info.frames[i]) : read_part(part.folder, part.part, info);
+    if (!is_there) writer.write(frame);
+    result.resumed_frames += is_there;
+    result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
+    result.seconds.write += watch.lap();
+    if (!on_frame(frame)) stop_bake();
+    watch.lap();  // the caller's time is not measured
+  }
+  result.hash = writer.pack(check_stop);
+  result.seconds.write += watch.lap();
   return result;
 }
 

@@ -23,11 +23,14 @@ struct BakeOutput {
 
 struct BakeOptions {
   std::filesystem::path folder;
-  std::vector<int> frames;  ///< to be written, ascending; all frames before them are simulated
+  /// To be written, ascending. All frames before them are simulated, unless each stands by itself
+  /// (lone_frame.h).
+  std::vector<int> frames;
   int threads = 1;
   bool resume = false;
   BakeOutput output = {};
   std::function<bool()> stop = {};  ///< returns true to stop; called between frames
+  bool is_chunk = false;            ///< leaves the frames in DIR/bake.parts, for join_chunks()
 };
 
 /// Seconds by stage, without the time spent in `on_frame`.
@@ -61,5 +64,12 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames,
 /// resumed. Error(kRetry) where `on_frame` or `stop` stopped it; StepFailure where the solver
 /// failed; Error of BakeWriter. Frames that are written stay in all cases.
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame);
+
+/// The same bake, to the last byte, from frames that others have baked: folders in which bakes of
+/// the scene have left them, as chunks. Error(kInput) where a frame is in none of them, or where
+/// two of them differ in it; Error(kOutput) where one is damaged; Error(kUsage) where one is of
+/// another scene.
+BakeResult join_chunks(const Model& model, const BakeOptions& options,
+                       const std::vector<std::filesystem::path>& chunks, const OnFrame& on_frame);
 
 }  // namespace thew::sim

@@ -329,6 +329,34 @@ bool is_scene_of(const fs::path& folder, const BakeInfo& info) {
                                      differences + "; replace them, or bake into another folder");
 }
 
+std::map<int, PlacedPart> parts_of_chunks(const std::vector<fs::path>& chunks,
+                                          const BakeInfo& info) {
+  std::map<int, PlacedPart> places;
+  for (const fs::path& chunk : chunks) {
+    const fs::path folder = chunk / "bake.parts";
+    if (!is_scene_of(folder, info)) {
+      throw Error(ErrorCode::kInput, folder.string() +
+                                         ": does not say of what scene its frames are; bake this "
+                                         "chunk anew");
+    }
+    for (const Part& part : read_manifest(folder)) {
+      const auto [place, is_new] = places.emplace(part.frame, PlacedPart{folder, part});
+      if (is_new || place->second.part.hash == part.hash) continue;
+      throw Error(ErrorCode::kInput, "frame " + std::to_string(part.frame) +
+                                         " is not the same in " + place->second.folder.string() +
+                                         " and " + folder.string() +
+                                         "; bake both again by one version of thew");
+    }
+  }
+  std::string missing;
+  for (const int frame : info.frames) {
+    if (!places.contains(frame)) missing += (missing.empty() ? "" : ",") + std::to_string(frame);
+  }
+  if (missing.empty()) return places;
+  throw Error(ErrorCode::kInput, "frames that are in none of the chunks: " + missing +
+                                     "; bake them as one more chunk");
+}
+
 std::vector<Part> good_parts(const fs::path& folder, const BakeInfo& info) {
   std::vector<Part> parts = read_manifest(folder);
   std::size_t good = 0;

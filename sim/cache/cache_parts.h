@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -52,6 +53,15 @@ std::string describe_scene(const BakeInfo& info);
 /// True if the parts in `folder` are of this scene, false if there is no bake.json that can be
 /// read. Error(kUsage) that says what differs where they are of another scene.
 bool is_scene_of(const std::filesystem::path& folder, const BakeInfo& info);
+/// A part, and the folder of parts that it lies in.
+struct PlacedPart {
+  std::filesystem::path folder;
+  Part part;
+};
+/// Where the frames of `info` are, in folders that hold a bake.parts; those that it lists are not
+/// read yet. Errors as of join_chunks() in sim/bake/bake.h.
+std::map<int, PlacedPart> parts_of_chunks(const std::vector<std::filesystem::path>& chunks,
+                                          const BakeInfo& info);
 /// The longest run of undamaged parts, from the first frame of `info` on.
 std::vector<Part> good_parts(const std::filesystem::path& folder, const BakeInfo& info);
 

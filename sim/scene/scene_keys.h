@@ -130,8 +130,8 @@ inline constexpr Key kSolverKeys[] = {
     {.name = "integrator",
      .type = KeyType::kWord,
      .meaning = "How a muscle moves in a step; \"quasi_static\" has no inertia, and finds the rest "
-                "shape of "
-                "each frame.",
+                "shape of each frame from the bind pose on, so that a frame depends on its pose "
+                "alone.",
      .standard = default_of<&SceneSolver::integrator>,
      .words = {"explicit", "xpbd", "local_global", "quasi_static"}},
     {.name = "volume",

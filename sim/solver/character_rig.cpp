@@ -13,14 +13,13 @@ bool is_animated(const Model& model) {
 
 namespace {
 
-void drive_bodies(const Model& model, double time, State& state) {
+void drive_bodies(const Model& model, const WayPoint& at, State& state) {
   const CharacterRig& rig = *model.character;
   if (is_animated(model)) {
-    animated_bodies(rig.character, rig.clip, std::max(time, 0.0), state.bodies);
-    const double share = time >= 0.0 ? 1.0 : smoothstep(-model.settle, -0.5 * model.settle, time);
-    if (share < 1.0) {
+    animated_bodies(rig.character, rig.clip, at.clip_time, state.bodies);
+    if (at.share < 1.0) {
       state.bodies_of_clip = state.bodies;
-      blend_bodies(rig.character.skeleton, rig.rest, state.bodies_of_clip, share, state.bodies);
+      blend_bodies(rig.character.skeleton, rig.rest, state.bodies_of_clip, at.share, state.bodies);
     }
     for (size_t b = 0; b < state.bodies.size(); ++b) state.pose[b] = rigid_part(state.bodies[b]);
     return;
@@ -57,8 +56,8 @@ int bone_above(const Model& model, int body) {
   return body;
 }
 
-void drive_character(const Model& model, double time, State& state) {
-  drive_bodies(model, time, state);
+void drive_character(const Model& model, const WayPoint& at, State& state) {
+  drive_bodies(model, at, state);
   for (const Forearm& forearm : model.character->forearms) {
     point_at_elbow(model, forearm, state.pose);
   }

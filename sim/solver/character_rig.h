@@ -13,8 +13,7 @@ int bone_above(const Model& model, int body);
 /// Whether the character is moved by an animation of all its bodies; otherwise keys move its
 /// hinges.
 bool is_animated(const Model& model);
-/// Sets all bodies at `time` (s), after forward kinematics of the keyed joints. Before 0 they go
-/// from the rest pose to the clip's first.
-void drive_character(const Model& model, double time, State& state);
+/// Sets all bodies, after forward kinematics of the keyed joints.
+void drive_character(const Model& model, const WayPoint& at, State& state);
 
 }  // namespace thew::sim

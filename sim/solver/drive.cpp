@@ -22,19 +22,25 @@ double bind_to_first_ends(const Model& model) {
   return moves ? -0.5 * model.settle : -model.settle;
 }
 
-void joints_at(const Model& model, double time, std::vector<double>& joints) {
-  sample_clip(model.clip, model.skeleton, std::max(time, 0.0), joints);
-  if (time >= 0.0) return;
-  const double share = smoothstep(-model.settle, -0.5 * model.settle, time);
-  for (double& value : joints) value *= share;
+WayPoint way_point(const Model& model, double time, const std::optional<LoneWay>& way) {
+  if (way) return {way->clip_time, time < 0.0 ? std::max(0.0, 1.0 + time / way->length) : 1.0};
+  if (time >= 0.0) return {time, 1.0};
+  return {0.0, smoothstep(-model.settle, -0.5 * model.settle, time)};
 }
 
 namespace {
 
+void joints_at(const Model& model, const WayPoint& at, std::vector<double>& joints) {
+  sample_clip(model.clip, model.skeleton, at.clip_time, joints);
+  if (at.share == 1.0) return;
+  for (double& value : joints) value *= at.share;
+}
+
 void pose_bodies(const Model& model, double time, State& state) {
-  joints_at(model, time, state.joints);
+  const WayPoint at = way_point(model, time, state.way);
+  joints_at(model, at, state.joints);
   forward_kinematics(model.skeleton, state.joints, state.pose);
-  if (model.character) drive_character(model, time, state);
+  if (model.character) drive_character(model, at, state);
 }
 
 // Moves the nodes x to the bone's pose. Returns the longest displacement of a node, m.
@@ -55,20 +61,29 @@ double move_bone(const Bone& bone, const Transform& pose, Points& x) {
 
 }  // namespace
 
-double turn_until(const Model& model, double time, State& state) {
-  pose_bodies(model, time, state);
+void joints_at(const Model& model, double time, std::vector<double>& joints) {
+  joints_at(model, way_point(model, time), joints);
+}
+
+double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to) {
   double most = 0.0;
-  for (int b = 0; b < model.skeleton.size(); ++b) {
-    const int parent = model.skeleton.parent[b];
+  for (int b = 0; b < skeleton.size(); ++b) {
+    const int parent = skeleton.parent[b];
     if (parent < 0) continue;
     const auto bend = [&](const Pose& pose) -> Mat3 {
       return pose[parent].linear().transpose() * pose[b].linear();
     };
-    const Mat3 turn = bend(state.frame_pose).transpose() * bend(state.pose);
+    const Mat3 turn = bend(from).transpose() * bend(to);
     const Vec3 twice_sine(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0),
                           turn(1, 0) - turn(0, 1));
     most = std::max(most, arc_tan2(0.5 * twice_sine.norm(), 0.5 * (turn.trace() - 1.0)));
   }
+  return most;
+}
+
+double turn_until(const Model& model, double time, State& state) {
+  pose_bodies(model, time, state);
+  const double most = turn_between(model.skeleton, state.frame_pose, state.pose);
   state.pose = state.frame_pose;
   return most;
 }
@@ -96,9 +111,12 @@ void drive_bones(const Model& model, double time, State& state) {
 
 namespace {
 
-double activation_at(const Model& model, int m, double time) {
+double activation_at(const Model& model, int m, double time, const State& state) {
   const auto& keys = model.muscles[m].settings.activation;
-  return keys.empty() ? 0.0 : keyed_value(keys, model.first_frame + time * model.fps);
+  if (keys.empty()) return 0.0;
+  if (!state.way) return keyed_value(keys, model.first_frame + time * model.fps);
+  const WayPoint at = way_point(model, time, state.way);
+  return at.share * keyed_value(keys, model.first_frame + at.clip_time * model.fps);
 }
 
 void drive_muscle(const Model& model, int m, double time, double h, State& state) {
@@ -107,10 +125,11 @@ void drive_muscle(const Model& model, int m, double time, double h, State& state
   const Level level = now.level;
   if (level == Level::kGeometric) set_geometric_muscle(model, m, h, state);
   if (!has_forces(level)) return;
-  carry_muscle(muscle, state.pose, activation_at(model, m, time), h, now, now);
+  carry_muscle(muscle, state.pose, activation_at(model, m, time, state), h, now, now);
   if (!follows_carried_shape(model, now, time)) return predict(muscle, h, now);
   now.level = Level::kGeometric;
-  follow_carried_shape(model, m, time, h, now);
+  const double before = time > state.time ? time - h : time;  // no time passes in rest_frame()
+  follow_carried_shape(model, m, time, before, h, now);
 }
 
 }  // namespace

@@ -6,14 +6,18 @@
 
 namespace thew::sim {
 
-/// Joint values at `time` (s): before 0 they go from the bind pose to the clip's first pose, in the
-/// first half of scene.settle.
+/// At `time` (s): the clip's pose; before 0 on the way to the first one, which takes the first half
+/// of scene.settle. A frame that is solved by itself has a way of its own.
+WayPoint way_point(const Model& model, double time, const std::optional<LoneWay>& way = {});
+/// Joint values there.
 void joints_at(const Model& model, double time, std::vector<double>& joints);
 /// When that motion ends, s (not above 0).
 double bind_to_first_ends(const Model& model);
 
-/// The largest angle (rad) by which a joint turns in the frame that begin_frame() has begun and
-/// that ends at `time` (s). The pose of the state is scratch; afterwards it is what it was.
+/// The largest angle (rad) by which a joint turns from one pose to the other.
+double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to);
+/// The same in the frame that begin_frame() has begun and that ends at `time` (s). The pose of the
+/// state is scratch; afterwards it is what it was.
 double turn_until(const Model& model, double time, State& state);
 /// Poses the skeleton at `time` (s) and moves the bones' surfaces.
 void drive_bones(const Model& model, double time, State& state);

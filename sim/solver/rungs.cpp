@@ -92,14 +92,15 @@ bool follows_carried_shape(const Model& model, const MuscleState& now, double ti
          frames_since(model, now, time) <= (1.0 + 1e-9) * (kBlendInFrames + kCarriedFrames);
 }
 
-void follow_carried_shape(const Model& model, int m, double time, double h, MuscleState& now) {
+void follow_carried_shape(const Model& model, int m, double time, double before, double h,
+                          MuscleState& now) {
   const double left = std::max(0.0, kBlendInFrames - frames_since(model, now, time));
-  const double left_before = kBlendInFrames - frames_since(model, now, time - h);
+  const double left_before = kBlendInFrames - frames_since(model, now, before);
   const double share = left_before > 0.0 ? std::min(1.0, left / left_before) : 0.0;
   now.start = now.x;
   for (size_t i = 0; i < now.x.size(); ++i) {
-    const Point before = now.target[i] - h * now.target_velocity[i];
-    now.x[i] = now.target[i] + share * (now.start[i] - before);
+    const Point target_before = now.target[i] - h * now.target_velocity[i];
+    now.x[i] = now.target[i] + share * (now.start[i] - target_before);
   }
   forget_contact(now);
   restore(model, m, h, now);

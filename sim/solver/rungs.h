@@ -28,9 +28,10 @@ bool ignores_pair(const State& state, int m, int other);
 /// Whether the muscle takes no part in the solve of a step that ends at `time` (s), because it is
 /// on the rung Rung::kCarried and is not yet being blended out.
 bool follows_carried_shape(const Model& model, const MuscleState& now, double time);
-/// Sets such a muscle in a step of h seconds that ends at `time` (s), after carry_muscle(). Its
+/// Sets such a muscle in a step of h seconds from `before` to `time` (s), after carry_muscle(). Its
 /// nodes' displacement from the carried shape goes to 0 over the first frames of the rung.
-void follow_carried_shape(const Model& model, int m, double time, double h, MuscleState& now);
+void follow_carried_shape(const Model& model, int m, double time, double before, double h,
+                          MuscleState& now);
 /// After the solve of a step: mixes a share of the carried shape into the muscle's positions while
 /// it is being blended out. The share goes to 0 over some frames. Does nothing for other muscles.
 void blend_with_carried_shape(const Model& model, int m, double time, double h, MuscleState& now);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "muscles/carry.h"
@@ -82,10 +83,23 @@ struct BoneState {
   double displacement = 0.0;  ///< m, the longest of a node in the last step
 };
 
+/// The way from the bind pose to the pose of a frame that is solved by itself (lone_frame.h): an
+/// even motion from the time -length to 0 (s). The pose is held from then on.
+struct LoneWay {
+  double length = 0.0;     ///< s
+  double clip_time = 0.0;  ///< s, the clip's time of the pose
+};
+/// A pose between the bind pose and one of the clip.
+struct WayPoint {
+  double clip_time = 0.0;  ///< s
+  double share = 1.0;      ///< of the way from the bind pose
+};
+
 /// All that changes while a model is simulated. `colliders` points into the state itself: a
 /// copy has to set its own, as each step does.
 struct State {
-  double time = 0.0;       ///< s, 0 at the first frame
+  double time = 0.0;  ///< s, 0 at the first frame
+  std::optional<LoneWay> way;
   Pose pose, pose_before;  ///< of the step's end and beginning
   std::vector<double> joints;
   std::vector<char> body_moved;        ///< [body] in this step

@@ -18,6 +18,8 @@ struct CommandOptions {
   int threads = 0;                     ///< 0: as many as the machine or the farm gives
   bool resume = false, dry_run = false, json = false, pictures = true;
   bool overwrite = false;  ///< also what Thew did not write; bake: completed frames, unless resume
+  bool chunk = false;      ///< bake: leaves its frames as parts
+  std::filesystem::path chunks;  ///< bake: a folder of such bakes, which are joined; "" for none
   std::string progress = "auto";
   std::string command,
       commit = "unknown";  ///< what was called, and of which commit; for the report

@@ -159,6 +159,24 @@ ExitCode check_bounds(const Report& report) {
   return code;
 }
 
+// The folders in `folder` that hold frames of a bake, by name.
+std::vector<std::filesystem::path> chunks_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> chunks;
+  for (const std::filesystem::path& path : paths_in(folder)) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path / "bake.parts", error)) chunks.push_back(path);
+  }
+  std::sort(chunks.begin(), chunks.end());
+  return chunks;
+}
+
+void print_chunk(const CommandOptions& options, const std::vector<int>& frames) {
+  const std::filesystem::path parts = options.out / "bake.parts";
+  if (options.json) return print_json({{"frames", frames}, {"parts", parts.string()}});
+  std::fprintf(stderr, "thew: %zu frames are in %s; --join puts such chunks together\n",
+               frames.size(), parts.c_str());
+}
+
 /// Seconds since the command began, and those of its stages so far.
 struct Clock {
   StopWatch whole, stage;
@@ -244,7 +262,7 @@ ExitCode bake_command(const CommandOptions& options) {
   const BakeOutput output{scene.output.double_precision, read_whole(scene.file, kLongestScene)};
   const BakeInfo info = bake_info(model, frames, output);
   const std::vector<SceneView> views =
-      options.pictures ? scene.render.views : std::vector<SceneView>{};
+      options.pictures && !options.chunk ? scene.render.views : std::vector<SceneView>{};
   const auto pictures_of = [&](const std::vector<BakeMesh>& meshes) {
     return std::make_unique<Pictures>(options.out / "frames", info.scene_hash, scene.render.width,
                                       scene.render.height, views, meshes);
@@ -277,19 +295,25 @@ ExitCode bake_command(const CommandOptions& options) {
   clock.seconds.setup = clock.stage.lap();
   try {
     int done = 0;
-    result = bake(model,
-                  {options.out, frames, thread_count(options.threads), start == BakeStart::kGoOn,
-                   output, interrupted},
-                  [&](const BakeFrame& frame) {
-                    StopWatch waiting;
-                    pictures->draw(frame);
-                    clock.seconds.render.wall += waiting.lap().wall;
-                    progress.step(++done, frame.frame);
-                    return !interrupted();
-                  });
+    const auto on_frame = [&](const BakeFrame& frame) {
+      StopWatch waiting;
+      pictures->draw(frame);
+      clock.seconds.render.wall += waiting.lap().wall;
+      progress.step(++done, frame.frame);
+      return !interrupted();
+    };
+    const BakeOptions how{
+        options.out, frames,       thread_count(options.threads), start == BakeStart::kGoOn, output,
+        interrupted, options.chunk};
+    result = options.chunks.empty() ? bake(model, how, on_frame)
+                                    : join_chunks(model, how, chunks_in(options.chunks), on_frame);
   } catch (const StepFailure& failure) {
     write_failure(options.out, failure);
     throw;
+  }
+  if (options.chunk) {
+    print_chunk(options, frames);
+    return ExitCode::kDone;
   }
   clock.stage.lap();  // of the bake, by stage
   add_bake(result.seconds, clock.seconds);

@@ -41,6 +41,9 @@ ExitCode golden_check_command(const CommandOptions& options, const std::filesyst
 /// `repaired`: where the mesh goes once its safe repairs are done, or "".
 ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
 
+/// RANGES.toml, options.input -> poses of its scene's skin, options.out, whose ending says how.
+ExitCode poses_command(const CommandOptions& options);
+
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
 

@@ -54,6 +54,11 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
   command->add_flag("--resume", options.resume, "go on with what an interrupted bake left");
   add_overwrite(*command, options,
                 "bake anew (with --resume: go on), and replace files that Thew did not write");
+  CLI::Option* chunk = command->add_flag(
+      "--chunk", options.chunk, "leave the frames as parts, for --join; no pictures, no report");
+  command
+      ->add_option("--join", options.chunks, "FOLDER of --chunk bakes: their frames, not simulated")
+      ->excludes(chunk);
   command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
   add_json(*command, options);
   command->add_flag("!--no-render", options.pictures, "no pictures");
@@ -142,6 +147,22 @@ CLI::App* add_new(CLI::App& app, NewOptions& options, CommandOptions& common) {
   command->add_flag("--force,--overwrite", options.force,
                     "replace a scene that is there, and files that Thew did not write");
   add_json(*command, common);
+  return command;
+}
+
+CLI::App* add_poses(CLI::App& app, CommandOptions& options) {
+  CLI::App* command =
+      app.add_subcommand("poses", "poses of a scene's skin, each by itself, to train deformers on");
+  command->add_option("RANGES", options.input, "which poses: a file, TOML")->required();
+  command->add_option("--out", options.out, ".h5, .npz or .glb")->required();
+  add_option_repeated(*command, "--set", options.overrides,
+                      "any key of the scene: skin.iterations=24");
+  command->add_flag("--resume", options.resume, "go on with what an interrupted run left");
+  add_overwrite(*command, options,
+                "poses anew (with --resume: go on), and replace files that Thew did not write");
+  add_threads(*command, options);
+  add_progress(*command, options);
+  add_json(*command, options);
   return command;
 }
 
@@ -236,6 +257,7 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
     return ExitCode::kDone;
   });
   runs(add_new(app, a.create, options), [&a](CommandOptions&) { return new_command(a.create); });
+  runs(add_poses(app, options), poses_command);
   runs(add_compare(app, options, a.actual, a.compare, a.millimetres),
        [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.compare); });
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");

@@ -26,7 +26,8 @@ class Simulation {
   /// it. Does nothing the second time. Error(kSolver) where the solver cannot go on.
   void settle();
   /// To the next frame, after settle() where that was not called; returns its number. The clip is
-  /// held beyond its end. Error(kSolver) names muscle, vertex and quantity; all stays as it was.
+  /// held beyond its end. With quasi_static each one is found by itself, from the rest pose on.
+  /// Error(kSolver) names muscle, vertex and quantity; all stays as it was.
   int step();
   /// The same to a time in s, 0 at the first frame, in parts of a frame at most. Error(kUsage) for
   /// a time that is not later than now.

@@ -207,6 +207,18 @@ TEST_F(Api, ABakeIsWhatASimulationSteps) {
   EXPECT_EQ(contents.meshes[0].weights.size() * 3, contents.meshes[0].rest.positions.size());
 }
 
+TEST_F(Api, AFrameThatStandsByItselfIsThatOfTheBake) {
+  const thew::Scene scene = thew::Scene::read(kOneMuscle, {"solver.integrator=quasi_static"});
+  const thew::Bake bake(thew::bake(scene, folder_, {.frames = {1, 2, 13}}));
+  thew::Simulation simulation(scene);
+  simulation.settle();
+  EXPECT_EQ(simulation.positions("flexor"), bake.positions("flexor", 1));
+  EXPECT_EQ(simulation.step(), 2);
+  EXPECT_EQ(simulation.positions("flexor"), bake.positions("flexor", 2));
+  simulation.step_to(12 / 24.0);  // without the frames between
+  EXPECT_EQ(simulation.positions("flexor"), bake.positions("flexor", 13));
+}
+
 TEST_F(Api, ASimulationIsSteppedToAnyLaterTime) {
   thew::Simulation simulation(thew::Scene::read(kOneMuscle, {"scene.settle=0.5"}));
   EXPECT_LT(simulation.time(), 0.0);

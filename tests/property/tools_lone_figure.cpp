@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Frames of quasi_static on a character with its own skin: its arm bent by hinges, and moved by an
+// animation from the bind pose, with arms sideways, to the breast.
+#include <algorithm>
+#include <cstdio>
+
+#include "sim/lone_frame.h"
+#include "sim/solver/drive.h"
+#include "tests/unit/tools/fit/new.h"
+
+namespace thew::tests {
+namespace {
+
+class LoneFigure : public NewScene {
+ protected:
+  Model made() {
+    EXPECT_EQ(new_command(asked(kFigure, "right")), ExitCode::kDone);
+    return build_model(read_scene(folder / "character.toml", {"solver.integrator=quasi_static"}));
+  }
+  void solve(const Model& model, double frame, State& state) {
+    solve_lone_frame(model, (frame - 1.0) / model.fps, parallel_, state, seconds_);
+  }
+  // Each of these frames against one that is a sixteenth later.
+  void expect_continuous(const Model& model, const std::vector<double>& frames) {
+    for (const double frame : frames) {
+      State before, after;
+      solve(model, frame, before);
+      solve(model, frame + 1.0 / 16.0, after);
+      double bones = 0.0, muscles = 0.0;
+      for (size_t b = 0; b < model.bones.size(); ++b) {
+        bones = std::max(bones, largest_distance(before.bones[b].x, after.bones[b].x));
+      }
+      for (size_t m = 0; m < model.muscles.size(); ++m) {
+        muscles = std::max(muscles, largest_distance(before.muscles[m].x, after.muscles[m].x));
+        EXPECT_LT(after.muscles[m].volume_error, 1e-12);
+        EXPECT_LE(after.muscles[m].ladder.frame_rung, Rung::kSubsteps) << model.muscles[m].name;
+      }
+      const double skin = largest_distance(before.skin.x, after.skin.x);
+      std::printf("frame %g: bones %.2f, muscles %.2f, skin %.2f mm\n", frame, 1e3 * bones,
+                  1e3 * muscles, 1e3 * skin);
+      EXPECT_GT(bones, 0.0);
+      EXPECT_LT(muscles, 1.5 * bones + 5e-4) << frame;
+      EXPECT_LT(skin, 1.5 * bones + 5e-4) << frame;
+    }
+  }
+
+  Parallel parallel_{1};
+  StageSeconds seconds_;
+};
+
+TEST_F(LoneFigure, BendsInProportionToItsBones) {
+  const Model model = made();
+  ASSERT_TRUE(stands_alone(model));
+  expect_continuous(model, {4, 10, 15, 20, 25, 30, 33, 35});
+}
+
+// From the hanging arm to one that is raised forwards by a right angle, the elbow bent by another.
+// In the bind pose, where the way to each frame begins, the arm points sideways.
+TEST_F(LoneFigure, IsAnimatedInProportionToItsBones) {
+  Model model = made();
+  const SceneHinge elbow = read_scene(folder / "character.toml").character.hinges.at(0);
+  BodyClip& clip = model.character->clip;
+  clip.duration = 1.0;
+  clip.tracks.resize(2);
+  BodyTrack &upper = clip.tracks[0], &fore = clip.tracks[1];
+  upper.body = find_body(model.skeleton, "RightArm");
+  fore.body = find_body(model.skeleton, elbow.body);
+  const Vec3 bound = model.skeleton.joint_in_parent[fore.body].translation().normalized();
+  const Mat3 hanging = least_turn(bound, -Vec3::UnitY());
+  upper.rotation.times = fore.rotation.times = {0.0, 1.0};
+  for (const double bent : {0.0, 90.0 * kDegree}) {
+    upper.rotation.values.emplace_back(Mat3(rotation_about(-Vec3::UnitX(), bent) * hanging));
+    fore.rotation.values.emplace_back(rotation_about(elbow.axis, bent - elbow.at_bind));
+  }
+  model.last_frame = 25;
+  expect_continuous(model, {1, 5, 9, 13, 17, 21, 24});
+}
+
+}  // namespace
+}  // namespace thew::tests

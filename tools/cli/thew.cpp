@@ -94,7 +94,7 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
                       ".glb: the character's glTF or VRM, which comes back with its skin as baked; "
                       "where it is left out, the bake's, if it is found; none: the bake's meshes");
   command->add_flag("--correctives", onto.correctives,
-                    "--onto: keep skeleton and weights; morph targets hold what muscles add");
+                    "skeleton and weights are kept; morph targets hold what muscles add");
   command->add_option("--frames", options.frames, kFrames);
   add_progress(*command, options);
   add_json(*command, options);

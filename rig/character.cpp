@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/character.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -163,6 +164,15 @@ Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_
     blend.matrix() += skin.weight[k] * of_links[skin.link[k]].matrix();
   }
   return blend;
+}
+
+Mat3 bounded_inverse(const Mat3& blend) {
+  constexpr double kLeastStretch = 0.05;
+  const double size = blend.norm();  // sqrt(3) for a rotation
+  if (std::abs(blend.determinant()) > 0.1 * size * size * size) return blend.inverse();
+  const Eigen::JacobiSVD<Mat3> svd(blend, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Vec3 stretch = svd.singularValues().cwiseMax(kLeastStretch * svd.singularValues()[0]);
+  return svd.matrixV() * stretch.cwiseInverse().asDiagonal() * svd.matrixU().transpose();
 }
 
 void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,

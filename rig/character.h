@@ -117,6 +117,10 @@ void skin_by_links(const SkinWeights& skin, const TriMesh& mesh,
                    const std::vector<Affine>& of_links, Points& x);
 /// sum_k weight_k world(body_k) from_bind_k of one vertex.
 Affine blended_transform(const SkinWeights& skin, const std::vector<Affine>& of_links, int vertex);
+/// The inverse of the linear part of a blend. Where a joint twists by half a turn a blend flattens
+/// the skin to a line, which no displacement before it undoes; there each stretch counts as a
+/// twentieth of the largest at least.
+Mat3 bounded_inverse(const Mat3& blend);
 /// world(body) from_bind of each link.
 void link_transforms(const SkinWeights& skin, const std::vector<Affine>& world,
                      std::vector<Affine>& of_links);

@@ -146,6 +146,17 @@ TEST_F(Kill, PicturesAreThoseOfACalmBake) {
   std::printf("%d pictures stood after the kills\n", whole);
 }
 
+// Interrupts a bake by a signal, which it answers by saying what to do. False if it ended before.
+bool interrupt(int signal, const fs::path& out, BakeProcess& bake) {
+  bake.send(signal);
+  const auto ended = bake.wait();
+  if (ended.code == 0) return false;
+  EXPECT_EQ(ended.code, 75) << ended.errors;
+  EXPECT_EQ(ended.errors, "thew: interrupted; run again with --resume\n");
+  EXPECT_TRUE(temporary_files(out).empty());
+  return true;
+}
+
 // They are drawn beside the frames: a signal ends both, and no completed frame is without them.
 TEST_F(Kill, ASignalLeavesThePicturesOfItsFrames) {
   const fs::path calm = root_ / "undisturbed";
@@ -157,13 +168,8 @@ TEST_F(Kill, ASignalLeavesThePicturesOfItsFrames) {
     for (std::size_t frames = 2; frames < 12; frames += 4) {
       BakeProcess bake(out, {"--resume"});
       await_frame(out, bake, frames);
-      bake.send(signal);
-      const auto ended = bake.wait();
-      if (ended.code == 0) break;
+      if (!interrupt(signal, out, bake)) break;
       ++interrupted;
-      EXPECT_EQ(ended.code, 75) << ended.errors;
-      EXPECT_EQ(ended.errors, "thew: interrupted; run again with --resume\n");
-      EXPECT_TRUE(temporary_files(out).empty());
       const auto found = pictures(out);
       for (const int frame : kept_frames(out)) {
         char number[16];
@@ -192,13 +198,8 @@ TEST_F(Kill, SignalsFinishTheFrameAndSayTryAgain) {
       BakeProcess bake(out, {"--resume", "--no-render"});
       await_frame(out, bake, kept.size());
       sleep_for(random(0.0, 0.02));
-      bake.send(signal);
-      const auto ended = bake.wait();
-      if (ended.code == 0) break;
+      if (!interrupt(signal, out, bake)) break;
       ++interrupted;
-      EXPECT_EQ(ended.code, 75) << ended.errors;
-      EXPECT_EQ(ended.errors, "thew: interrupted; run again with --resume\n");
-      EXPECT_TRUE(temporary_files(out).empty());
       const std::vector<int> now = kept_frames(out);
       EXPECT_GT(now.size(), kept.size());
       EXPECT_TRUE(begins_with(now, kept));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/export/character_skin.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,9 +15,6 @@ namespace {
 constexpr double kMoved = 1e-6;         // m; float32 rounds positions of a bake by a tenth of it
 constexpr double kSamePlace = 1e-6;     // m, of a mesh at rest
 constexpr double kSameNormal = 0.9998;  // cosine of 1 degree
-/// The least stretch in any direction, of a blend of weights, that is undone: where a joint twists
-/// by half a turn a blend flattens the skin to a line, and no displacement before it helps.
-constexpr double kLeastStretch = 0.05;
 
 Affine from_bake(const BodyFrame& body, double scale) {
   Affine world = Affine::Identity();
@@ -31,15 +27,6 @@ std::vector<Affine> from_bake(const std::vector<BodyFrame>& bodies, double scale
   std::vector<Affine> world;
   for (const BodyFrame& body : bodies) world.push_back(from_bake(body, scale));
   return world;
-}
-
-// The inverse of a blend, which stretches by 1 / kLeastStretch at most.
-Mat3 bounded_inverse(const Mat3& linear) {
-  const double size = linear.norm();  // sqrt(3) for a rotation
-  if (std::abs(linear.determinant()) > 0.1 * size * size * size) return linear.inverse();
-  const Eigen::JacobiSVD<Mat3> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vec3 stretch = svd.singularValues().cwiseMax(kLeastStretch * svd.singularValues()[0]);
-  return svd.matrixV() * stretch.cwiseInverse().asDiagonal() * svd.matrixU().transpose();
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {

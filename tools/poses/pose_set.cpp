@@ -15,68 +15,38 @@ namespace {
 using rig::Affine;
 using sim::NamedArray;
 
-// Linear blend skinning of a skin: links to bodies, and so many influences of each vertex.
-struct Blend {
-  std::vector<Vec3> base;  // m, in the bind pose
-  std::vector<int> body;   // by link
-  std::vector<Affine> from_bind;
-  std::vector<std::vector<std::pair<int, double>>> influences;  // by vertex: link, weight
+using rig::SkinWeights;
 
-  std::size_t widest() const {
-    std::size_t most = 1;
-    for (const auto& row : influences) most = std::max(most, row.size());
-    return most;
-  }
-  Affine at(std::size_t vertex, const std::vector<Affine>& links) const {
-    Affine sum;
-    sum.matrix().setZero();
-    for (const auto& [link, weight] : influences[vertex])
-      sum.matrix() += weight * links[link].matrix();
-    return sum;
-  }
-};
-
-Blend blend_of(const sim::Model& model) {
-  Blend blend;
-  if (model.skinned) {
-    const rig::SkinWeights& weights = model.skinned->weights;
-    blend.base = model.skinned->mesh.vertices;
-    for (const auto& link : weights.links) {
-      blend.body.push_back(link.body);
-      blend.from_bind.push_back(link.from_bind);
-    }
-    blend.influences.resize(blend.base.size());
-    for (size_t i = 0; i < blend.base.size(); ++i) {
-      for (int k = weights.first[i]; k < weights.first[i + 1]; ++k) {
-        blend.influences[i].emplace_back(weights.link[k], weights.weight[k]);
-      }
-    }
-    return blend;
-  }
-  const skin::SkinModel& skin = model.skin;  // a layer's shares of bodies are its weights
-  for (const Point& row : skin.rest) blend.base.push_back(to_vec(row));
+// The weights of the skin; of a layer its shares of bodies.
+SkinWeights weights_of(const sim::Model& model) {
+  if (model.skinned) return model.skinned->weights;
+  const skin::SkinModel& skin = model.skin;
+  SkinWeights weights;
   for (size_t b = 0; b < skin.bind_pose.size(); ++b) {
-    blend.body.push_back(static_cast<int>(b));
-    blend.from_bind.emplace_back(skin.bind_pose[b].inverse());
+    weights.links.push_back({static_cast<int>(b), Affine(skin.bind_pose[b].inverse())});
   }
-  blend.influences.resize(blend.base.size());
-  for (size_t i = 0; i < blend.base.size(); ++i) {
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    weights.first.push_back(static_cast<int>(weights.link.size()));
     for (int k = 0; k < 4 && skin.bodies[i][k] >= 0; ++k) {
-      blend.influences[i].emplace_back(skin.bodies[i][k], skin.shares[i][k]);
+      weights.link.push_back(skin.bodies[i][k]);
+      weights.weight.push_back(skin.shares[i][k]);
     }
   }
-  return blend;
+  weights.first.push_back(static_cast<int>(weights.link.size()));
+  return weights;
 }
 
-// By link, from the bind pose to that of the state.
-std::vector<Affine> links_at(const Blend& blend, const sim::State& state) {
-  std::vector<Affine> links;
-  for (size_t l = 0; l < blend.body.size(); ++l) {
-    const int body = blend.body[l];
-    const Affine world = state.bodies.empty() ? Affine(state.pose[body]) : state.bodies[body];
-    links.push_back(world * blend.from_bind[l]);
-  }
-  return links;
+// m, in the bind pose.
+std::vector<Vec3> base_of(const sim::Model& model) {
+  if (model.skinned) return model.skinned->mesh.vertices;
+  std::vector<Vec3> base;
+  for (const Point& row : model.skin.rest) base.push_back(to_vec(row));
+  return base;
+}
+
+std::vector<Affine> bodies_of(const sim::State& state) {
+  if (!state.bodies.empty()) return state.bodies;
+  return {state.pose.begin(), state.pose.end()};
 }
 
 NamedArray array(const char* name, NamedArray::Type type, std::vector<std::size_t> shape) {
@@ -116,25 +86,32 @@ PoseSet make_pose_set(const sim::Model& model, const std::vector<std::vector<dou
                 model.source + ": has no skin, and poses are of a skin; give it one");
   }
   using Type = NamedArray::Type;
-  const Blend blend = blend_of(model);
+  const SkinWeights skinning = weights_of(model);
+  const std::vector<Vec3> in_bind = base_of(model);
   const std::vector<int> moving = moving_joints(model.skeleton);
-  const size_t count = poses.size(), vertices = blend.base.size(), widest = blend.widest();
+  const size_t count = poses.size(), vertices = in_bind.size();
+  int widest = 1;
+  for (size_t i = 0; i < vertices; ++i) {
+    widest = std::max(widest, skinning.first[i + 1] - skinning.first[i]);
+  }
+  const auto columns = static_cast<size_t>(widest);
   const auto& triangles = model.skin.surface.triangles;
   NamedArray joints = array("joints", Type::kFloat64, {count, moving.size()}),
              base = array("base", Type::kFloat64, {vertices, 3}),
              corners = array("triangles", Type::kInt32, {triangles.size(), 3}),
-             influences = array("influences", Type::kInt32, {vertices, widest}),
-             weights = array("weights", Type::kFloat64, {vertices, widest}),
-             transforms = array("transforms", Type::kFloat64, {count, blend.body.size(), 3, 4}),
+             influences = array("influences", Type::kInt32, {vertices, columns}),
+             weights = array("weights", Type::kFloat64, {vertices, columns}),
+             transforms = array("transforms", Type::kFloat64, {count, skinning.links.size(), 3, 4}),
              displacement = array("displacement", Type::kFloat32, {count, vertices, 3}),
              rungs = array("rungs", Type::kInt32, {count});
-  for (const Vec3& v : blend.base) append(v, base);
+  for (const Vec3& v : in_bind) append(v, base);
   for (const Triangle& t : triangles)
     corners.values.insert(corners.values.end(), t.begin(), t.end());
-  for (const auto& row : blend.influences) {
-    for (size_t k = 0; k < widest; ++k) {
-      influences.values.push_back(k < row.size() ? row[k].first : 0);
-      weights.values.push_back(k < row.size() ? row[k].second : 0.0);
+  for (size_t i = 0; i < vertices; ++i) {
+    for (int k = skinning.first[i]; k < skinning.first[i] + widest; ++k) {
+      const bool is_there = k < skinning.first[i + 1];
+      influences.values.push_back(is_there ? skinning.link[k] : 0);
+      weights.values.push_back(is_there ? skinning.weight[k] : 0.0);
     }
   }
   const auto& meshes = bake.info().meshes;
@@ -146,13 +123,15 @@ PoseSet make_pose_set(const sim::Model& model, const std::vector<std::vector<dou
   for (size_t p = 0; p < count; ++p) {
     joints.values.insert(joints.values.end(), poses[p].begin(), poses[p].end());
     drive_bones(model, static_cast<double>(p) / model.fps, state);
-    const std::vector<Affine> links = links_at(blend, state);
+    std::vector<Affine> links;
+    link_transforms(skinning, bodies_of(state), links);
     for (const Affine& link : links) append(link, transforms);
     const sim::BakeFrame frame = bake.read(static_cast<int>(p));
     rungs.values.push_back(rung_of(model, bake, frame));
     for (size_t i = 0; i < vertices; ++i) {
-      const Affine there = blend.at(i, links);
-      append(Vec3(there.inverse() * frame.positions[skin][i] - blend.base[i]), displacement);
+      const Affine blend = blended_transform(skinning, links, static_cast<int>(i));
+      append(bounded_inverse(blend.linear()) * (frame.positions[skin][i] - blend * in_bind[i]),
+             displacement);
     }
   }
   std::string names;

@@ -420,5 +420,22 @@ TEST_F(SkinnedNode, ItMayHangAnywhere) {
   expect_same(read(plain), read(hung));
 }
 
+// Of a joint that twists by half a turn, halfway between its bodies: the blend flattens to a line.
+TEST(Blend, IsInvertedAsFarAsItCanBe) {
+  const auto blend = [](double angle) -> Mat3 {
+    return 0.5 * (Mat3::Identity() + rotation_about(Vec3::UnitY(), angle));
+  };
+  for (const double degrees : {0.0, 45.0, 90.0}) {
+    const Mat3 by = blend(degrees * kDegree);
+    EXPECT_LT((bounded_inverse(by) * by - Mat3::Identity()).norm(), 1e-14) << degrees;
+  }
+  for (const double degrees : {175.0, 179.9999, 180.0}) {
+    const Mat3 inverse = bounded_inverse(blend(degrees * kDegree));
+    ASSERT_TRUE(inverse.allFinite());
+    EXPECT_NEAR(inverse.norm(), std::sqrt(20.0 * 20.0 + 20.0 * 20.0 + 1.0), 1e-9) << degrees;
+    EXPECT_LT((inverse * Vec3::UnitY() - Vec3::UnitY()).norm(), 1e-12);  // along the axis
+  }
+}
+
 }  // namespace
 }  // namespace thew::tests

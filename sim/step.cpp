@@ -13,6 +13,7 @@
 #include "sim/solver/health.h"
 #include "sim/solver/levels.h"
 #include "sim/solver/muscle_step.h"
+#include "sim/solver/parting.h"
 #include "sim/solver/rungs.h"
 
 namespace thew::sim {
@@ -58,6 +59,7 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, double time, doubl
 
   clock.enter(seconds.muscles);
   solve_muscles(model, time, h, parallel, state);
+  part_muscles(model, parallel, state);
   return diagnose_step(model, h, state);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "sim/solver/workspace.h"
 #include "skin/contact/contact_memory.h"
 #include "skin/contact/multipliers.h"
+#include "skin/contact/parting.h"
 
 namespace thew::sim {
 
@@ -83,6 +85,19 @@ struct BoneState {
   double displacement = 0.0;  ///< m, the longest of a node in the last step
 };
 
+/// Scratch of part_muscles().
+struct PartingPair {
+  int a = -1, b = -1;  ///< colliders
+  std::vector<std::array<int, 2>> crossings;
+};
+struct PartingWork {
+  std::vector<Parting> bodies;     ///< by muscle
+  std::vector<char> moved;         ///< by muscle, in the last round
+  std::vector<Points> best;        ///< by muscle, positions of the round with the fewest crossings
+  std::vector<PartingPair> pairs;  ///< the first `count` of them
+  int count = 0;
+};
+
 /// The way from the bind pose to the pose of a frame that is solved by itself (lone_frame.h): an
 /// even motion from the time -length to 0 (s). The pose is held from then on.
 struct LoneWay {
@@ -109,6 +124,7 @@ struct State {
   std::vector<BoneState> bones;
   std::vector<Collider> colliders;  ///< of the step; they point into this state and the model
   CandidatePairs near_pairs;        ///< of the colliders
+  PartingWork parting;
   SkinState skin;
   SkinMotion skin_before;  ///< when the frame began, for undo_frame()
   Pose frame_pose;         ///< when the frame began, for undo_frame()

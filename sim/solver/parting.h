@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/solver/parallel.h"
+#include "sim/solver/state.h"
+
+namespace thew::sim {
+
+/// The last of a step: parts the triangles of muscles that still cross one another, bones or
+/// themselves, and restores the volumes. In rounds; where no round parts all, the one that leaves
+/// the fewest counts. Velocities stay as they are, so that no energy comes of it.
+void part_muscles(const Model& model, Parallel& parallel, State& state);
+
+}  // namespace thew::sim

@@ -12,18 +12,20 @@
 namespace thew::tools {
 namespace {
 
-constexpr double kCorner = 0.010;  // m, over which the edges of sections are rounded
+constexpr double kCorner = 0.004;  // m, over which the edges of sections are rounded
 // Passes that press the sections apart, and then those that look at the meshes between nodes.
 constexpr int kPasses = 40, kSettlingPasses = 30;
+constexpr double kStray = 0.008;  // m, from where the table has a centre
 // Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
 // it does not swell; more where it does: contact presses it out.
-constexpr double kSqueeze = 0.1, kPressed = 0.3;
+constexpr double kSqueeze = 0.15, kPressed = 0.15;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
 struct Near {
   Vec3 point = Vec3::Zero();
-  double radius = 0.0, tendon = 0.0;
+  Slab slab;
+  double soft = 0.0;  // m, by which its half thickness exceeds a tendon's
 };
 
 struct Packing {
@@ -34,15 +36,22 @@ struct Packing {
   std::vector<PackingPose> poses;
 };
 
+Slab between(const Slab& a, const Slab& b, double t) {
+  const double side = a.along.dot(b.along) < 0.0 ? -1.0 : 1.0;
+  return {a.half + t * (b.half - a.half), a.radius + t * (b.radius - a.radius),
+          ((1.0 - t) * a.along + t * side * b.along).normalized()};
+}
+
 Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
   Near near;
   double best = 1e9;
-  Vec3 a = muscle.origin;
-  double ra = muscle.tendon_radius[0];
   const size_t n = muscle.sections.size();
+  Vec3 a = muscle.origin;
+  Slab from{0.0, muscle.tendon_radius[0], muscle.sections.front().slab.along};
   for (size_t i = 0; i <= n; ++i) {
     const Vec3& b = i < n ? muscle.sections[i].centre : muscle.insertion;
-    const double rb = i < n ? muscle.sections[i].radius : muscle.tendon_radius[1];
+    const Slab to =
+        i < n ? grown(muscle.sections[i]) : Slab{0.0, muscle.tendon_radius[1], from.along};
     const Vec3 d = b - a;
     const double t = std::clamp(d.dot(p - a) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
     const Vec3 q = a + t * d;
@@ -50,35 +59,21 @@ Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
     if (distance < best) {
       best = distance;
       near.point = q;
-      near.radius = ra + t * (rb - ra);
-      near.tendon = std::min(near.radius, muscle.tendon_radius[2 * i > n]);
+      near.slab = between(from, to, t);
+      near.soft = std::max(near.slab.radius - muscle.tendon_radius[2 * i > n], 1e-4);
     }
     a = b;
-    ra = rb;
+    from = to;
   }
   return near;
 }
 
-// How far a flat section of this radius reaches along the unit direction n.
-double reach_along(const SectionedMuscle& muscle, double radius, const Vec3& n) {
-  const double c = n.dot(muscle.flat_along);
-  return radius * std::sqrt(1.0 + (muscle.flat * muscle.flat - 1.0) * c * c);
-}
-
-// Signed distance beyond the plane that parts two muscles: where d^2 - r^2 is the same for both,
-// but leaving each at least its tendon. Antisymmetric, so that what it parts does not overlap.
-double beyond_parting(const SectionedMuscle& mine, const Near& a, const SectionedMuscle& other,
-                      const Vec3& p) {
-  const Near b = near_of(other, p);
-  const Vec3 across = b.point - a.point;
-  const double distance = std::max(across.norm(), 1e-4);
-  const Vec3 n = across / distance;
-  const double ra = reach_along(mine, a.radius, n), rb = reach_along(other, b.radius, n);
-  double x = (distance * distance + ra * ra - rb * rb) / (2.0 * distance);
-  const double low = a.tendon + 0.5 * kGap, high = distance - b.tendon - 0.5 * kGap;
-  x = low < high ? std::clamp(x, low, high)
-                 : distance * a.tendon / (a.tendon + b.tendon);  // no room for both
-  return (p - a.point).dot(n) - x;
+// Signed distance beyond the border between two muscles: each gives way to what both slabs hold in
+// proportion to what it is more than tendon. Antisymmetric, so that what it parts does not overlap.
+double beyond_parting(const Near& mine, const Near& other, const Vec3& p) {
+  const double a = slab_distance(mine.slab, mine.point, p);
+  const double b = slab_distance(other.slab, other.point, p);
+  return (a * other.soft - b * mine.soft) / (mine.soft + other.soft);
 }
 
 double smooth_max(double a, double b, double k) {
@@ -89,8 +84,8 @@ double smooth_max(double a, double b, double k) {
 // Muscles that may be in the way of a section.
 using Neighbours = std::vector<const SectionedMuscle*>;
 
-double widest(const SectionedMuscle& muscle, const Section& section) {
-  return 1.5 * section.radius * muscle.flat;
+double widest(const Section& section) {
+  return 1.2 * (section.slab.half + section.grow * section.slab.radius);
 }
 
 Neighbours neighbours(const std::vector<SectionedMuscle>& muscles, size_t m, size_t i) {
@@ -99,7 +94,7 @@ Neighbours neighbours(const std::vector<SectionedMuscle>& muscles, size_t m, siz
   for (size_t j = 0; j < muscles.size(); ++j) {
     if (j == m) continue;
     const Near near = near_of(muscles[j], section.centre);
-    const double reach = widest(muscles[m], section) + 1.5 * near.radius * muscles[j].flat + 0.005;
+    const double reach = widest(section) + 1.2 * (near.slab.half + near.slab.radius) + 0.005;
     if ((near.point - section.centre).norm() < reach) found.push_back(&muscles[j]);
   }
   return found;
@@ -115,7 +110,7 @@ struct Room {
 
   Room(const Packing& packing, size_t m, size_t i) : packing(packing), m(m), i(i) {
     const Section& section = packing.muscles[m].sections[i];
-    const double reach = widest(packing.muscles[m], section) + 0.02;
+    const double reach = widest(section) + 0.02;
     for (size_t b = 0; b < packing.bones.size(); ++b) {
       if (bone_distance(packing.bones[b], section.centre) < reach) {
         bones.push_back(static_cast<int>(b));
@@ -129,19 +124,16 @@ struct Room {
   double operator()(const Vec3& p) const {
     const SectionedMuscle& mine = packing.muscles[m];
     const Section& section = mine.sections[i];
-    const Vec3 v = p - section.centre;
-    const double along = v.dot(mine.flat_along);
-    const double flat2 = mine.flat * mine.flat;
-    double out = std::sqrt(std::max(v.squaredNorm() - (1.0 - 1.0 / flat2) * along * along, 0.0)) -
-                 section.radius;
-    const double corner = std::min(kCorner, 0.6 * section.radius);
+    const Slab slab = grown(section);
+    double out = slab_distance(slab, section.centre, p);
+    const double corner = std::min(kCorner, 0.6 * slab.radius);
     for (int b : bones) {
       const double depth = allowed_depth(mine, section.belly, b, p);
       out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
     }
     const Near near = near_of(mine, p);
     for (const SectionedMuscle* other : at_rest) {
-      out = smooth_max(out, beyond_parting(mine, near, *other, p) + 0.5 * kGap, corner);
+      out = smooth_max(out, beyond_parting(near, near_of(*other, p), p) + 0.5 * kGap, corner);
     }
     for (size_t k = 0; k < bent.size(); ++k) {
       out = smooth_max(out, outside_bent(k, p), corner);
@@ -155,13 +147,13 @@ struct Room {
     const SectionedMuscle& mine = pose.muscles[m];
     const PosedSection& section = pose.sections[m][i];
     const bool belly = mine.sections[i].belly;
-    const double soft = section.swell * mine.sections[i].radius;
+    const double soft = grown(mine.sections[i]).radius;
     const Vec3 there = posed(section, p);
     double out = -1.0;
     const Near near = near_of(mine, there);
     const double squeeze = belly ? kSqueeze * soft : -0.5 * kGap;
     for (const SectionedMuscle* other : bent[k]) {
-      out = std::max(out, beyond_parting(mine, near, *other, there) - squeeze);
+      out = std::max(out, beyond_parting(near, near_of(*other, there), there) - squeeze);
     }
     for (int b : bones) {
       if (!belly) break;
@@ -175,31 +167,31 @@ struct Room {
 constexpr double kThin = 6e-5;  // m^2: sections of tendon
 
 // Rounds off what sticks out from its neighbours round the ring, measured by the section's own
-// ellipse, where borders meet at an angle; tendons are nearly round.
-void round_off(const SectionedMuscle& muscle, Section& section) {
+// slab, where borders meet at an angle; tendons nearly keep its shape.
+void round_off(Section& section) {
   const size_t n = section.reach.size();
   std::vector<double> own(n), share(n);
   for (size_t k = 0; k < n; ++k) {
-    const double c = section.directions[k].dot(muscle.flat_along);
-    own[k] = 1.0 / std::sqrt(1.0 - (1.0 - 1.0 / (muscle.flat * muscle.flat)) * c * c);
+    own[k] = slab_reach(section.slab, section.directions[k]);
     share[k] = section.reach[k] / own[k];
   }
   for (int pass = 0; pass < 6; ++pass) {
     const std::vector<double> before = share;
     for (size_t k = 0; k < n; ++k) {
       const double mean = 0.5 * (before[(k + 1) % n] + before[(k + n - 1) % n]);
-      share[k] = std::min(before[k], 1.08 * mean);
+      share[k] = std::min(before[k], 0.5 * before[k] + 0.51 * mean);
     }
   }
+  if (section.area <= kThin) {
+    const double least = *std::min_element(share.begin(), share.end());
+    for (double& s : share) s = std::min(s, 1.3 * least);
+  }
   for (size_t k = 0; k < n; ++k) section.reach[k] = share[k] * own[k];
-  if (section.area > kThin) return;
-  const double least = *std::min_element(section.reach.begin(), section.reach.end());
-  for (double& reach : section.reach) reach = std::min(reach, 1.3 * least);
 }
 
 // The first way out along each direction.
 template <typename Outside>
-void cast(const Outside& out, const SectionedMuscle& muscle, double least, Section& section) {
+void cast(const Outside& out, double least, Section& section) {
   for (size_t k = 0; k < section.reach.size(); ++k) {
     const Vec3& d = section.directions[k];
     double inside = 0.0, t = 0.0, value = out(section.centre);
@@ -214,7 +206,7 @@ void cast(const Outside& out, const SectionedMuscle& muscle, double least, Secti
     }
     section.reach[k] = std::max(std::min(inside, section.limit[k]), least);
   }
-  round_off(muscle, section);
+  round_off(section);
 }
 
 // Out of what is in the way, by the slope of `out`.
@@ -231,7 +223,10 @@ Vec3 way_in(const Outside& out, const Vec3& p, double depth) {
   return -std::min(value, 0.003) * g / std::max(g.norm(), 0.3);
 }
 
-void keep_in_plane(Section& section) {
+// A centre stays in its plane and by its place.
+void keep_in_place(Section& section) {
+  const Vec3 away = section.centre - section.wanted;
+  section.centre = section.wanted + std::min(1.0, kStray / std::max(away.norm(), 1e-9)) * away;
   const Vec3 tangent = section.on_path.frame.col(0);
   section.centre -= tangent.dot(section.centre - section.on_path.point) * tangent;
 }
@@ -248,13 +243,13 @@ void smooth_centres(SectionedMuscle& muscle) {
     const double before = (path[i] - path[i - 1]).norm(), after = (path[i + 1] - path[i]).norm();
     const Vec3 between = (after * off[i - 1] + before * off[i + 1]) / (before + after);
     muscle.sections[i - 1].centre = path[i] + 0.6 * off[i] + 0.4 * between;
-    keep_in_plane(muscle.sections[i - 1]);
+    keep_in_place(muscle.sections[i - 1]);
   }
 }
 
 // No ridge across the rings of the belly either: what sticks out from the rings before and after.
 void round_along(SectionedMuscle& muscle) {
-  constexpr double kMost = 1.15;  // of the mean of both
+  constexpr double kMost = 1.3;   // of the mean of both
   for (int pass = 0; pass < 3; ++pass) {
     const std::vector<Section> was = muscle.sections;
     for (size_t i = 1; i + 1 < was.size(); ++i) {
@@ -273,14 +268,11 @@ double least_reach(const SectionedMuscle& muscle) {
 }
 
 // Sections that have too little room press harder, yet not so hard that a neighbour loses its own:
-// what they lack goes to the muscle's other sections. `give`: most change of the radius in a pass.
-void press(double give, const SectionedMuscle& muscle, Section& section) {
+// what they lack goes to the muscle's other sections.
+void press(double fill, Section& section) {
   if (!section.belly) return;
-  const double area = section.area * muscle.fill;
-  const double even = std::sqrt(area / (kPi * muscle.flat));
-  const double pressure = std::sqrt(std::sqrt(area / area_of(section)));
-  section.radius = std::clamp(section.radius * std::clamp(pressure, 1.0 - give, 1.0 + give),
-                              0.6 * even, 1.4 * even);
+  const double pressure = std::sqrt(std::sqrt(section.area * fill / area_of(section)));
+  section.grow = std::clamp(section.grow * std::clamp(pressure, 0.9, 1.1), 0.6, 1.8);
 }
 
 void relax(size_t m, Packing& packing) {
@@ -288,14 +280,14 @@ void relax(size_t m, Packing& packing) {
   for (size_t i = 0; i < muscle.sections.size(); ++i) {
     Section& section = muscle.sections[i];
     const Room out(packing, m, i);
-    cast(out, muscle, least_reach(muscle), section);
+    cast(out, least_reach(muscle), section);
     const double tendon = std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
     const Vec3 push = way_in(out, section.centre, 0.7 * tendon);
     Vec3 pull = 0.3 * (section.wanted - section.centre);
     if (section.belly) pull += 0.1 * (centroid_of(section) - section.centre);
     section.centre += push + (push.squaredNorm() > 0.0 ? 0.2 : 1.0) * pull;
-    keep_in_plane(section);
-    press(0.1, muscle, section);
+    keep_in_place(section);
+    press(muscle.fill, section);
   }
   smooth_centres(muscle);
   for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
@@ -310,14 +302,19 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
       const Room out(packing, m, i);
       // A centre that others have overrun would leave its ring no size.
       section.centre += way_in(out, section.centre, 0.5 * least_reach(muscle));
-      keep_in_plane(section);
-      cast(out, muscle, 5e-4, section);
-      if (!last) press(0.03, muscle, muscle.sections[i]);
+      keep_in_place(section);
+      cast(out, 5e-4, section);
     }
     round_along(muscle);
     for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
     measured.emplace_back(mesh_of(muscle));
-    muscle.fill *= std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
+    // What a muscle lacks it takes where nothing is in its way.
+    const double lacks = std::sqrt(muscle.volume / enclosed_volume(measured.back().mesh));
+    for (Section& section : muscle.sections) {
+      if (!section.belly) continue;
+      const double of_section = std::sqrt(std::sqrt(section.area / area_of(section)));
+      section.grow *= std::clamp(std::sqrt(of_section) * lacks, 0.97, 1.04);
+    }
   }
   if (last) return;
   for (size_t m = 0; m < measured.size(); ++m) {
@@ -353,6 +350,8 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const S
   for (int pass = 0; pass < kPasses; ++pass) {
     for (size_t m = 0; m < packing.muscles.size(); ++m) relax(m, packing);
     for (SectionedMuscle& muscle : packing.muscles) {
+      muscle.fill = std::clamp(
+          muscle.fill * std::sqrt(muscle.volume / enclosed_volume(mesh_of(muscle))), 0.8, 1.8);
       for (Section& section : muscle.sections) even_out(section);
     }
   }

@@ -90,14 +90,13 @@ Vec3 posed(const PosedSection& section, const Vec3& p) {
 
 void follow(const SectionedMuscle& muscle, size_t m, PackingPose& pose) {
   SectionedMuscle& there = pose.muscles[m];
-  const Mat3& middle = pose.sections[m][muscle.sections.size() / 2].linear;
-  there.flat_along = (middle * muscle.flat_along).normalized();
   there.origin = pose.bend[muscle.origin_body] * muscle.origin;
   there.insertion = pose.bend[muscle.insertion_body] * muscle.insertion;
   for (size_t i = 0; i < muscle.sections.size(); ++i) {
     const PosedSection& section = pose.sections[m][i];
     there.sections[i].centre = posed(section, muscle.sections[i].centre);
-    there.sections[i].radius = section.swell * muscle.sections[i].radius;
+    there.sections[i].grow = section.swell * muscle.sections[i].grow;
+    there.sections[i].slab.along = (section.linear * muscle.sections[i].slab.along).normalized();
   }
 }
 

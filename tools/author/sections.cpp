@@ -9,11 +9,8 @@
 namespace thew::tools {
 namespace {
 
-// 0 at the ends, 1 at `fullest`, with no other maximum; u in 0..1.
-double spindle(double u, double fullest) {
-  const double t = std::clamp(u < fullest ? u / fullest : (1.0 - u) / (1.0 - fullest), 0.0, 1.0);
-  return 0.25 * t * t * (3.0 - 2.0 * t) + 0.75 * t * (2.0 - t);
-}
+constexpr double kTaper = 0.018;  // m, of a belly's ends: where it begins it is driven as tendon is
+constexpr double kFlattest = 2.4;  // flatter sections have edges too sharp for their nodes
 
 // Distances along the path.
 std::vector<double> ring_places(const TableMuscle& muscle, double length) {
@@ -25,37 +22,42 @@ std::vector<double> ring_places(const TableMuscle& muscle, double length) {
   return s;
 }
 
-// How far the section at `along` lies off the path: linear between the table's centres, nothing at
-// the ends.
-Vec3 lean_at(const TableMuscle& muscle, const RestCurve& curve, double along) {
-  double s0 = 0.0;
-  Vec3 lean0 = Vec3::Zero();
-  for (size_t i = 0; i <= muscle.centres.size(); ++i) {
-    const bool end = i == muscle.centres.size();
-    const double s1 = end ? curve.path_length : muscle.centres[i].first;
-    const Vec3 lean1 =
-        end ? Vec3(Vec3::Zero()) : Vec3(muscle.centres[i].second - point_on(curve, s1).point);
-    if (along <= s1) return lean0 + (along - s0) / (s1 - s0) * (lean1 - lean0);
-    s0 = s1;
-    lean0 = lean1;
+// The table's section in the plane across the path: linear between its rows. Before the first and
+// after the last it lies on the path and shrinks towards the path's end.
+TableSection section_at(const TableMuscle& muscle, const RestCurve& curve,
+                        const CurvePoint& place) {
+  TableSection before = muscle.sections.front();
+  before.centre = curve.points.front();
+  before.area = 0.0;
+  const Vec3 tangent = place.frame.col(0);
+  for (size_t i = 0; i <= muscle.sections.size(); ++i) {
+    const bool end = i == muscle.sections.size();
+    TableSection after = end ? before : muscle.sections[i];
+    if (end) {
+      after.centre = curve.points.back();
+      after.area = 0.0;
+    }
+    const double d0 = tangent.dot(before.centre - place.point);
+    const double d1 = tangent.dot(after.centre - place.point);
+    if (d1 >= 0.0 || end) {
+      const double t = d1 > d0 ? std::clamp(-d0 / (d1 - d0), 0.0, 1.0) : 1.0;
+      const double side = before.along.dot(after.along) < 0.0 ? -1.0 : 1.0;
+      const bool beyond = i == 0 || end;
+      return {beyond ? place.point : Vec3(before.centre + t * (after.centre - before.centre)),
+              before.area + t * (after.area - before.area),
+              before.flatness + t * (after.flatness - before.flatness),
+              ((1.0 - t) * before.along + t * side * after.along).normalized()};
+    }
+    before = after;
   }
-  return Vec3::Zero();
+  return before;
 }
 
-// Where the section at `along` lies: across the path, or across the direction that the table gives
-// (linear between its rows).
-CurvePoint place_of(const TableMuscle& muscle, const RestCurve& curve, double along) {
-  CurvePoint place = point_on(curve, along);
-  if (muscle.across.empty()) return place;
-  size_t i = 0;
-  while (i + 1 < muscle.across.size() && muscle.across[i].first < along) ++i;
-  const auto& [s1, after] = muscle.across[i];
-  const auto& [s0, before] = muscle.across[i > 0 ? i - 1 : 0];
-  const double t = s1 > s0 ? std::clamp((along - s0) / (s1 - s0), 0.0, 1.0) : 1.0;
-  place.frame = frame_along(
-      (before.normalized() + t * (after.normalized() - before.normalized())).normalized(),
-      place.frame.col(1));
-  return place;
+// The slab of this area.
+Slab slab_of(double area, double flatness, const Vec3& along) {
+  const double q = std::clamp(flatness, 1.0, kFlattest);
+  const double radius = std::sqrt(area / (kPi + 4.0 * (q - 1.0)));
+  return {(q - 1.0) * radius, radius, along};
 }
 
 // Nanometres, as the file holds them.
@@ -67,10 +69,16 @@ Vec3 rounded(const Vec3& p) {
 TriMesh scaled_mesh(const SectionedMuscle& muscle, double scale) {
   TriMesh mesh;
   mesh.vertices.push_back(rounded(muscle.origin));
-  for (const Section& section : muscle.sections) {
+  for (size_t i = 0; i < muscle.sections.size(); ++i) {
+    const Section& section = muscle.sections[i];
+    const bool inside = section.belly && i > 0 && i + 1 < muscle.sections.size() &&
+                        muscle.sections[i - 1].belly && muscle.sections[i + 1].belly;
     for (size_t k = 0; k < section.reach.size(); ++k) {
+      const double reach = section.reach[k];
+      // What touches others stays.
+      const double scaled = std::min(scale * reach, std::max(section.limit[k], reach));
       mesh.vertices.push_back(
-          rounded(section.centre + scale * section.reach[k] * section.directions[k]));
+          rounded(section.centre + (inside ? scaled : reach) * section.directions[k]));
     }
   }
   mesh.vertices.push_back(rounded(muscle.insertion));
@@ -136,6 +144,24 @@ void even_out(Section& section) {
   set_directions(section);
 }
 
+double slab_distance(const Slab& slab, const Vec3& centre, const Vec3& p) {
+  const Vec3 v = p - centre;
+  return (v - std::clamp(v.dot(slab.along), -slab.half, slab.half) * slab.along).norm() -
+         slab.radius;
+}
+
+double slab_reach(const Slab& slab, const Vec3& direction) {
+  const double c = std::abs(direction.dot(slab.along));
+  const double s = std::sqrt(std::max(1.0 - c * c, 0.0));
+  if (c * slab.radius <= s * slab.half) return slab.radius / s;  // its flat side
+  return slab.half * c +
+         std::sqrt(std::max(slab.radius * slab.radius - slab.half * slab.half * s * s, 0.0));
+}
+
+Slab grown(const Section& section) {
+  return {section.slab.half, section.grow * section.slab.radius, section.slab.along};
+}
+
 SectionedMuscle make_sections(const TableMuscle& table, const Pose& rest, const Vec3& humerus) {
   TracedPath path = trace_path(table.path, rest);
   for (Vec3& p : path.points) p -= humerus;
@@ -145,25 +171,28 @@ SectionedMuscle make_sections(const TableMuscle& table, const Pose& rest, const 
                          table.path.points.front().body,
                          table.path.points.back().body,
                          {table.tendon_radius[0], table.tendon_radius[1]},
-                         table.flat,
-                         table.flat_along,
                          table.around,
                          table.volume,
                          1.0,
                          {}};
   const std::vector<double> places = ring_places(table, path.length);
   const auto [from, to] = table.belly;
-  double tendon_volume = 0.0, spindle_volume = 0.0;
+  double tendon_volume = 0.0, belly_volume = 0.0;
+  std::vector<TableSection> measured;
   for (size_t i = 0; i < places.size(); ++i) {
     Section section;
-    section.on_path = place_of(table, curve, places[i]);
+    section.on_path = point_on(curve, places[i]);
+    measured.push_back(section_at(table, curve, section.on_path));
     const double u = (places[i] - from) / (to - from), w = std::clamp(u, 0.0, 1.0);
     const double tendon = (1.0 - w) * table.tendon_radius[0] + w * table.tendon_radius[1];
     section.belly = u > -1e-9 && u < 1.0 + 1e-9;
     section.area = kPi * tendon * tendon;
-    section.radius = spindle(u, table.fullest);
-    section.wanted = section.on_path.point + lean_at(table, curve, places[i]);
-    section.reach.assign(table.around, tendon);
+    const double inside = std::min(places[i] - from, to - places[i]);
+    const Vec3& on_path = section.on_path.point;
+    section.wanted =
+        on_path + smoothstep(0.0, 2.0 * kTaper, std::min(places[i], path.length - places[i])) *
+                      (measured[i].centre - on_path);
+    measured[i].area *= smoothstep(0.0, kTaper, inside);
     section.limit.assign(table.around, 1.0);
     section.directions.resize(table.around);
     for (int k = 0; k < table.around; ++k) section.angle.push_back(2.0 * kPi * k / table.around);
@@ -172,17 +201,21 @@ SectionedMuscle make_sections(const TableMuscle& table, const Pose& rest, const 
     const double before = i > 0 ? places[i - 1] : 0.0;
     const double after = i + 1 < places.size() ? places[i + 1] : path.length;
     tendon_volume += 0.5 * (after - before) * section.area;
-    spindle_volume += 0.5 * (after - before) * section.radius;
+    belly_volume += 0.5 * (after - before) * measured[i].area;
     muscle.sections.push_back(section);
   }
-  const double largest = (table.volume - tendon_volume) / spindle_volume;
-  for (Section& section : muscle.sections) {
-    section.area += largest * section.radius;
-    section.radius = std::sqrt(section.area / kPi);
+  const double largest = (table.volume - tendon_volume) / belly_volume;
+  for (size_t i = 0; i < places.size(); ++i) {
+    Section& section = muscle.sections[i];
     const Vec3 tangent = section.on_path.frame.col(0);
+    const Vec3& along = measured[i].along;
+    section.slab = slab_of(section.area + largest * measured[i].area,
+                           section.belly ? measured[i].flatness : 1.0,
+                           (along - along.dot(tangent) * tangent).normalized());
+    section.area += largest * measured[i].area;
     section.wanted -= tangent.dot(section.wanted - section.on_path.point) * tangent;
     section.centre = section.wanted;
-    std::fill(section.reach.begin(), section.reach.end(), section.radius);
+    section.reach.assign(table.around, section.slab.radius);
   }
   return muscle;
 }

@@ -13,8 +13,8 @@ namespace thew::tools {
 namespace {
 
 constexpr int kAround = 64, kRings = 78, kCapRings = 9;  // nodes a ring; rings, and of a cap
-constexpr double kRoundest = 0.07;                       // m, radius of the sharpest bump
-constexpr double kFat = 0.004;                           // m, over muscle and bone
+constexpr double kRoundest = 0.02;                       // m, radius of the sharpest bump
+constexpr double kFat = 0.0027;                          // m, over muscle and bone
 constexpr double kOutermost = 0.13;  // m from the axis, where the search inwards begins
 
 // What fills an arm besides the twelve muscles: deltoid, the other muscles of the forearm, the
@@ -22,16 +22,19 @@ constexpr double kOutermost = 0.13;  // m from the axis, where the search inward
 BoneShape flesh() {
   const Vec3 x = Vec3::UnitX();
   BoneShape flesh{"", 0.025, {}, {}, {}};
-  flesh.strokes = {{{-0.004, -0.004, -0.006}, {0.002, -0.060, 0.002}, 0.048, 0.043},  // deltoid
-                   {{0.002, -0.060, 0.002}, {0.003, -0.130, 0.000}, 0.043, 0.034},
-                   {{0.003, -0.130, 0.000}, {0.003, -0.240, -0.002}, 0.034, 0.036},
-                   {{0.003, -0.240, -0.002}, {0.003, -0.290, -0.002}, 0.036, 0.033},
-                   {{0.002, -0.300, -0.002}, {0.004, -0.350, 0.006}, 0.034, 0.036},
-                   {{0.004, -0.350, 0.006}, {0.010, -0.430, 0.015}, 0.036, 0.030},
-                   {{0.010, -0.430, 0.015}, {0.016, -0.500, 0.024}, 0.030, 0.0225, 1.10, x},
-                   {{0.016, -0.500, 0.024}, {0.020, -0.535, 0.028}, 0.0215, 0.0190, 1.30, x},
-                   {{0.022, -0.550, 0.031}, {0.024, -0.612, 0.036}, 0.0175, 0.0150, 2.00, x},
-                   {{0.036, -0.550, 0.031}, {0.052, -0.582, 0.024}, 0.0140, 0.0120}};  // thumb
+  const Vec3 z = Vec3::UnitZ();
+  flesh.strokes = {{{-0.004, -0.004, -0.006}, {0.002, -0.060, 0.002}, 0.048, 0.045},  // deltoid
+                   {{0.002, -0.060, 0.002}, {0.003, -0.130, 0.000}, 0.045, 0.036},
+                   {{0.003, -0.130, 0.000}, {0.003, -0.240, -0.002}, 0.036, 0.030},
+                   {{0.003, -0.240, -0.002}, {0.000, -0.285, -0.004}, 0.029, 0.0215, 1.10, z},
+                   {{0.000, -0.285, -0.004}, {-0.002, -0.335, 0.001}, 0.0215, 0.0335, 1.20, z},
+                   {{-0.002, -0.335, 0.001}, {0.000, -0.380, 0.006}, 0.0335, 0.0335, 1.15, z},
+                   {{0.000, -0.380, 0.006}, {0.003, -0.430, 0.014}, 0.0335, 0.0300, 1.10, z},
+                   {{0.003, -0.430, 0.014}, {0.008, -0.475, 0.020}, 0.0300, 0.0245},
+                   {{0.008, -0.475, 0.020}, {0.012, -0.515, 0.0250}, 0.0225, 0.0165, 1.20, x},
+                   {{0.012, -0.515, 0.0250}, {0.015, -0.540, 0.0270}, 0.0160, 0.0130, 1.35, x},
+                   {{0.022, -0.575, 0.0330}, {0.024, -0.612, 0.0360}, 0.0140, 0.0145, 2.00, x},
+                   {{0.040, -0.568, 0.0300}, {0.052, -0.582, 0.0240}, 0.0120, 0.0120}};  // thumb
   return flesh;
 }
 
@@ -199,7 +202,7 @@ TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
   }
   const std::vector<Triangle> triangles = ordered_tube(kAround, kRings);
   round_bumps(kRoundest, rays);
-  for (int pass = 0; pass < 60; ++pass) smooth(rays);
+  for (int pass = 0; pass < 16; ++pass) smooth(rays);
   for (int pass = 0; pass < 40 && keep_clear(below, mesh_of(rays, triangles), clearance, rays);
        ++pass) {
     smooth(rays);

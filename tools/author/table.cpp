@@ -110,15 +110,10 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
     muscle.after = record.values;
   } else if (what == "weights") {
     muscle.weights = record.body;
-  } else if (what == "fullest") {
-    muscle.fullest = record.at(0);
-  } else if (what == "centre") {
-    muscle.centres.emplace_back(record.at(0), record.vec(1));
-  } else if (what == "across") {
-    muscle.across.emplace_back(record.at(0), record.vec(1));
-  } else if (what == "flat") {
-    muscle.flat = record.at(0);
-    muscle.flat_along = record.vec(1);
+  } else if (what == "section") {  // centre, area, width and thickness, its turn from z to x
+    const SinCos turn = sin_cos(record.at(6) * kDegree);
+    muscle.sections.push_back(
+        {record.vec(0), record.at(3), record.at(4) / record.at(5), {turn.sin, 0.0, turn.cos}});
   } else {
     throw Error(ErrorCode::kInput, record.place + ": unknown record \"" + what + "\"; correct it");
   }

@@ -4,13 +4,20 @@
 #include <array>
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "muscles/path.h"
 #include "rig/skeleton.h"
 
 namespace thew::tools {
+
+/// A measured section of a muscle, in the humerus' frame at rest.
+struct TableSection {
+  Vec3 centre;            ///< m
+  double area = 0.0;      ///< of the muscle's largest
+  double flatness = 1.0;  ///< its width by its thickness
+  Vec3 along;             ///< the direction of its width, a unit vector
+};
 
 /// One muscle of the source table (assets/arm/muscles.csv): what is known of it, and how we shape
 /// it.
@@ -26,11 +33,7 @@ struct TableMuscle {
   std::vector<double> before, after;      ///< m, rings of the tendons: from origin, from insertion
   std::array<double, 2> tendon_radius{};  ///< m
   std::string weights = "even";           ///< preset profile along the belly
-  double fullest = 0.5;  ///< where the belly's section is largest, 0..1 of the belly
-  std::vector<std::pair<double, Vec3>> centres;  ///< m along the path, and where sections lie
-  std::vector<std::pair<double, Vec3>> across;   ///< m along the path, and what sections lie across
-  double flat = 1.0;                             ///< its section is longer by this factor ...
-  Vec3 flat_along = Vec3::UnitY();               ///< ... in this direction
+  std::vector<TableSection> sections;     ///< from origin to insertion
 };
 
 /// The arm's bodies and joints; at rest all frames are parallel and the root is the scapula.

@@ -22,7 +22,7 @@ find rig muscles skin sim tools tests \
     for (i = 1; i <= count; ++i) rank[order[i]] = i
     count = split("rig rig/import rig/api muscles muscles/api skin/surface skin/contact skin " \
         "sim/cache sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
-        "tools/base tools/render tools/report tools/export tools/export/gltf " \
+        "tools/base tools/render tools/report tools/night tools/export tools/export/gltf " \
         "tools/compare tools/inspect tools/fit tools/poses tools/cli tools/author tools/lab/base " \
         "tools/lab/elements tools/lab/paper tools/lab/chart tools/lab/peers tools/lab/bench " \
         "tools/lab/results tools/lab", rooms, " ")

@@ -75,6 +75,8 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const Bak
   info.scene_hash = model.hash;
   info.part_hashes = model.part_hashes;
   info.scene_text = output.scene_text;
+  info.command = output.command;
+  info.directory = output.directory;
   info.fps = model.fps;
   info.double_precision = output.double_precision;
   info.frames = frames;

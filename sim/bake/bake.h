@@ -19,6 +19,8 @@ struct BakeOutput {
   bool double_precision = false;
   /// For a message that says what differs when another scene is resumed.
   std::string scene_text = {};
+  /// For whoever finds it interrupted: what was called, and in which folder.
+  std::string command = {}, directory = {};
 };
 
 struct BakeOptions {

@@ -167,6 +167,9 @@ MuscleMeasures measure_muscle(const Model& model, const Measuring& measuring, in
   const double area = mean_belly_area(muscle, now.pose, now.x), rest = measuring.rest_areas[m];
   if (rest > 0.0) measures.area_ratio = area / rest;  // 0 where the path runs outside the surface
   measures.attachment_gap = attachment_gap(muscle, measuring.attachments[m], state, now.x);
+  if (state.way && has_forces(now.level) && now.residual > model.lengths.converged_motion) {
+    measures.swing = now.residual;
+  }
   measures.rung = now.ladder.frame_rung;
   measures.cause = now.ladder.cause;
   return measures;
@@ -303,6 +306,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     number("area_ratio/" + names[m], muscle.area_ratio);
     number("attachment_gap/" + names[m], muscle.attachment_gap);
     number("penetration/" + names[m], muscle.penetration);
+    number("swing/" + names[m], muscle.swing);
     whole("rung/" + names[m], muscle.rung);
     whole("rung_because/" + names[m], muscle.cause);
   }

@@ -23,6 +23,8 @@ struct MuscleMeasures {
   double area_ratio = 1.0;            ///< mean area of the belly's sections over that at rest
   double attachment_gap = 0.0;        ///< m, between the muscle's ends and origin or insertion
   double penetration = 0.0;    ///< m, the deepest of its free nodes in another muscle or bone
+  double swing = 0.0;          ///< m, by which a node still moves from iteration to iteration, in a
+                               ///< frame that is solved by itself; 0: the muscle has come to rest
   Rung rung = Rung::kNone;     ///< that the muscle was on in the frame
   Cause cause = Cause::kNone;  ///< of the rung
 };

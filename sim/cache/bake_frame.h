@@ -40,6 +40,8 @@ struct BakeInfo {
   /// packed into bake.h5.
   std::string scene_text;
   std::vector<std::pair<std::string, std::string>> part_hashes;
+  /// Nor are these: what was called, and in which folder, to be called again.
+  std::string command, directory;
   double fps = 24.0;
   bool double_precision = false;
   std::vector<int> frames;  ///< that are written, ascending

@@ -60,3 +60,5 @@ wave() {  # FOLDER [arguments]
 wave wave
 wave wave/weights --set skin.reach=1e-6  # muscles reach no skin
 cp "$character" "$out/wave/input.gltf"
+# One page over them all. A missed bound, 1, is as good.
+"$thew" report "$out" --html "$out/night.html" || (($? == 1))

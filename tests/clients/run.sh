@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lets one client read the exports: run.sh blender|alembic|paraview|web|chromium BUILD, where
-# BUILD/clients is what prepare.sh made; alembic is Blender's importer of that. Exits with 77 where
+# Lets one client read the exports: run.sh blender|alembic|paraview|web|chromium|night BUILD,
+# where BUILD/clients is what prepare.sh made; alembic is Blender's importer of that. Exits with 77 where
 # the client is not installed. BLENDER=PATH: another Blender than the installed one.
 set -euo pipefail
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
@@ -35,4 +35,13 @@ case "$client" in
     command -v chromium >/dev/null || skip "chromium is not installed"
     command -v node >/dev/null || skip "node is not installed"
     node "$here/viewer_read.mjs" "${folders[@]}" ;;
+  night)
+    command -v chromium >/dev/null || skip "chromium is not installed"
+    page=$build/clients/night_checked.html profile=$(mktemp -d)
+    trap 'rm -rf "$profile"' EXIT
+    { cat "$build/clients/night.html"; echo "<script>"; cat "$here/night_check.js"; echo "</script>"; } >"$page"
+    told=$(timeout 100 chromium --headless=new --no-sandbox --disable-gpu --user-data-dir="$profile" \
+      --window-size=500,900 --dump-dom "file://$page" 2>/dev/null | grep -o '<title>[^<]*')
+    tr ';' '\n' <<<"${told#<title>}"
+    [[ $told == *right* && $told != *wrong* ]] ;;
 esac

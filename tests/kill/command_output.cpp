@@ -78,6 +78,8 @@ class Output : public BakeTest {
             {"inspect", "one_muscle/rig.urdf", "--json"},
             {"compare", bake_, bake_},
             {"compare", bake_, bake_, "--json"},
+            {"report", fs::path(bake_).parent_path()},
+            {"report", fs::path(bake_).parent_path(), "--json", "-"},
             {"export", bake_, "x.obj", "--frames", "1", "--progress", "none"},
             {"export", bake_, "x.obj", "--frames", "1", "--progress", "none", "--json"},
             {"export", bake_, "x.obj", "--frames", "1", "--progress", "openjd"},
@@ -146,6 +148,8 @@ TEST_F(Output, JsonIsOneDocumentOfEveryCommand) {
   EXPECT_EQ(run_json(with({"export", "json/bake.h5", "json.obj"}), 0)["files"].size(), 2u);
   EXPECT_TRUE(run_json({"compare", "json/bake.h5", "json/bake.h5"}, 0)["same"]);
   EXPECT_TRUE(run_json({"inspect", "json/bake.h5"}, 0)["sound"]);
+  const auto night = run({"report", "json", "--json", "-"});
+  EXPECT_EQ(nlohmann::json::parse(night.output)["bakes"]["done"], 1) << night.errors;
   const Words golden = with({"golden", "update", scene, "--golden", "golden", "--frames", "1"});
   EXPECT_TRUE(run_json(golden, 0)["rewritten"]);
   EXPECT_FALSE(run_json(golden, 0)["rewritten"]);
@@ -308,6 +312,8 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/compare/golden_", {{"golden", "update"}, {"golden", "check"}}},
       {"tools/cli/inspect_", {{"inspect"}}},
       {"tools/inspect/", {{"inspect"}}},
+      {"tools/cli/report_", {{"report"}}},
+      {"tools/night/", {{"report"}}},
       {"tools/cli/new_", {{"new"}}},
       {"tools/fit/", {{"new"}}},
       {"tools/lab/chart/", {{"chart"}}},
@@ -318,12 +324,14 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"sim/scene/toml.h", {"--set"}},
       {"sim/scene/reference.cpp", {"--set", "--keys"}},  // a page, no message
       {"tools/base/options.cpp", {"--frames", "--progress"}},
+      {"tools/night/read_shot.cpp", {"--resume"}},  // of the commands that are to be run again
+      {"tools/night/find_shots.cpp", {"--chunk"}},
       {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
       {"tools/cli/program_main.cpp",
        options_in(run({"bake", "--help"}).output + run({"--help"}).output)},
       {"tools/cli/thew.cpp",
        options_in(run({"bake", "--help"}).output + run({"new", "--help"}).output +
-                  run({"inspect", "--help"}).output)},
+                  run({"inspect", "--help"}).output + run({"report", "--help"}).output)},
       {"tools/lab/base/table.cpp", {"--soft"}}};  // of its style sheet
   // What is no message of a command: the benches, and the page that says how its figures are
   // measured.
@@ -377,6 +385,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
                                                {"new"},
                                                {"compare"},
                                                {"inspect"},
+                                               {"report"},
                                                {"chart"},
                                                {"paper"},
                                                {"golden", "update"},

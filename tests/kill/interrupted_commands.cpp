@@ -76,6 +76,10 @@ TEST_F(Interrupted, Compare) {
 
 TEST_F(Interrupted, Inspect) { expect_interrupted({"inspect", bake_}); }
 
+TEST_F(Interrupted, Report) {
+  expect_interrupted({"report", root_ / "whole", "--html", "OUT/page.html"});
+}
+
 TEST_F(Interrupted, Golden) {
   expect_interrupted({"golden", "update", scene_, "--progress", "none", "--golden", "OUT/golden"});
   fs::copy(THEW_SOURCE_DIR "/tests/golden/one_muscle", root_ / "golden",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sim/bake/measure.h"
 #include "sim/lone_frame.h"
 #include "sim/solver/drive.h"
 #include "tests/unit/tools/fit/new.h"
@@ -53,6 +54,32 @@ TEST_F(LoneFigure, BendsInProportionToItsBones) {
   const Model model = made();
   ASSERT_TRUE(stands_alone(model));
   expect_continuous(model, {4, 10, 15, 20, 25, 30, 33, 35});
+}
+
+// In the bent elbow a muscle is pinched. What it is said to swing by is what it does: where less is
+// allowed a rung has to stand in, and where more is, none.
+TEST_F(LoneFigure, SaysByHowMuchAPinchedMuscleSwings) {
+  Model model = made();
+  const int brachialis = static_cast<int>(
+      std::find_if(model.muscles.begin(), model.muscles.end(),
+                   [](const Muscle& muscle) { return muscle.name == "brachialis_right"; }) -
+      model.muscles.begin());
+  const auto measured = [&](double frame) {
+    State state = initial_state(model);
+    Measuring measuring = start_measuring(model, state);
+    solve(model, frame, state);
+    return measure(model, measuring, parallel_, state).muscles.at(brachialis);
+  };
+  EXPECT_EQ(measured(4).swing, 0.0);
+  const MuscleMeasures bent = measured(37);
+  std::printf("swings by %.3f mm\n", 1e3 * bent.swing);
+  EXPECT_GT(bent.swing, 1e-5);
+  EXPECT_LE(bent.swing, model.lengths.pinched_swing);
+  EXPECT_EQ(bent.rung, Rung::kNone);
+  model.lengths.pinched_swing = 0.5 * bent.swing;
+  const MuscleMeasures refused = measured(37);
+  EXPECT_GT(refused.rung, Rung::kSubsteps);
+  EXPECT_LE(refused.swing, model.lengths.pinched_swing);
 }
 
 // From the hanging arm to one that is raised forwards by a right angle, the elbow bent by another.

@@ -21,8 +21,8 @@ struct CommandOptions {
   bool chunk = false;      ///< bake: leaves its frames as parts
   std::filesystem::path chunks;  ///< bake: a folder of such bakes, which are joined; "" for none
   std::string progress = "auto";
-  std::string command,
-      commit = "unknown";  ///< what was called, and of which commit; for the report
+  /// What was called, where, and of which commit; for the report.
+  std::string command, directory, commit = "unknown";
 };
 
 /// What --progress says, on standard error.

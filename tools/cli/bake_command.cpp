@@ -78,10 +78,19 @@ void print_plan(const Scene& scene, const Model& model, const std::vector<int>& 
         text(thread_count(options.threads)) + " threads, to " + options.out.string() + "\n");
 }
 
+BakeOutput output_of(const Scene& scene, const CommandOptions& options) {
+  return {scene.output.double_precision, read_whole(scene.file, kLongestScene), options.command,
+          options.directory};
+}
+
 // Null stands for what is not a number.
-void write_failure(const std::filesystem::path& folder, const StepFailure& failure) {
+void write_failure(const CommandOptions& options, const Scene& scene, const StepFailure& failure) {
   const StepDiagnosis& diagnosis = failure.diagnosis;
-  nlohmann::ordered_json json = {{"error", failure.what()}, {"frame", failure.frame}};
+  nlohmann::ordered_json json = {{"error", failure.what()},
+                                 {"frame", failure.frame},
+                                 {"scene", scene.name},
+                                 {"command", options.command},
+                                 {"directory", options.directory}};
   if (failure.substeps > 0) {
     json["substep"] = failure.diagnosis.substep;
     json["substeps"] = failure.substeps;
@@ -94,7 +103,7 @@ void write_failure(const std::filesystem::path& folder, const StepFailure& failu
     json["limit"] = diagnosis.limit;
     json["unit"] = cause_text(diagnosis.cause).unit;
   }
-  write_durably(folder / "failure.json", json_text(json, 2) + "\n");
+  write_durably(options.out / "failure.json", json_text(json, 2) + "\n");
 }
 
 // What a killed bake may lack when its cache is complete: pictures and report.
@@ -259,7 +268,7 @@ ExitCode bake_command(const CommandOptions& options) {
     print_plan(scene, model, frames, options);
     return ExitCode::kDone;
   }
-  const BakeOutput output{scene.output.double_precision, read_whole(scene.file, kLongestScene)};
+  const BakeOutput output = output_of(scene, options);
   const BakeInfo info = bake_info(model, frames, output);
   const std::vector<SceneView> views =
       options.pictures && !options.chunk ? scene.render.views : std::vector<SceneView>{};
@@ -308,7 +317,7 @@ ExitCode bake_command(const CommandOptions& options) {
     result = options.chunks.empty() ? bake(model, how, on_frame)
                                     : join_chunks(model, how, chunks_in(options.chunks), on_frame);
   } catch (const StepFailure& failure) {
-    write_failure(options.out, failure);
+    write_failure(options, scene, failure);
     throw;
   }
   if (options.chunk) {

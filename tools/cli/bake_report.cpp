@@ -80,20 +80,39 @@ std::vector<Report::Rung> rungs_of(const Model& model, const std::vector<int>& f
   return rows;
 }
 
-// The largest of the whole bake: of what is written, where that is another figure.
+// The largest of the whole bake, in the first frame that has it: of what is written, where that is
+// another figure.
+std::vector<Report::Worst> worst_of(const Model& model, const std::vector<int>& frames,
+                                    const BakeResult& result, bool skin_keeps_volume) {
+  std::vector<Report::Worst> all;
+  for (const char* quantity :
+       {"volume_error", "substep_volume_error", "attachment_gap", "penetration", "poke_through"}) {
+    all.push_back({quantity, 0.0, frames.empty() ? 0 : frames.front(), ""});
+  }
+  for (size_t f = 0; f < result.measures.size() && f < frames.size(); ++f) {
+    const FrameMeasures& at = result.measures[f];
+    const auto raise = [&](size_t quantity, double value, const std::string& part) {
+      Report::Worst& most = all[quantity];
+      if (value > most.measured) most.measured = value, most.frame = frames[f], most.part = part;
+    };
+    for (size_t m = 0; m < model.muscles.size(); ++m) {
+      const std::string& name = model.muscles[m].name;
+      raise(0, at.muscles[m].volume_error_written, name);
+      raise(1, at.muscles[m].substep_volume_error, name);
+      raise(2, at.muscles[m].attachment_gap, name);
+      raise(3, at.muscles[m].penetration, name);
+    }
+    if (skin_keeps_volume) raise(0, at.skin_volume_error_written, "skin");
+    raise(3, at.skin.max_penetration, "skin");
+    raise(4, at.skin.max_poke_through, "skin");
+  }
+  return all;
+}
+
 double measured(const std::string& quantity, const Report& report) {
-  if (quantity == "penetration") {
-    return std::max(report.skin.max_penetration_m, report.contact.max_penetration_m);
-  }
-  if (quantity == "poke_through") return report.skin.max_poke_through_m;
-  const bool of_skin = quantity == "volume_error" && report.skin.keeps_volume;
-  double most = of_skin ? report.skin.max_volume_error_written : 0.0;
-  for (const Report::Muscle& row : report.muscles) {
-    most = std::max(most, quantity == "volume_error"           ? row.max_volume_error_written
-                          : quantity == "substep_volume_error" ? row.max_substep_volume_error
-                                                               : row.max_attachment_gap_m);
-  }
-  return most;
+  return std::find_if(report.worst.begin(), report.worst.end(),
+                      [&](const Report::Worst& most) { return most.quantity == quantity; })
+      ->measured;
 }
 
 // Now, or when SOURCE_DATE_EPOCH says: ISO 8601, UTC.
@@ -120,7 +139,8 @@ Report::Origin origin_of(const Scene& scene, const Model& model, const CommandOp
           options.commit,
           date(),
           host(),
-          "none"};
+          "none",
+          options.directory};
 }
 
 }  // namespace
@@ -140,6 +160,7 @@ Report make_report(const Scene& scene, const Model& model, const CommandOptions&
     report.muscles.push_back(muscle_of(model, m, result));
   }
   report.rungs = rungs_of(model, frames, result);
+  report.swings = swings_of(model, frames, result.measures);
   std::vector<double> volume_error, written;  // of a skin layer
   report.skin.triangles = static_cast<int>(model.skin.surface.triangles.size());
   for (const FrameMeasures& frame : result.measures) {
@@ -159,6 +180,7 @@ Report make_report(const Scene& scene, const Model& model, const CommandOptions&
       report.skin.max_volume_error.has_value() && model.skin.settings.keeps_volume;
   report.skin.max_penetration_m = largest(report.skin.penetration_m);
   report.skin.max_poke_through_m = largest(report.skin.poke_through_m);
+  report.worst = worst_of(model, frames, result, report.skin.keeps_volume);
   for (const Bound& bound : scene.bounds) {
     report.bounds.push_back({bound.quantity, measured(bound.quantity, report), bound.limit});
   }

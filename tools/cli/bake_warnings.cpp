@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sim/lone_frame.h"
 #include "sim/solver/character_rig.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "skin/depth.h"
+#include "tools/base/text.h"
 
 namespace thew::tools {
 namespace {
@@ -120,6 +122,59 @@ std::string skin_too_full(const Model& model, const std::vector<int>& frames,
   return line;
 }
 
+std::vector<Report::Swing> swings_of(const Model& model, const std::vector<int>& frames,
+                                     const std::vector<FrameMeasures>& measures) {
+  std::vector<Report::Swing> rows;
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    Report::Swing row{model.muscles[m].name, {}, {}};
+    for (size_t f = 0; f < measures.size() && f < frames.size(); ++f) {
+      const double swing = measures[f].muscles[m].swing;
+      if (swing <= 0.0) continue;
+      row.frames.push_back(frames[f]);
+      row.swing_m.push_back(swing);
+    }
+    if (!row.frames.empty()) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<std::string> swinging_muscles(const std::vector<Report::Swing>& swings) {
+  std::vector<std::string> lines;
+  for (const Report::Swing& swing : swings) {
+    const std::size_t worst = swing.worst();
+    lines.push_back("muscle \"" + swing.muscle + "\" is pinched and finds no rest in frames " +
+                    frame_list(swing.frames) + ": its nodes swing by up to " +
+                    readable(1e3 * swing.swing_m[worst], 2) + " mm (frame " +
+                    std::to_string(swing.frames[worst]) +
+                    "); more room between the bodies that pinch it gives it rest");
+  }
+  return lines;
+}
+
+std::vector<std::string> rungs_that_pop(const Model& model, const std::vector<int>& frames,
+                                        const std::vector<FrameMeasures>& measures) {
+  constexpr int kNamed = 6;
+  std::vector<std::string> lines;
+  if (!stands_alone(model)) return lines;  // a rung is blended in and out
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const auto is_on = [&](size_t f) { return measures[f].muscles[m].rung > Rung::kSubsteps; };
+    std::string pops;
+    int count = 0;
+    for (size_t f = 0; f + 1 < measures.size() && f + 1 < frames.size(); ++f) {
+      if (frames[f + 1] != frames[f] + 1 || is_on(f) == is_on(f + 1) || ++count > kNamed) continue;
+      pops += (pops.empty() ? "" : ", ") + std::to_string(frames[f]) + " to " +
+              std::to_string(frames[f + 1]);
+    }
+    if (count == 0) continue;
+    if (count > kNamed) pops += ", and " + std::to_string(count - kNamed) + " times more";
+    lines.push_back("muscle \"" + model.muscles[m].name +
+                    "\" is on a rung in some frames and not in those beside them, each solved by "
+                    "itself, so that it may pop from frame " +
+                    pops + "; the report has them under rungs");
+  }
+  return lines;
+}
+
 std::string muscles_on_rungs(const BakeResult& result) {
   size_t frames = 0, all = 0;
   for (const FrameMeasures& frame : result.measures) {
@@ -159,6 +214,10 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
        {muscles_on_rungs(result), flesh_outside(model, frames, result, reader),
         skin_too_full(model, frames, result.measures)}) {
     if (!warning.empty()) warnings.push_back(warning);
+  }
+  for (const auto& lines : {swinging_muscles(swings_of(model, frames, result.measures)),
+                            rungs_that_pop(model, frames, result.measures)}) {
+    warnings.insert(warnings.end(), lines.begin(), lines.end());
   }
   int unreached = 0, fallbacks = 0, zones = 0;
   for (const FrameMeasures& frame : result.measures) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/bake/bake.h"
+#include "tools/report/report.h"
 
 namespace thew::tools {
 
@@ -15,6 +16,17 @@ std::vector<std::string> joints_out_of_place(const Model& model, const std::vect
 /// The model's, and after them what the bake found; `reader` is of its complete cache.
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader);
+
+/// By muscle, the frames in which it found no rest.
+std::vector<Report::Swing> swings_of(const Model& model, const std::vector<int>& frames,
+                                     const std::vector<FrameMeasures>& measures);
+
+/// A line for each of these muscles: frames, millimetres, and the frame of the most.
+std::vector<std::string> swinging_muscles(const std::vector<Report::Swing>& swings);
+/// A line for each muscle that is on a rung in a frame and not in the next one, where frames are
+/// solved by themselves and nothing blends them.
+std::vector<std::string> rungs_that_pop(const Model& model, const std::vector<int>& frames,
+                                        const std::vector<FrameMeasures>& measures);
 
 /// That a skin that is to keep its volume could not, how far it is off and where; else empty.
 std::string skin_too_full(const Model& model, const std::vector<int>& frames,

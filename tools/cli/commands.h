@@ -44,6 +44,16 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
 /// RANGES.toml, options.input -> poses of its scene's skin, options.out, whose ending says how.
 ExitCode poses_command(const CommandOptions& options);
 
+/// What `thew report` is asked for.
+struct NightOptions {
+  std::vector<std::filesystem::path> folders;  ///< bakes, or folders of bakes
+  std::filesystem::path html, json, against;   ///< "" for none; json "-": none, see options.json
+  bool bounds_fail = true;                     ///< a missed bound is kDifferent
+};
+/// Many bakes -> a page, JSON, lines of text or, with options.json, that on standard output.
+/// kDifferent where one misses a bound, unless bounds_fail is false, failed or is not done.
+ExitCode report_command(const NightOptions& night, const CommandOptions& options);
+
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
 

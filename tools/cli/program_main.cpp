@@ -125,6 +125,8 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   CommandOptions options;
   app.add_flag("--json", options.json, kJsonFlag);
   options.command = command_text(argc, argv);
+  std::error_code nowhere;
+  options.directory = fs::current_path(nowhere).string();
   options.commit = parts.commit;
   parts.declare(app, options);
   try {

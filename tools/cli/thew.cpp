@@ -166,6 +166,25 @@ CLI::App* add_poses(CLI::App& app, CommandOptions& options) {
   return command;
 }
 
+CLI::App* add_report(CLI::App& app, NightOptions& night, CommandOptions& options) {
+  CLI::App* command = app.add_subcommand(
+      "report",
+      "one page over many bakes; ends with 0 if all are done and within their bounds, 1 if one "
+      "misses a bound, failed, or is not done");
+  command->add_option("DIR", night.folders, "bakes, or folders in which bakes are looked for")
+      ->required();
+  command->add_option("--html", night.html, "the page: one file, to read without a network");
+  command->add_option("--json", night.json, "the same for programs; - is standard output");
+  command->add_option("--against", night.against, "JSON of an earlier run: say what changed since");
+  command
+      ->add_option_function<std::string>(
+          "--bounds", [&night](const std::string& word) { night.bounds_fail = word == "fail"; },
+          "fail: a bound that is not met ends with 1; warn: it does not")
+      ->check(CLI::IsMember({"fail", "warn"}));
+  add_overwrite(*command, options);
+  return command;
+}
+
 CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
                       CompareOptions& compare, double& millimetres) {
   CLI::App* command = app.add_subcommand(
@@ -237,6 +256,7 @@ struct Arguments {
   fs::path scene, repaired, actual, golden;
   std::vector<std::string> meshes;
   OntoChoice onto;
+  NightOptions night;
   int turntable = 0, basis = 0;
   bool keys = false;
   std::function<ExitCode(CommandOptions&)> run;
@@ -258,6 +278,8 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
   });
   runs(add_new(app, a.create, options), [&a](CommandOptions&) { return new_command(a.create); });
   runs(add_poses(app, options), poses_command);
+  runs(add_report(app, a.night, options),
+       [&a](CommandOptions& o) { return report_command(a.night, o); });
   runs(add_compare(app, options, a.actual, a.compare, a.millimetres),
        [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.compare); });
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");
@@ -272,6 +294,7 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
 
 ExitCode run(CommandOptions& options, Call& call, Arguments& a) {
   if (!a.create.out.empty()) call.out = a.create.out;
+  if (a.night.json == "-") call.json = options.json = true;
   a.create.json = options.json;
   a.compare.distance = 1e-3 * a.millimetres;
   if (a.golden.empty()) a.golden = options.input.parent_path() / "golden";

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "rig/math.h"
 #include "rig/text.h"
 #include "sim/bake/measure.h"
+#include "sim/solver/character_rig.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "tools/poses/ranges.h"
@@ -68,13 +70,90 @@ void append(const Affine& transform, NamedArray& out) {
   }
 }
 
-// The worst rung that any muscle was on.
-int rung_of(const sim::Model& model, const sim::BakeReader& bake, const sim::BakeFrame& frame) {
+// Influences of the vertex that has most.
+size_t widest_of(const SkinWeights& skinning) {
+  int widest = 1;
+  for (size_t i = 0; i + 1 < skinning.first.size(); ++i) {
+    widest = std::max(widest, skinning.first[i + 1] - skinning.first[i]);
+  }
+  return static_cast<size_t>(widest);
+}
+
+void append_influences(const SkinWeights& skinning, size_t columns, NamedArray& influences,
+                       NamedArray& weights) {
+  for (size_t i = 0; i + 1 < skinning.first.size(); ++i) {
+    for (int k = skinning.first[i]; k < skinning.first[i] + static_cast<int>(columns); ++k) {
+      const bool is_there = k < skinning.first[i + 1];
+      influences.values.push_back(is_there ? skinning.link[k] : 0);
+      weights.values.push_back(is_there ? skinning.weight[k] : 0.0);
+    }
+  }
+}
+
+// Of any muscle: the worst rung that it was on, and the most by which it swung, m.
+void append_faults(const sim::Model& model, const sim::BakeReader& bake,
+                   const sim::BakeFrame& frame, NamedArray& rungs, NamedArray& swings) {
   int worst = 0;
+  double most = 0.0;
   for (const auto& muscle : unflatten(model, bake.info().metric_names, frame.metrics).muscles) {
     if (muscle.rung > sim::Rung::kSubsteps) worst = std::max(worst, static_cast<int>(muscle.rung));
+    most = std::max(most, muscle.swing);
   }
-  return worst;
+  rungs.values.push_back(worst);
+  swings.values.push_back(most);
+}
+
+// How a body is turned in its parent against the bind pose: axis times angle, rad, at most half a
+// turn.
+Vec3 turn_of(const sim::CharacterRig& rig, const std::vector<Affine>& bodies, int body) {
+  const int parent = rig.character.skeleton.parent[body];
+  const auto in_parent = [&](const std::vector<Affine>& world) -> Mat3 {
+    const Mat3 own = rig::rigid_part(world[body]).linear();
+    return parent < 0 ? own : Mat3(rig::rigid_part(world[parent]).linear().transpose() * own);
+  };
+  const Eigen::Quaterniond turn(Mat3(in_parent(rig.rest).transpose() * in_parent(bodies)));
+  const double sine = turn.vec().norm();
+  if (sine == 0.0) return Vec3::Zero();
+  const double side = turn.w() < 0.0 ? -1.0 : 1.0;
+  return turn.vec() * (side * 2.0 * rig::arc_tan2(sine, side * turn.w()) / sine);
+}
+
+/// What the poses are told apart by: names of columns, and their values by pose.
+struct Inputs {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> rows;
+};
+
+Inputs joint_values(const sim::Model& model, const std::vector<std::vector<double>>& poses) {
+  Inputs inputs{{}, poses};
+  for (const int body : moving_joints(model.skeleton)) {
+    inputs.names.push_back(model.skeleton.joint_names[body]);
+  }
+  return inputs;
+}
+
+// Of the bodies that are turned in any pose.
+Inputs body_turns(const sim::Model& model, const std::vector<std::vector<Affine>>& bodies) {
+  constexpr double kTurned = 1e-9;  // rad
+  const sim::CharacterRig& rig = *model.character;
+  Inputs inputs;
+  inputs.rows.resize(bodies.size());
+  for (int b = 0; b < rig.character.skeleton.size(); ++b) {
+    std::vector<Vec3> turns;
+    double most = 0.0;
+    for (const auto& pose : bodies)
+      most = std::max(most, turns.emplace_back(turn_of(rig, pose, b)).norm());
+    if (most < kTurned) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      inputs.names.push_back(rig.character.skeleton.body_names[b] + "." + "xyz"[axis]);
+      for (size_t p = 0; p < turns.size(); ++p) inputs.rows[p].push_back(turns[p][axis]);
+    }
+  }
+  if (!inputs.names.empty()) return inputs;
+  throw Error(ErrorCode::kUsage,
+              model.source +
+                  ": no body is turned in these frames, so that they are the bind pose; "
+                  "give others");
 }
 
 }  // namespace
@@ -88,56 +167,51 @@ PoseSet make_pose_set(const sim::Model& model, const std::vector<std::vector<dou
   using Type = NamedArray::Type;
   const SkinWeights skinning = weights_of(model);
   const std::vector<Vec3> in_bind = base_of(model);
-  const std::vector<int> moving = moving_joints(model.skeleton);
-  const size_t count = poses.size(), vertices = in_bind.size();
-  int widest = 1;
-  for (size_t i = 0; i < vertices; ++i) {
-    widest = std::max(widest, skinning.first[i + 1] - skinning.first[i]);
-  }
-  const auto columns = static_cast<size_t>(widest);
+  const std::vector<int>& frames = bake.info().frames;
+  const size_t count = frames.size(), vertices = in_bind.size();
+  const size_t columns = widest_of(skinning);
   const auto& triangles = model.skin.surface.triangles;
-  NamedArray joints = array("joints", Type::kFloat64, {count, moving.size()}),
-             base = array("base", Type::kFloat64, {vertices, 3}),
+  NamedArray base = array("base", Type::kFloat64, {vertices, 3}),
              corners = array("triangles", Type::kInt32, {triangles.size(), 3}),
              influences = array("influences", Type::kInt32, {vertices, columns}),
              weights = array("weights", Type::kFloat64, {vertices, columns}),
              transforms = array("transforms", Type::kFloat64, {count, skinning.links.size(), 3, 4}),
              displacement = array("displacement", Type::kFloat32, {count, vertices, 3}),
-             rungs = array("rungs", Type::kInt32, {count});
+             rungs = array("rungs", Type::kInt32, {count}),
+             swings = array("swings", Type::kFloat64, {count});
   for (const Vec3& v : in_bind) append(v, base);
   for (const Triangle& t : triangles)
     corners.values.insert(corners.values.end(), t.begin(), t.end());
-  for (size_t i = 0; i < vertices; ++i) {
-    for (int k = skinning.first[i]; k < skinning.first[i] + widest; ++k) {
-      const bool is_there = k < skinning.first[i + 1];
-      influences.values.push_back(is_there ? skinning.link[k] : 0);
-      weights.values.push_back(is_there ? skinning.weight[k] : 0.0);
-    }
-  }
+  append_influences(skinning, columns, influences, weights);
   const auto& meshes = bake.info().meshes;
   const int skin = static_cast<int>(
       std::find_if(meshes.begin(), meshes.end(),
                    [](const auto& mesh) { return mesh.kind == sim::BakeMesh::Kind::kSkin; }) -
       meshes.begin());
   sim::State state = sim::initial_state(model);
+  std::vector<std::vector<Affine>> bodies;
   for (size_t p = 0; p < count; ++p) {
-    joints.values.insert(joints.values.end(), poses[p].begin(), poses[p].end());
-    drive_bones(model, static_cast<double>(p) / model.fps, state);
+    drive_bones(model, (frames[p] - model.first_frame) / model.fps, state);
+    bodies.push_back(bodies_of(state));
     std::vector<Affine> links;
-    link_transforms(skinning, bodies_of(state), links);
+    link_transforms(skinning, bodies.back(), links);
     for (const Affine& link : links) append(link, transforms);
     const sim::BakeFrame frame = bake.read(static_cast<int>(p));
-    rungs.values.push_back(rung_of(model, bake, frame));
+    append_faults(model, bake, frame, rungs, swings);
     for (size_t i = 0; i < vertices; ++i) {
       const Affine blend = blended_transform(skinning, links, static_cast<int>(i));
       append(bounded_inverse(blend.linear()) * (frame.positions[skin][i] - blend * in_bind[i]),
              displacement);
     }
   }
-  std::string names;
-  for (const int body : moving) {
-    names += (names.empty() ? "" : "\n") + model.skeleton.joint_names[body];
+  const Inputs inputs =
+      sim::is_animated(model) ? body_turns(model, bodies) : joint_values(model, poses);
+  NamedArray joints = array("joints", Type::kFloat64, {count, inputs.names.size()});
+  for (const auto& row : inputs.rows) {
+    joints.values.insert(joints.values.end(), row.begin(), row.end());
   }
+  std::string names;
+  for (const std::string& name : inputs.names) names += (names.empty() ? "" : "\n") + name;
   return {{{"format", "thew-poses 1"},
            {"units", "m, rad"},
            {"up_axis", "Y"},
@@ -145,7 +219,8 @@ PoseSet make_pose_set(const sim::Model& model, const std::vector<std::vector<dou
            {"scene_hash", model.hash},
            {"joint_names", names}},
           {std::move(joints), std::move(base), std::move(corners), std::move(influences),
-           std::move(weights), std::move(transforms), std::move(displacement), std::move(rungs)}};
+           std::move(weights), std::move(transforms), std::move(displacement), std::move(rungs),
+           std::move(swings)}};
 }
 
 }  // namespace thew::tools

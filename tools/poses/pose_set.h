@@ -18,7 +18,9 @@ struct PoseSet {
   std::vector<sim::NamedArray> arrays;
 };
 
-/// Of a bake whose frames are the poses. Error(kUsage) where the model has no skin.
+/// Of a bake whose frames are the poses. `poses` has the values of moving_joints() by frame; where
+/// an animation moves all bodies it is empty, and the set has how each body is turned instead.
+/// Error(kUsage) where the model has no skin.
 PoseSet make_pose_set(const sim::Model& model, const std::vector<std::vector<double>>& poses,
                       const sim::BakeReader& bake);
 

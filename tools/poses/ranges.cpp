@@ -53,6 +53,12 @@ void add_grid(const PoseRanges& ranges, const std::vector<int>& place,
   }
 }
 
+void stand_alone(sim::Scene& scene) {
+  scene.solver.integrator = "quasi_static";
+  scene.solver.tolerance.reset();
+  for (sim::SceneMuscle& muscle : scene.muscles) muscle.activation.clear();  // keyed by frames
+}
+
 }  // namespace
 
 PoseRanges read_ranges(const std::filesystem::path& file) {
@@ -134,13 +140,24 @@ std::vector<std::vector<double>> sample_poses(const PoseRanges& ranges,
   return poses;
 }
 
+bool moves_all_bodies(const sim::Scene& scene) {
+  return !scene.character.animation.empty() || !scene.character.motion.empty();
+}
+
+std::vector<int> take_frames(const PoseRanges& ranges, sim::Scene& scene) {
+  if (ranges.has_grid || ranges.random > 0 || !ranges.joints.empty()) {
+    refuse_poses(
+        scene.clip_location +
+        ": an animation moves all bodies, and its poses are its frames; give frames alone, "
+        "or the scene keys in its place");
+  }
+  if (ranges.frames.empty()) refuse_poses("no pose is asked for; give frames of the animation");
+  stand_alone(scene);
+  return parse_frames(ranges.frames, scene.first_frame, scene.last_frame);
+}
+
 void set_poses(const std::vector<std::vector<double>>& poses, const rig::Skeleton& skeleton,
                sim::Scene& scene) {
-  if (!scene.character.animation.empty() || !scene.character.motion.empty()) {
-    refuse_poses(scene.clip_location +
-                 ": an animation moves all bodies, and poses are values of joints; give the scene "
-                 "keys in its place");
-  }
   rig::Clip clip;
   clip.interpolation = rig::Clip::Interpolation::kLinear;
   for (const int body : moving_joints(skeleton)) clip.joints.push_back(skeleton.joint_names[body]);
@@ -151,9 +168,7 @@ void set_poses(const std::vector<std::vector<double>>& poses, const rig::Skeleto
   scene.clip = std::move(clip);
   scene.first_frame = 1;
   scene.last_frame = static_cast<int>(poses.size());
-  scene.solver.integrator = "quasi_static";
-  scene.solver.tolerance.reset();
-  for (sim::SceneMuscle& muscle : scene.muscles) muscle.activation.clear();  // keyed by frames
+  stand_alone(scene);
 }
 
 }  // namespace thew::tools

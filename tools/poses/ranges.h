@@ -40,8 +40,12 @@ std::vector<std::vector<double>> sample_poses(const PoseRanges& ranges,
                                               const rig::Skeleton& skeleton,
                                               const sim::Scene& scene);
 
-/// Makes the poses the frames of the scene, 1 and on, each to be found by itself (quasi_static).
-/// Error(kUsage) where an animation moves all bodies, and not joints.
+/// Whether an animation moves all bodies of the scene, and not joints.
+bool moves_all_bodies(const sim::Scene& scene);
+/// Of such a scene the frames that are asked for; each is to be found by itself (quasi_static).
+/// Error(kUsage) where joints are asked for, or no frame.
+std::vector<int> take_frames(const PoseRanges& ranges, sim::Scene& scene);
+/// Makes the poses the frames of the scene, 1 and on, each to be found by itself.
 void set_poses(const std::vector<std::vector<double>>& poses, const rig::Skeleton& skeleton,
                sim::Scene& scene);
 

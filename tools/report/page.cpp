@@ -16,11 +16,8 @@ std::string count(std::size_t n, const std::string& thing) {
   return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
 }
 
-// Bounds on lengths are in metres; people read millimetres.
-bool is_length(const std::string& quantity) { return quantity.find("error") == std::string::npos; }
-
 std::string with_unit(const Report::Bound& bound, double value) {
-  return is_length(bound.quantity) ? readable(1e3 * value) + " mm" : readable(value);
+  return quantity_text(bound.quantity, value);
 }
 
 std::string fact(const std::string& name, const std::string& value, const std::string& more = "") {
@@ -37,6 +34,15 @@ std::string bounded(const std::string& quantity) {
   return in_words(quantity) + (quantity == "volume_error" ? " as written" : "");
 }
 
+// " in frame 57 (brachialis)"
+std::string place(const Report& report, const std::string& quantity) {
+  for (const Report::Worst& most : report.worst) {
+    if (most.quantity != quantity || most.part.empty()) continue;
+    return " in frame " + std::to_string(most.frame) + " (" + in_words(most.part) + ")";
+  }
+  return "";
+}
+
 std::string verdict(const Report& report) {
   if (report.bounds.empty()) {
     return "<p class=\"verdict none\">The scene sets no quality bounds.</p>\n";
@@ -46,7 +52,8 @@ std::string verdict(const Report& report) {
   for (const Report::Bound& bound : report.bounds) {
     if (bound.met()) continue;
     failed += (failures++ ? ", " : "") + bounded(bound.quantity) + " is " +
-              with_unit(bound, bound.measured) + ", allowed " + with_unit(bound, bound.limit);
+              with_unit(bound, bound.measured) + place(report, bound.quantity) + ", allowed " +
+              with_unit(bound, bound.limit);
   }
   if (failures > 0) {
     return "<p class=\"verdict bad\"><b>" + std::to_string(failures) + " of " +
@@ -300,6 +307,22 @@ std::string rungs(const Report& report) {
   return html + "</tbody></table></div>\n";
 }
 
+std::string swings(const Report& report) {
+  if (report.swings.empty()) return "";
+  std::string html =
+      "<h2>Pinched muscles</h2>\n<p>Frames in which a muscle between two bodies found no rest: its "
+      "nodes swing by so much from iteration to iteration, and by as much the frame may be "
+      "off.</p>\n<div class=\"wide\"><table><thead><tr><th>Muscle</th><th>Frames</th>"
+      "<th>Swing, mm</th><th>in frame</th></tr></thead><tbody>\n";
+  for (const Report::Swing& swing : report.swings) {
+    const std::size_t worst = swing.worst();
+    html += "<tr>" + cell(escape_html(in_words(swing.muscle))) +
+            cell(frame_list(swing.frames, "–")) + cell(readable(1e3 * swing.swing_m[worst])) +
+            cell(std::to_string(swing.frames[worst])) + "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string origin(const Report& report) {
   const Report::Origin& from = report.origin;
   std::string html = "<h2>Origin</h2>\n<div class=\"wide\"><table class=\"named\"><tbody>\n";
@@ -335,6 +358,11 @@ std::string warnings(const Report& report) {
 
 }  // namespace
 
+std::string quantity_text(const std::string& quantity, double value) {
+  const bool is_ratio = quantity.find("error") != std::string::npos;
+  return is_ratio ? readable(value) : readable(1e3 * value) + " mm";
+}
+
 std::string report_as_html(const Report& report, const std::filesystem::path& contact_sheet,
                            const std::string& viewer) {
   const std::string name = escape_html(report.scene);
@@ -342,7 +370,8 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
       name + " – bake report", "",
       "<h1>" + name + "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
           facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
-          fidelity(report) + contacts(report) + rungs(report) + warnings(report) + origin(report) +
+          fidelity(report) + contacts(report) + rungs(report) + swings(report) + warnings(report) +
+          origin(report) +
           "<footer>The same numbers for programs: report.json. Volume errors as written are those "
           "of the cache's positions, " +
           precision(report) +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -58,10 +59,10 @@ ordered_json plan_as_json(const FidelityPlan& plan, double tolerance, double sec
 }
 
 ordered_json origin_as_json(const Report::Origin& from) {
-  return {{"scene", from.scene},      {"scene_hash", from.scene_hash},
-          {"command", from.command},  {"commit", from.commit},
-          {"date", from.date},        {"host", from.host},
-          {"renderer", from.renderer}};
+  return {{"scene", from.scene},       {"scene_hash", from.scene_hash},
+          {"command", from.command},   {"commit", from.commit},
+          {"date", from.date},         {"host", from.host},
+          {"renderer", from.renderer}, {"directory", from.directory}};
 }
 
 ordered_json seconds_as_json(const Report::Seconds& s, double sim::Seconds::*clock) {
@@ -69,6 +70,28 @@ ordered_json seconds_as_json(const Report::Seconds& s, double sim::Seconds::*clo
           {"measure", s.measure.*clock}, {"report", s.report.*clock},   {"rig", s.rig.*clock},
           {"muscles", s.muscles.*clock}, {"contact", s.contact.*clock}, {"skin", s.skin.*clock},
           {"write", s.write.*clock},     {"render", s.render.*clock}};
+}
+
+ordered_json worst_as_json(const Report& report) {
+  ordered_json worst = ordered_json::array();
+  for (const Report::Worst& most : report.worst) {
+    worst.push_back({{"quantity", most.quantity},
+                     {"measured", most.measured},
+                     {"frame", most.frame},
+                     {"part", most.part}});
+  }
+  return worst;
+}
+
+ordered_json swings_as_json(const Report& report) {
+  ordered_json swings = ordered_json::array();
+  for (const Report::Swing& swing : report.swings) {
+    swings.push_back({{"muscle", swing.muscle},
+                      {"frames", swing.frames},
+                      {"swing_m", swing.swing_m},
+                      {"max_swing_m", swing.swing_m[swing.worst()]}});
+  }
+  return swings;
 }
 
 // JSON has no word for what is not a number; the library would write null in silence.
@@ -83,6 +106,10 @@ void check_finite(const ordered_json& value, const std::string& place) {
 }
 
 }  // namespace
+
+std::size_t Report::Swing::worst() const {
+  return std::max_element(swing_m.begin(), swing_m.end()) - swing_m.begin();
+}
 
 std::string report_as_json(const Report& report) {
   ordered_json muscles = ordered_json::array(), bounds = ordered_json::array();
@@ -132,7 +159,9 @@ std::string report_as_json(const Report& report) {
       {"contact",
        {{"max_penetration_m", report.contact.max_penetration_m},
         {"intersecting_triangle_pairs", report.contact.intersecting_triangle_pairs}}},
+      {"worst", worst_as_json(report)},
       {"rungs", rungs},
+      {"swings", swings_as_json(report)},
       {"origin", origin_as_json(report.origin)},
       {"seconds", seconds_as_json(report.seconds, &sim::Seconds::wall)},
       {"cpu_seconds", seconds_as_json(report.seconds, &sim::Seconds::cpu)},

@@ -67,6 +67,15 @@ struct Report {
   };
   std::vector<Rung> rungs;
 
+  /// Frames solved by themselves in which a pinched muscle found no rest.
+  struct Swing {
+    std::string muscle;
+    std::vector<int> frames;
+    std::vector<double> swing_m;  ///< by frame: what an iteration still moves a node by
+    std::size_t worst() const;    ///< place of the largest
+  };
+  std::vector<Swing> swings;
+
   /// The stages make up the total. Pictures are drawn beside the others: `render` is, on the wall,
   /// what the bake had to wait for them, and of the processors all that they took.
   struct Seconds {
@@ -75,10 +84,19 @@ struct Report {
 
   /// Where all this comes from. None of it is in the cache, whose bytes depend on the scene alone.
   struct Origin {
-    std::string scene, scene_hash, command, commit, date, host, renderer;
+    std::string scene, scene_hash, command, commit, date, host, renderer, directory = {};
   } origin;
   /// What lies beside the report, by paths relative to it.
   std::vector<std::string> files;
+
+  /// The largest of a quantity that a bound can limit, and where it was: a muscle, or "skin".
+  struct Worst {
+    std::string quantity;
+    double measured = 0.0;  ///< m, or relative where the quantity is an error
+    int frame = 0;
+    std::string part;  ///< "": it is 0 everywhere
+  };
+  std::vector<Worst> worst;
 
   struct Bound {
     std::string quantity;
@@ -89,6 +107,9 @@ struct Report {
   std::vector<Bound> bounds;      ///< on what is written
   std::vector<std::string> warnings;
 };
+
+/// A figure of a quantity that a bound can limit, as people read it: lengths in mm.
+std::string quantity_text(const std::string& quantity, double value);
 
 /// What report.json holds. A number that is not finite is Error(kOutput) naming it.
 std::string report_as_json(const Report& report);

@@ -68,5 +68,51 @@ TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
   EXPECT_EQ(said(), "");
 }
 
+TEST(SwingWarning, NamesMuscleFramesAndMillimetres) {
+  Model model;
+  model.muscles.resize(2);
+  model.muscles[0].name = "still";
+  model.muscles[1].name = "brachialis";
+  std::vector<FrameMeasures> measures(5);
+  for (FrameMeasures& frame : measures) frame.muscles.resize(2);
+  const std::vector<int> frames = {3, 4, 5, 6, 9};
+  EXPECT_TRUE(swings_of(model, frames, measures).empty());
+  measures[1].muscles[1].swing = 1e-4;
+  measures[2].muscles[1].swing = 2.14e-4;
+  measures[4].muscles[1].swing = 5e-5;
+  const auto swings = swings_of(model, frames, measures);
+  ASSERT_EQ(swings.size(), 1u);
+  EXPECT_EQ(swings[0].frames, (std::vector<int>{4, 5, 9}));
+  EXPECT_EQ(swings[0].swing_m, (std::vector<double>{1e-4, 2.14e-4, 5e-5}));
+  EXPECT_EQ(
+      swinging_muscles(swings),
+      std::vector<std::string>{
+          "muscle \"brachialis\" is pinched and finds no rest in frames 4-5, 9: its nodes "
+          "swing by up to 0.21 mm (frame 5); more room between the bodies that pinch it gives "
+          "it rest"});
+}
+
+TEST(RungWarning, SaysWhereFramesThatStandAloneMayPop) {
+  Model model;
+  model.muscles.resize(1);
+  model.muscles[0].name = "brachialis";
+  std::vector<FrameMeasures> measures(6);
+  for (FrameMeasures& frame : measures) frame.muscles.resize(1);
+  const std::vector<int> frames = {1, 2, 3, 4, 8, 9};
+  const auto put = [&](std::vector<Rung> rungs) {
+    for (size_t f = 0; f < rungs.size(); ++f) measures[f].muscles[0].rung = rungs[f];
+    return rungs_that_pop(model, frames, measures);
+  };
+  using enum Rung;
+  const std::vector<Rung> taken = {kNone, kCarried, kPairLetPass, kSubsteps, kCarried, kCarried};
+  EXPECT_TRUE(put(taken).empty());  // blended
+  model.solver.integrator = Integrator::kQuasiStatic;
+  const auto lines = put(taken);  // 4 and 8 are not neighbours
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_HAS(lines[0], "muscle \"brachialis\"");
+  EXPECT_HAS(lines[0], "may pop from frame 1 to 2, 3 to 4;");
+  EXPECT_TRUE(put({kCarried, kCarried, kCarried, kCarried, kNone, kNone}).empty());
+}
+
 }  // namespace
 }  // namespace thew::tests

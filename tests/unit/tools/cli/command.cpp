@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "muscles/volume.h"
 #include "sim/bake/measure.h"
@@ -255,12 +256,14 @@ TEST_F(Command, TheStagesMakeUpTheTotal) {
 TEST_F(Command, TheReportSaysWhereItComesFromAndTheCacheDoesNot) {
   setenv("SOURCE_DATE_EPOCH", "1700000000", 1);
   options.command = "thew bake scene.toml --out 'a folder'";
+  options.directory = "/a show";
   options.commit = "0123abc";
   bake_command(options);
   const nlohmann::json from = report()["origin"];
   EXPECT_EQ(from["scene"], options.input.lexically_normal().string());
   EXPECT_EQ(from["scene_hash"], BakeReader(options.out / "bake.h5").info().scene_hash);
   EXPECT_EQ(from["command"], options.command);
+  EXPECT_EQ(from["directory"], "/a show");
   EXPECT_EQ(from["commit"], "0123abc");
   EXPECT_EQ(from["date"], "2023-11-14T22:13:20Z");
   EXPECT_NE(from["host"], "");
@@ -284,6 +287,41 @@ TEST_F(Command, ABoundThatIsNotMetFailsTheBake) {
   options.overrides = {"solver.volume=none", "bound.volume_error=1e-9"};
   EXPECT_EQ(bake_command(options), ExitCode::kDifferent);
   EXPECT_GT(report()["muscles"][0]["max_volume_error"].get<double>(), 1e-4);
+}
+
+// Of each quantity the largest over frames and muscles, as the cache has it, and where it was.
+TEST_F(Command, TheReportSaysWhereEachQuantityIsWorst) {
+  bake_command(options);
+  const BakeReader reader(options.out / "bake.h5");
+  const auto& names = reader.info().metric_names;
+  const nlohmann::json worst = report()["worst"];
+  std::set<int> frames;
+  const char* metrics[] = {"volume_error_written", "substep_volume_error", "attachment_gap"};
+  for (size_t k = 0; k < 3; ++k) {
+    const auto at = std::find(names.begin(), names.end(), std::string(metrics[k]) + "/flexor");
+    double most = 0.0;
+    int frame = 1;
+    for (int i = 0; i < 24; ++i) {
+      const double value = reader.read(i).metrics.at(at - names.begin());
+      if (value > most) most = value, frame = reader.info().frames[i];
+    }
+    EXPECT_EQ(worst[k]["measured"], most) << metrics[k];
+    EXPECT_EQ(worst[k]["frame"], frame) << metrics[k];
+    frames.insert(frame);
+  }
+  EXPECT_EQ(worst[0]["quantity"], "volume_error");
+  EXPECT_EQ(worst[0]["part"], "flexor");
+  EXPECT_GT(*frames.rbegin(), 1);
+  EXPECT_EQ(worst[4]["quantity"], "poke_through");  // it has no skin
+  EXPECT_EQ(worst[4]["measured"], 0.0);
+  EXPECT_EQ(worst[4]["part"], "");
+  options.input = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml";
+  options.out = folder / "skinned";
+  options.frames = "1-2";
+  bake_command(options);
+  EXPECT_EQ(report()["worst"][4]["part"], "skin");
+  EXPECT_GT(report()["worst"][4]["measured"], 5e-3);
+  EXPECT_EQ(report()["worst"][4]["measured"], report()["skin"]["max_poke_through_m"]);
 }
 
 TEST_F(Command, BothIntegratorsHoldTheVolume) {

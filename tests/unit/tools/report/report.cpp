@@ -65,6 +65,7 @@ Report sample() {
                    "2026-01-02T03:04:05Z",
                    "host",
                    "llvmpipe"};
+  report.swings = {{"muscle_7", {40, 41, 50}, {1e-4, 2.5e-4, 1e-5}}};
   report.bounds = {{"volume_error", 4.5e-7, 1e-6}, {"penetration", 1.5e-4, 5e-4}};
   report.warnings = {"joint \"elbow\": clamped"};
   return report;
@@ -88,9 +89,9 @@ TEST(ReportJson, HasWhatIsPromised) {
   const Report report = sample();
   const json read = json::parse(report_as_json(report));
   using Words = std::vector<std::string>;
-  EXPECT_EQ(keys(read),
-            Words({"bounds", "contact", "cpu_seconds", "fps", "frames", "hash", "muscles", "origin",
-                   "rungs", "scene", "seconds", "skin", "solver", "thew", "threads", "warnings"}));
+  EXPECT_EQ(keys(read), Words({"bounds", "contact", "cpu_seconds", "fps", "frames", "hash",
+                               "muscles", "origin", "rungs", "scene", "seconds", "skin", "solver",
+                               "swings", "thew", "threads", "warnings", "worst"}));
   EXPECT_EQ(keys(read["muscles"][3]),
             Words({"belly_area_ratio", "length_m", "max_attachment_gap_m",
                    "max_substep_volume_error", "max_volume_error", "max_volume_error_written",
@@ -100,8 +101,8 @@ TEST(ReportJson, HasWhatIsPromised) {
   EXPECT_EQ(keys(read["cpu_seconds"]), keys(read["seconds"]));
   EXPECT_EQ(read["seconds"]["skin"], 1.0);
   EXPECT_EQ(read["cpu_seconds"]["skin"], 1.5);
-  EXPECT_EQ(keys(read["origin"]),
-            Words({"command", "commit", "date", "host", "renderer", "scene", "scene_hash"}));
+  EXPECT_EQ(keys(read["origin"]), Words({"command", "commit", "date", "directory", "host",
+                                         "renderer", "scene", "scene_hash"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
   EXPECT_EQ(keys(read["skin"]),
             Words({"max_penetration_m", "max_poke_through_m", "max_volume_error",
@@ -117,6 +118,8 @@ TEST(ReportJson, HasWhatIsPromised) {
   EXPECT_EQ(read["muscles"][5]["rest_volume_m3"].get<double>(), report.muscles[5].rest_volume_m3);
   EXPECT_EQ(read["muscles"][5]["length_m"].get<std::vector<double>>(), report.muscles[5].length_m);
   EXPECT_EQ(read["bounds"][1]["met"], true);
+  EXPECT_EQ(read["swings"][0]["frames"], json({40, 41, 50}));
+  EXPECT_EQ(read["swings"][0]["max_swing_m"], 2.5e-4);
 }
 
 TEST(ReportJson, NeverHoldsWhatIsNotANumber) {
@@ -147,7 +150,8 @@ TEST(ReportHtml, IsOneFileThatNeedsNoOther) {
   EXPECT_EQ(count(html, "nan"), 0u);
   for (int i = 0; i < 12;
        ++i) {  // a label at each of three lines and its title, a row of the table
-    EXPECT_EQ(count(html, ">muscle " + std::to_string(i) + "<"), 7u) << i;
+    EXPECT_EQ(count(html, ">muscle " + std::to_string(i) + "<"), i == 7 ? 8u : 7u)
+        << i;  // it swings
   }
 }
 
@@ -220,6 +224,11 @@ TEST(ReportHtml, VerdictFollowsTheBounds) {
   Report report = sample();
   EXPECT_EQ(count(report_as_html(report, ""), "All bounds met"), 1u);
   report.bounds[1].measured = 6.2e-4;
+  report.worst = {{"penetration", 6.2e-4, 57, "brachialis"}};
+  EXPECT_EQ(count(report_as_html(report, ""),
+                  "penetration is 0.62 mm in frame 57 (brachialis), allowed 0.5 mm"),
+            1u);
+  report.worst.clear();
   const std::string bad = report_as_html(report, "");
   EXPECT_EQ(count(bad, "1 of 2 bounds not met:</b> penetration is 0.62 mm, allowed 0.5 mm"), 1u);
   EXPECT_EQ(count(bad, "All bounds met"), 0u);

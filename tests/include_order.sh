@@ -23,7 +23,8 @@ find rig muscles skin sim tools tests \
     count = split("rig rig/import rig/api muscles muscles/api skin/surface skin/contact skin " \
         "sim/cache sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
         "tools/base tools/render tools/report tools/night tools/export tools/export/gltf " \
-        "tools/compare tools/inspect tools/fit tools/poses tools/cli tools/author tools/lab/base " \
+        "tools/compare tools/inspect tools/fit tools/poses tools/farm tools/cli tools/author " \
+        "tools/lab/base " \
         "tools/lab/elements tools/lab/paper tools/lab/chart tools/lab/peers tools/lab/bench " \
         "tools/lab/results tools/lab", rooms, " ")
     for (i = 1; i <= count; ++i) room_rank[rooms[i]] = i

@@ -3,6 +3,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -69,6 +70,10 @@ void check_replaceable(const fs::path& path, fs::file_type type) {
 
 void append_durably(const fs::path& file, std::string_view line) {
   Descriptor out(file, O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW);
+  // Machines that share the file over a network would otherwise append at the same place. Where
+  // the file system has no locks, processes of one machine need none.
+  while (::flock(out.value(), LOCK_EX) != 0 && errno == EINTR) {
+  }
   // An incomplete line that a kill or a full disk has left is ended first, in the same write, so
   // that the lines of other processes stay whole.
   char last = '\n';

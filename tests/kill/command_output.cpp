@@ -316,6 +316,8 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/night/", {{"report"}}},
       {"tools/cli/new_", {{"new"}}},
       {"tools/fit/", {{"new"}}},
+      {"tools/cli/farm_", {{"farm"}}},
+      {"tools/farm/", {{"farm"}, {"bake"}, {"render"}, {"export"}}},  // which it calls
       {"tools/lab/chart/", {{"chart"}}},
       {"tools/lab/paper/", {{"paper"}}}};
   // Places in a scene that the command line set; and what reads the option named.
@@ -326,6 +328,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/base/options.cpp", {"--frames", "--progress"}},
       {"tools/night/read_shot.cpp", {"--resume"}},  // of the commands that are to be run again
       {"tools/night/find_shots.cpp", {"--chunk"}},
+      {"tools/farm/graph.cpp", {"--html"}},                   // of thew report
       {"tools/lab/chart/plot.cpp", {"--width", "--output"}},  // of rsvg-convert
       {"tools/cli/program_main.cpp",
        options_in(run({"bake", "--help"}).output + run({"--help"}).output)},
@@ -386,6 +389,7 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
                                                {"compare"},
                                                {"inspect"},
                                                {"report"},
+                                               {"farm"},
                                                {"chart"},
                                                {"paper"},
                                                {"golden", "update"},

@@ -17,8 +17,9 @@ struct CommandOptions {
   std::string frames;                  ///< "" for all
   int threads = 0;                     ///< 0: as many as the machine or the farm gives
   bool resume = false, dry_run = false, json = false, pictures = true;
-  bool overwrite = false;  ///< also what Thew did not write; bake: completed frames, unless resume
-  bool chunk = false;      ///< bake: leaves its frames as parts
+  bool overwrite = false;   ///< also what Thew did not write; bake: completed frames, unless resume
+  bool chunk = false;       ///< bake: leaves its frames as parts; render: of pictures of many
+  bool bounds_fail = true;  ///< bake: a bound that is not met ends it with kDifferent
   std::filesystem::path chunks;  ///< bake: a folder of such bakes, which are joined; "" for none
   std::string progress = "auto";
   /// What was called, where, and of which commit; for the report.

@@ -113,6 +113,12 @@ std::string command_text(int argc, const char* const* argv) {
   return text;
 }
 
+std::string command_text(const std::vector<std::string>& words) {
+  std::vector<const char*> pointers;
+  for (const std::string& word : words) pointers.push_back(word.c_str());
+  return command_text(static_cast<int>(pointers.size()), pointers.data());
+}
+
 std::filesystem::path own_asset(const std::string& name) {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -21,6 +21,7 @@ ProgressStyle parse_progress(const std::string& word, bool on_terminal);
 
 /// The words of a command line as a shell reads them.
 std::string command_text(int argc, const char* const* argv);
+std::string command_text(const std::vector<std::string>& words);
 
 /// What we bring along, "arm/arm.toml" for instance: installed below the program's prefix, or in
 /// the source tree it was built from. Error(kInput) where it is in neither.

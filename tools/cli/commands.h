@@ -54,6 +54,15 @@ struct NightOptions {
 /// kDifferent where one misses a bound, unless bounds_fail is false, failed or is not done.
 ExitCode report_command(const NightOptions& night, const CommandOptions& options);
 
+/// Whose jobs `thew farm` makes: one of the first three.
+struct FarmChoice {
+  std::filesystem::path slurm, openjd;  ///< folders of what is to be submitted
+  bool local = false, submit = false;
+};
+/// JOBS.toml, options.input -> tasks of an engine, or run here; bakes go to options.out, or where
+/// the file says.
+ExitCode farm_command(const CommandOptions& options, const FarmChoice& choice);
+
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
 

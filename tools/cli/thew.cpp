@@ -62,6 +62,12 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
   command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
   add_json(*command, options);
   command->add_flag("!--no-render", options.pictures, "no pictures");
+  command
+      ->add_option_function<std::string>(
+          "--bounds", [&options](const std::string& word) { options.bounds_fail = word == "fail"; },
+          "fail, the default: a bound of the scene that is not met ends it with 1; warn: it says "
+          "so")
+      ->check(CLI::IsMember({"fail", "warn"}));
   return command;
 }
 
@@ -72,6 +78,8 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
   command->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
       ->check(CLI::Range(1, 10000));
   command->add_option("--out", options.out, "folder of the pictures")->required();
+  command->add_flag("--chunk", options.chunk,
+                    "others draw other frames into the folder: leave their pictures, no movie");
   add_overwrite(*command, options);
   add_common(*command, options);
   add_json(*command, options);
@@ -185,6 +193,22 @@ CLI::App* add_report(CLI::App& app, NightOptions& night, CommandOptions& options
   return command;
 }
 
+CLI::App* add_farm(CLI::App& app, CommandOptions& options, FarmChoice& choice) {
+  CLI::App* command =
+      app.add_subcommand("farm", "shots x characters x settings as jobs of an engine");
+  command->add_option("JOBS", options.input, "which bakes: a file, TOML")->required();
+  command->add_option("--slurm", choice.slurm, "FOLDER for submit.sh and what it submits");
+  command->add_option("--openjd", choice.openjd, "FOLDER for job bundles, one a shot");
+  command->add_flag("--local", choice.local, "run the tasks on this machine");
+  command->add_flag("--submit", choice.submit, "with --slurm: run submit.sh");
+  command->add_option("--out", options.out, "folder of the bakes; else as the file says");
+  add_overwrite(*command, options, "replace files of jobs and pilot that Thew did not write");
+  add_threads(*command, options);
+  command->add_flag("--dry-run", options.dry_run, "read and check all, say what would be done");
+  add_json(*command, options);
+  return command;
+}
+
 CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
                       CompareOptions& compare, double& millimetres) {
   CLI::App* command = app.add_subcommand(
@@ -257,6 +281,7 @@ struct Arguments {
   std::vector<std::string> meshes;
   OntoChoice onto;
   NightOptions night;
+  FarmChoice farm;
   int turntable = 0, basis = 0;
   bool keys = false;
   std::function<ExitCode(CommandOptions&)> run;
@@ -280,6 +305,7 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
   runs(add_poses(app, options), poses_command);
   runs(add_report(app, a.night, options),
        [&a](CommandOptions& o) { return report_command(a.night, o); });
+  runs(add_farm(app, options, a.farm), [&a](CommandOptions& o) { return farm_command(o, a.farm); });
   runs(add_compare(app, options, a.actual, a.compare, a.millimetres),
        [&a](CommandOptions& o) { return compare_command(o.input, a.actual, o, a.compare); });
   CLI::App* goldens = app.add_subcommand("golden", "goldens of a scene, beside it or elsewhere");

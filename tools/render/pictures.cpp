@@ -214,10 +214,11 @@ std::vector<std::filesystem::path> Pictures::files(const std::vector<int>& frame
   return files;
 }
 
-void Pictures::finish() {
+void Pictures::finish(bool alone) {
   if (!views_.empty()) drawer_.add([this] { renderer_.reset(); });
   drawer_.finish();
   writer_.finish();
+  if (!alone) return;
   for (const auto& [name, about] : seen_) {
     const auto frame = read_frame_name(name);
     const auto set = frame ? sets_.find(frame->view) : sets_.end();

@@ -47,9 +47,9 @@ class Pictures {
   void draw(const BakeFrame& frame);
   /// Those of some frames, view by view.
   std::vector<std::filesystem::path> files(const std::vector<int>& frames) const;
-  /// Waits for the last file, and removes pictures of another bake. Without it what was asked for
-  /// is still drawn.
-  void finish();
+  /// Waits for the last file, and removes pictures of another bake, unless others draw in the
+  /// folder too. Without it what was asked for is still drawn.
+  void finish(bool alone = true);
   /// FOLDER/VIEW.mp4 of each view, where ffmpeg is installed and there is more than one frame; kept
   /// where it is of these very pictures. Says what went wrong, "" for nothing.
   std::string movies(const std::vector<int>& frames, double fps) const;

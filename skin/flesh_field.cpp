@@ -98,46 +98,4 @@ void find_flesh(const std::vector<Collider>& below, const Points& x, const NodeG
   }
 }
 
-FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging) {
-  FleshValue value;
-  const int count = planes.count[node];
-  if (count == 0) return value;
-  const auto& near = planes.planes[node];
-  struct Distance {
-    double away;
-    int plane;
-  } d[FleshPlanes::kMaxPlanes] = {};
-  for (int k = 0; k < count; ++k) {
-    const double distance = near[k].normal.dot(x) - near[k].offset;
-    int at = k;
-    for (; at > 0 && d[at - 1].away > distance; --at) d[at] = d[at - 1];
-    d[at] = {distance, k};
-  }
-  value.nearest = d[0].away;
-  value.found = true;
-  value.normal_of_nearest = near[d[0].plane].normal;
-  // n f^2 + 2 S1 f + S2 = R^2 over the n nearest, with a_j = R - d_j, S1 = sum a_j, S2 = sum a_j^2.
-  // Distances are taken relative to the nearest, so that no large numbers cancel.
-  double s1 = 0.0, s2 = 0.0, f = 0.0;
-  int active = 0;
-  while (active < count) {
-    const double a = bridging - (d[active].away - d[0].away);
-    if (active > 0 && a + f <= 0.0) break;
-    s1 += a;
-    s2 += a * a;
-    ++active;
-    const double under = s1 * s1 - active * (s2 - bridging * bridging);
-    f = (-s1 + std::sqrt(std::max(under, 0.0))) / active;
-  }
-  double total = 0.0;
-  for (int k = 0; k < active; ++k) {
-    const double weight = std::max(bridging - (d[k].away - d[0].away) + f, 0.0);
-    value.gradient_of_level += weight * near[d[k].plane].normal;
-    total += weight;
-  }
-  value.gradient_of_level /= total;
-  value.level = d[0].away + f;
-  return value;
-}
-
 }  // namespace thew::skin

@@ -23,15 +23,6 @@ struct FleshPlanes {
   std::vector<int> count;
 };
 
-struct FleshValue {
-  bool found = false;    ///< whether a surface is within reach
-  double level = 0.0;    ///< f, m
-  double nearest = 0.0;  ///< least d_j, m
-  /// Weighted mean of the unit normals; shorter than 1 in a crevice.
-  Vec3 gradient_of_level = Vec3::Zero();
-  Vec3 normal_of_nearest = Vec3::Zero();
-};
-
 /// Finds the planes of the nodes of a group, which are at x: those of the surfaces within `reach`
 /// (m) whose distance is at most the bridging radius more than that of the nearest surface, on
 /// either side; others do not affect f. Below the distance `least_direction` (m) the pseudonormal
@@ -40,8 +31,5 @@ struct FleshValue {
 void find_flesh(const std::vector<Collider>& below, const Points& x, const NodeGroup& group,
                 double reach, double bridging, double least_direction, std::vector<int>& hints,
                 FleshPlanes& planes);
-
-/// f and its gradient at x by the planes of the node.
-FleshValue flesh_value(const FleshPlanes& planes, int node, const Vec3& x, double bridging);
 
 }  // namespace thew::skin

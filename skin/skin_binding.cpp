@@ -4,6 +4,7 @@
 #include <map>
 
 #include "muscles/volume.h"
+#include "skin/flesh_level.h"
 #include "skin/skin_layer.h"
 
 namespace thew::skin {
@@ -173,6 +174,13 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
   for (const auto& share : model.shares) {
     const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
     model.anchor.push_back(anchoring * anchoring * pure * pure);
+  }
+  for (size_t i = 0; i < model.rest.size(); ++i) {
+    double weight = model.anchor[i];
+    for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+      weight += model.weights[k];
+    }
+    model.weight.push_back(weight);
   }
   model.matrix = laplacian(edges, stiffness, model.anchor);
   model.factor = factor_of(model.matrix);

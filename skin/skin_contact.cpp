@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "skin/flesh_level.h"
 #include "skin/skin_passes.h"
 
 namespace thew::skin {
@@ -10,11 +11,7 @@ namespace {
 constexpr double kSlope = 0.1;   // m/m, most slope of the room along the skin; without it the skin
                                  // looked lumpy (skin/notes.md)
 constexpr int kSlopeSweeps = 2;  // pairs of sweeps, forwards and backwards
-// Weight of the normal of the skin in outward_direction; chosen by trial.
-constexpr double kNormalShare = 0.1;
-// Least cosine by which a step is divided, bounds oblique steps.
-constexpr double kLeastAlong = 0.3;
-constexpr int kRounds = 10;  // most rounds of loops that repeat until a condition holds
+constexpr int kRounds = 10;      // most rounds of loops that repeat until a condition holds
 
 Vec3 point_of(const SkinModel& model, const SkinState& state, const SkinPlane& plane) {
   const Triangle& t = model.surface.triangles[plane.triangle];
@@ -47,7 +44,7 @@ double moved(const SkinState& state, int i) {
 FleshValue too_near(const SkinModel& model, const std::vector<Collider>& below, int i,
                     SkinState& state) {
   const auto value = [&](double away) {
-    FleshValue flesh = flesh_value(state.planes, i, to_vec(state.x[i]), model.settings.bridging);
+    FleshValue flesh = nearest_flesh(state.planes, i, to_vec(state.x[i]));
     flesh.found &= flesh.nearest - away < model.least[i];
     return flesh;
   };
@@ -63,10 +60,10 @@ void leave_flesh_node(const SkinModel& model, const std::vector<Collider>& below
   for (int round = 0; round < kRounds / 2; ++round) {
     FleshValue flesh = too_near(model, below, i, state);
     if (!flesh.found) return;
-    flesh.gradient_of_level = flesh.normal_of_nearest;
-    const Vec3 out = outward_direction(flesh, state.normals[i]);
+    const Vec3& gradient = flesh.normal_of_nearest;
+    const Vec3 out = outward_direction(gradient, state.normals[i]);
     const double lack = model.least[i] - flesh.nearest + model.settings.lengths.clearance;
-    state.x[i] += to_point(climb_distance(flesh, out, lack) * out);
+    state.x[i] += to_point(climb_distance(gradient, out, lack) * out);
   }
 }
 
@@ -77,9 +74,10 @@ bool is_pierced(const SkinModel& model, const SkinState& state, const SkinPlane&
 }
 
 void find_own_crossings(const SkinModel& model, SkinState& state) {
-  refit_bvh(model.surface, state.x, state.bvh);
+  fit_tree(model.surface, state);
   find_crossings(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x,
                  state.crossings);
+  state.crossings_at = state.x;
 }
 
 // Marks nodes of crossing triangles and their neighbours.
@@ -117,6 +115,7 @@ void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& 
   triangles_near(state.bvh, flesh, 2.0 * lengths.yielding_fat, state.nearby);
   for (int t : state.nearby) {
     for (int node : model.surface.triangles[t]) {
+      if (state.room[node] <= over) continue;
       const double beside = (to_vec(state.x[node]) - flesh).norm();
       state.room[node] = std::min(state.room[node], over + kSlope * beside);
     }
@@ -130,6 +129,7 @@ void smooth_room(const SkinModel& model, SkinState& state) {
       const size_t i = sweep % 2 == 0 ? k : state.x.size() - 1 - k;
       for (int e = model.first_neighbour[i]; e < model.first_neighbour[i + 1]; ++e) {
         const int j = model.neighbours[e];
+        if (state.room[j] >= state.room[i]) continue;
         const double far = norm(state.x[i] - state.x[j]);
         state.room[i] = std::min(state.room[i], state.room[j] + kSlope * far);
       }
@@ -138,16 +138,6 @@ void smooth_room(const SkinModel& model, SkinState& state) {
 }
 
 }  // namespace
-
-Vec3 outward_direction(const FleshValue& flesh, const Point& normal) {
-  const Vec3 out = flesh.gradient_of_level + kNormalShare * to_vec(normal);
-  const double length = out.norm();
-  return length > 0.0 ? Vec3(out / length) : to_vec(normal);
-}
-
-double climb_distance(const FleshValue& flesh, const Vec3& direction, double lack) {
-  return lack / std::max(flesh.gradient_of_level.dot(direction), kLeastAlong);
-}
 
 void part_folds(const SkinModel& model, SkinState& state) {
   state.separation.assign(state.x.size(), Point{});
@@ -183,7 +173,7 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, con
   const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
     leave_flesh(model, below, state);
-    find_covers(model, below, model.settings.lengths.cover_depth, loop, state);
+    find_covers(model, below, model.settings.lengths.cover_depth, 0.0, false, loop, state);
     if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
     cover_triangles(model, state);
   }
@@ -211,8 +201,7 @@ void find_room(const SkinModel& model, SkinState& state) {
   const double plenty = model.settings.lengths.yielding_fat;
   for (size_t i = 0; i < state.x.size(); ++i) {
     const int node = static_cast<int>(i);
-    const FleshValue flesh =
-        flesh_value(state.planes, node, to_vec(state.x[i]), model.settings.bridging);
+    const FleshValue flesh = nearest_flesh(state.planes, node, to_vec(state.x[i]));
     const double fat = flesh.nearest - model.least[i];
     state.room[i] = flesh.found ? std::clamp(fat, 0.0, plenty) : plenty;
   }

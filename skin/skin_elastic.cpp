@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "rig/vectorise.h"
+#include "skin/flesh_level.h"
 #include "skin/skin_passes.h"
 
 namespace thew::skin {
@@ -10,10 +12,7 @@ namespace {
 
 // Most stretch of an edge [1], over the outer side of a joint; chosen by trial.
 constexpr double kMaxStretch = 3.0;
-// Least length of an edge along its rotated direction, over its rest length; by trial.
-constexpr double kMinEdge = 0.1;
-// Weight of the pull of the flesh on skin above its level; chosen by trial.
-constexpr double kInwardPull = 0.05;
+constexpr double kAboveRounding = 1.0 + 1e-12;
 
 Point turn(const Mat3& rotation, const Point& v) { return to_point(rotation * to_vec(v)); }
 Point turn_back(const Mat3& rotation, const Point& v) {
@@ -24,43 +23,6 @@ DualQuaternion dual_quaternion(const Transform& motion) {
   const Eigen::Quaterniond turn(motion.linear());
   const Vec3 t = 0.5 * motion.translation();
   return {turn.coeffs(), (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * turn).coeffs()};
-}
-
-void relax_node(const SkinModel& model, SkinState& state, int i) {
-  const int first = model.first_neighbour[i], last = model.first_neighbour[i + 1];
-  const Lengths& lengths = model.settings.lengths;
-  const double bridging = model.settings.bridging, fat = model.fat[i];
-  Point sum{};  // sum of weighted displacements from the elastic shape
-  double weight = model.anchor[i];
-  for (int k = first; k < last; ++k) {
-    const int j = model.neighbours[k];
-    sum += model.weights[k] * (state.x[j] - state.elastic[j]);
-    weight += model.weights[k];
-  }
-  FleshValue flesh = flesh_value(state.planes, i, to_vec(state.x[i]), bridging);
-  if (flesh.found && flesh.level > fat) {
-    const Vec3 out = outward_direction(flesh, state.normals[i]);
-    const double step = climb_distance(flesh, out, fat - flesh.level);
-    const double pull = kInwardPull * std::max(1.0 + step / lengths.pull_range, 0.0);
-    sum += pull * (state.x[i] + to_point(step * out) - state.elastic[i]);
-    weight += pull;
-  }
-  constexpr double kOver = 1.0;  // over-relaxation; 1: none
-  Point x = state.x[i] + kOver * (state.elastic[i] + sum * (1.0 / weight) - state.x[i]);
-  for (int k = first; k < last; ++k) {  // neighbours must not pass one another
-    const Point& e = state.turned[k];
-    const double lack = kMinEdge - dot(x - state.x[model.neighbours[k]], e) / dot(e, e);
-    if (lack > 0.0) x += 0.5 * lack * e;
-  }
-  const double firm = std::min(fat, lengths.firm_fat);
-  for (int round = 0; round < 2; ++round) {
-    flesh = flesh_value(state.planes, i, to_vec(x), bridging);
-    if (!flesh.found || flesh.level >= firm) break;
-    const Vec3 out = outward_direction(flesh, state.normals[i]);
-    x +=
-        to_point(std::min(climb_distance(flesh, out, firm - flesh.level), lengths.max_climb) * out);
-  }
-  state.x[i] = x;
 }
 
 [[gnu::always_inline]] inline Point unit(const Point& n) {
@@ -136,13 +98,35 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
   }
 }
 
-void solve_elastic(const SkinModel& model, SkinState& state) {
-  const size_t nodes = model.rest.size();
+namespace {
+
+// The columns of a matrix; their fourth coordinates mean nothing.
+[[gnu::always_inline]] inline void load_columns(const Mat3& matrix, Point* columns) {
+  const double* from = matrix.data();
+  Point last;
+  std::memcpy(&columns[0], from, sizeof(Point));
+  std::memcpy(&columns[1], from + 3, sizeof(Point));
+  std::memcpy(&last, from + 5, sizeof(Point));
+  columns[2] = __builtin_shufflevector(last, last, 1, 2, 3, 3);
+}
+
+// In the order in which Eigen sums.
+[[gnu::always_inline]] inline Point product(const Point* columns, const Point& v) {
+  Point sum = columns[0] * v[0] + (columns[1] * v[1] + columns[2] * v[2]);
+  sum[3] = 0.0;
+  return sum;
+}
+
+// Sets `turned` around the nodes [first, last), and `elastic` to what draws them.
+THEW_VECTORISED
+void turn_edges(const SkinModel& model, int first, int last, SkinState& state) {
   const double yield = model.settings.lengths.anchor_slip;
-  for (size_t i = 0; i < nodes; ++i) {
+  for (int i = first; i < last; ++i) {
     // An anchor pulls no more than at a distance of anchor_slip. So skin that the flesh has
     // squeezed out of a fold slides, instead of being pulled through the flesh.
-    const Point slip = turn(state.turns[i], state.slip[i]);
+    Point own[3], other[3];
+    load_columns(state.turns[i], own);
+    const Point slip = product(own, state.slip[i]);
     const double far = norm(slip);
     Point anchored = state.bound[i];
     if (far > yield) anchored += (1.0 - yield / far) * slip;
@@ -154,12 +138,25 @@ void solve_elastic(const SkinModel& model, SkinState& state) {
       // of a fold pass through each other (skin/notes.md).
       const double stretch =
           std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMaxStretch);
-      state.turned[k] = to_point(0.5 * stretch * (state.turns[i] + state.turns[j]) * to_vec(edge));
-      sum += model.weights[k] * state.turned[k];
+      load_columns(state.turns[j], other);
+      for (int c = 0; c < 3; ++c) other[c] = 0.5 * stretch * (own[c] + other[c]);
+      Point turned = product(other, edge);
+      sum += model.weights[k] * turned;
+      turned[3] = kAboveRounding * kMinEdge * dot(turned, turned);
+      state.turned[k] = turned;
     }
     state.elastic[i] = sum;
-    state.force[i] = turn(state.turns[i], state.force[i]);
+    state.force[i] = product(own, state.force[i]);
   }
+}
+
+}  // namespace
+
+void solve_elastic(const SkinModel& model, const Loop& loop, SkinState& state) {
+  constexpr int kNodes = 512;  // that a thread takes at a time
+  const size_t nodes = model.rest.size();
+  loop.ranges(static_cast<int>(nodes), kNodes,
+              [&](int first, int last) { turn_edges(model, first, last, state); });
   for (size_t k = 0; k < nodes; ++k) {
     const Point &a = state.elastic[model.matrix.order[k]], &b = state.force[model.matrix.order[k]];
     state.solution[k] = PointPair{a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0};
@@ -186,13 +183,6 @@ void predict_skin(const SkinModel& model, double share_of_return, SkinState& sta
   state.predicted = state.x;
 }
 
-void relax(const SkinModel& model, const Loop& loop, SkinState& state) {
-  const int nodes = static_cast<int>(state.x.size());
-  find_normals(model, loop, state);
-  for (int i = 0; i < nodes; ++i) relax_node(model, state, i);
-  for (int i = nodes; i-- > 0;) relax_node(model, state, i);
-}
-
 void limit_corrections(const SkinModel& model, SkinState& state) {
   constexpr double kSpeedUp = 2.0;  // of the correction from step to step; chosen by trial
   const double always = model.settings.lengths.free_correction;
@@ -216,7 +206,9 @@ void store_motion(const SkinModel& model, SkinState& state) {
     // node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
-    const Point out = flesh.found ? to_point(outward_direction(flesh, state.normals[i])) : Point{};
+    const Point out = flesh.found
+                          ? to_point(outward_direction(flesh.gradient_of_level, state.normals[i]))
+                          : Point{};
     Point force = dot(out, sum) * out;
     const Point apart = state.separation[i] - dot(out, state.separation[i]) * out;
     const double by = norm(apart);

@@ -36,6 +36,10 @@ SkinState initial_skin(const SkinModel& model) {
   state.correction.assign(nodes, 0.0);
   state.room.resize(nodes);
   state.turned.resize(model.neighbours.size());
+  state.displaced.resize(nodes);
+  state.pulls.resize(nodes);
+  state.outward.resize(nodes);
+  state.inverse_weight.resize(nodes);
   state.turns.resize(nodes);
   state.planes.planes.resize(nodes);
   state.planes.count.resize(nodes);
@@ -51,13 +55,14 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
                const Loop& loop, SkinState& state, double share_of_return) {
   constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   bind_to_pose(model, pose, state);
-  solve_elastic(model, state);
+  solve_elastic(model, loop, state);
   predict_skin(model, share_of_return, state);
   find_normals(model, loop, state);  // with which the first search finds the walls of folds
   for (int iteration = 0; iteration < model.settings.iterations; ++iteration) {
     if (iteration % kSearchEvery == 0) {
       find_flesh_below(model, below, iteration == 0, loop, state);
-      find_covers(model, below, model.settings.lengths.cover_depth, loop, state);
+      const double depth = model.settings.lengths.cover_depth;
+      find_covers(model, below, depth, depth, iteration == 0, loop, state);
       find_folds(model, loop, state);
     }
     relax(model, loop, state);
@@ -70,7 +75,13 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
   store_motion(model,
                state);  // before the volume is restored, which is done anew in each step
   if (model.settings.keeps_volume) restore_volume(model, below, loop, state);
-  refit_bvh(model.surface, state.x, state.bvh);
+  fit_tree(model.surface, state);
+}
+
+void fit_tree(const Surface& surface, SkinState& state) {
+  if (same_bytes(state.fitted_at, state.x)) return;
+  refit_bvh(surface, state.x, state.bvh);
+  state.fitted_at = state.x;
 }
 
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,

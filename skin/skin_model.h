@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstring>
 #include <vector>
 
 #include "muscles/lengths.h"
@@ -52,6 +53,7 @@ struct SkinModel {
   std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
   std::vector<double> weights;                   ///< w, by neighbour
   std::vector<double> anchor;                    ///< a
+  std::vector<double> weight;                    ///< by node, a and the sum of its w
   Skyline matrix;
   SkylineFactor factor;
 };
@@ -103,9 +105,17 @@ struct SkinnedWork {
   std::vector<double> weight_sum;       ///< by vertex, sum of the weights of its points
   std::vector<PlaneConstraint> planes;  ///< by point
   std::vector<PlacedSample> placed;
-  std::vector<double> folds;  ///< rad, by edge, angle between its triangles in `carried`
+  /// The angle between two triangles.
+  struct Fold {
+    double cosine = 1.0, sine = 0.0;
+  };
+  std::vector<Fold> folds;     ///< by edge, in `carried`
+  std::vector<Vec3> normals;   ///< by triangle
+  std::vector<double> shares;  ///< 0..1 by edge, how much sharper it is
   /// 0..1 by vertex, sharpness of the edges of the neighbours, and of its own.
   std::vector<double> sharp, own_sharp;
+  std::vector<int> sharp_edges, sharp_vertices, moved_triangles, moved_edges;
+  std::vector<char> seen, seen_edges;  ///< triangles and edges
 };
 
 /// State of a skin that goes from step to step; a step that fails restores it.
@@ -126,10 +136,19 @@ struct FleshGroup : NodeGroup {
 
 struct SkinState : SkinMotion {
   Bvh bvh;
+  Points fitted_at;  ///< m, x to which fit_tree() has fitted the tree
   // Scratch, kept so that a step does not allocate.
-  Points bound;        ///< m, as the bodies alone carry the nodes
-  Points elastic;      ///< m, positions of least elastic energy, without the flesh
-  Points turned;       ///< m, rotated rest vector e of an edge, by neighbour
+  Points bound;    ///< m, as the bodies alone carry the nodes
+  Points elastic;  ///< m, positions of least elastic energy, without the flesh
+  /// By neighbour: m, rotated rest vector e of an edge, and m^2, what the vector of the edge times
+  /// e is at least if the edge is surely longer than the least length (kMinEdge).
+  Points turned;
+  Points displaced;  ///< m, x less elastic
+  Points pulls;      ///< m, by node, what relax() adds to the sum of its neighbours
+  std::vector<double> inverse_weight;  ///< by node, of the sum of the weights in relax()
+  std::vector<int> by_planes;          ///< the nodes, those with fewer planes first
+  /// By node with one plane: outward_direction(), and what climb_distance() divides by.
+  Points outward;
   Points areas;        ///< m^2, by triangle, twice its area vector
   Points own_normals;  ///< of the skin
   Points normals;      ///< unit normals, averaged with those of the neighbours
@@ -147,17 +166,29 @@ struct SkinState : SkinMotion {
   std::vector<FleshGroup> flesh_groups;
   std::vector<int> flesh_begin;       ///< by collider, index of its first node among all
   std::vector<int> cover_hints;       ///< by node of the flesh
+  std::vector<double> cover_slack;    ///< m, by node of the flesh, how far the skin may surely move
+                                      ///< without coming near it
+  Points covers_at;                   ///< m, x at the last search for covers
   std::vector<char> covered;          ///< by node of the flesh, whether it is near a triangle
   std::vector<SkinPlane> cover_over;  ///< by node of the flesh, if it is
   std::vector<SkinPlane> walls;       ///< by node, the other wall of its fold; triangle -1: none
   std::vector<NodeBox> normal_boxes;  ///< by node of the tree, range of the sums of corner normals
   std::vector<DualQuaternion> motions;        ///< motion of each body since the bind pose
-  std::vector<std::array<int, 2>> crossings;  ///< triangles
+  std::vector<std::array<int, 2>> crossings;  ///< triangles of the skin that cross...
+  Points crossings_at;                        ///< m, ...where it lay then
   std::vector<char> marked, frozen;           ///< nodes
   Points unswollen;                           ///< m, x before the volume is restored
   PointPairs solution;
   SkinnedWork skinned;
 };
+
+inline bool same_bytes(const Points& a, const Points& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Point)) == 0);
+}
+
+/// Fits the tree to x, if it is not.
+void fit_tree(const Surface& surface, SkinState& state);
 
 struct SkinMetrics {
   double max_penetration = 0.0;  ///< m, largest depth of nodes of the skin in muscle or bone

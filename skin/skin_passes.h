@@ -11,9 +11,11 @@ namespace thew::skin {
 /// Sets turns and bound: the rotation and position of each node as its bodies carry it, by dual
 /// quaternion blending (Kavan et al. 2008).
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
-/// Sets elastic to the positions of least elastic energy, and force to the displacement that the
-/// forces of the step before cause.
-void solve_elastic(const SkinModel& model, SkinState& state);
+/// Least length of an edge along its rotated direction, over its rest length; by trial.
+inline constexpr double kMinEdge = 0.1;
+/// Sets turned and elastic, the latter to the positions of least elastic energy, and force to the
+/// displacement that the forces of the step before cause.
+void solve_elastic(const SkinModel& model, const Loop& loop, SkinState& state);
 /// Sets x to the elastic shape plus the offset that the step before left, and goes the share [1] of
 /// the way to the equilibrium with the forces of that step.
 void predict_skin(const SkinModel& model, double share_of_return, SkinState& state);
@@ -23,9 +25,10 @@ void predict_skin(const SkinModel& model, double share_of_return, SkinState& sta
 void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below, bool first,
                       const Loop& loop, SkinState& state);
 /// Finds nodes of the flesh that lie within `depth` (m) below a triangle of the skin or have come
-/// through it.
+/// through it. In a step the `first` search looks `ahead` (m) as well, so that the later ones of
+/// the same depth look only for nodes that the skin may have come near since.
 void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                 const Loop& loop, SkinState& state);
+                 double ahead, bool first, const Loop& loop, SkinState& state);
 /// Finds nodes of the skin that are near the other wall of a fold or have come through it.
 void find_folds(const SkinModel& model, const Loop& loop, SkinState& state);
 
@@ -70,11 +73,5 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
 /// farther. If there are still faults at the end, the skin stays as it was.
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
                     SkinState& state);
-
-/// Unit vector out of the flesh: along the gradient of the field, plus a little of the normal of
-/// the skin, because the gradient vanishes in the middle of a crevice.
-Vec3 outward_direction(const FleshValue& flesh, const Point& normal);
-/// How far (m) a node has to move along `direction` for the field to rise by `lack` (m).
-double climb_distance(const FleshValue& flesh, const Vec3& direction, double lack);
 
 }  // namespace thew::skin

@@ -20,6 +20,16 @@ SkinPlane plane_at(const ClosestPoint& near, double level) {
   return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
 }
 
+void order_by_planes(SkinState& state) {
+  std::array<int, FleshPlanes::kMaxPlanes + 2> begin = {};
+  for (const int count : state.planes.count) ++begin[count + 1];
+  for (size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
+  state.by_planes.resize(state.planes.count.size());
+  for (size_t i = 0; i < state.by_planes.size(); ++i) {
+    state.by_planes[begin[state.planes.count[i]]++] = static_cast<int>(i);
+  }
+}
+
 // Groups of the nodes of all colliders, made anew for other colliders.
 void group_flesh(const std::vector<Collider>& below, SkinState& state) {
   std::vector<int>& begin = state.flesh_begin;
@@ -37,29 +47,39 @@ void group_flesh(const std::vector<Collider>& below, SkinState& state) {
     }
   }
   state.cover_hints.assign(begin.back(), -1);
+  state.cover_slack.resize(begin.back());
   state.cover_over.resize(begin.back());
   state.covered.resize(begin.back());
 }
 
-// Sets cover_over of the nodes of a group.
+// Sets cover_over of the nodes of a group that the skin may have come near since they were last
+// looked for, and how far it may move until it comes near again. `reach` is as far as it may be
+// out, `radius` (m) as far as is searched. A node below the skin does not come out of it without
+// going through it.
 void find_covers_over(const SkinModel& model, const Collider& flesh, const FleshGroup& group,
-                      double depth, double reach, SkinState& state) {
+                      double depth, double reach, double radius, SkinState& state) {
   const int begin = state.flesh_begin[group.collider];
   PointGroup points;
-  points.count = group.count;
+  std::array<int, PointGroup::kMost> nodes;
   for (int i = 0; i < group.count; ++i) {
-    points.at[i] = to_vec((*flesh.x)[group.nodes[i]]);
-    points.bound[i] = reach;
-    points.hint[i] = state.cover_hints[begin + group.nodes[i]];
-  }
-  find_closest_points(model.surface, state.bvh, state.x, points);
-  for (int i = 0; i < group.count; ++i) {
-    const ClosestPoint& near = points.closest[i];
     const int node = begin + group.nodes[i];
     state.covered[node] = 0;
+    if (state.cover_slack[node] > 0.0) continue;
+    nodes[points.count] = node;
+    points.at[points.count] = to_vec((*flesh.x)[group.nodes[i]]);
+    points.bound[points.count] = radius;
+    points.hint[points.count++] = state.cover_hints[node];
+  }
+  if (points.count == 0) return;
+  find_closest_points(model.surface, state.bvh, state.x, points);
+  for (int i = 0; i < points.count; ++i) {
+    const ClosestPoint& near = points.closest[i];
+    const int node = nodes[i];
+    state.cover_slack[node] = radius - reach;
     if (near.triangle < 0) continue;
     state.cover_hints[node] = near.triangle;
-    if (near.distance < -depth) continue;
+    state.cover_slack[node] = std::max(-near.distance - depth, near.distance - reach);
+    if (near.distance < -depth || near.distance > reach) continue;
     const double level = near.normal.dot(points.at[i]) + model.settings.lengths.cover;
     state.cover_over[node] = plane_at(near, level);
     state.covered[node] = 1;
@@ -170,17 +190,26 @@ void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below
   loop.ranges(static_cast<int>(state.groups.size()), kGroups, [&](int from, int to) {
     for (int g = from; g < to; ++g) search(state.groups[g]);
   });
+  order_by_planes(state);
 }
 
 void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
-                 const Loop& loop, SkinState& state) {
+                 double ahead, bool first, const Loop& loop, SkinState& state) {
   const double reach = std::max(depth, model.settings.lengths.cover_reach);
-  refit_bvh(model.surface, state.x, state.bvh);
+  fit_tree(model.surface, state);
   group_flesh(below, state);
+  if (first) {
+    std::fill(state.cover_slack.begin(), state.cover_slack.end(), 0.0);
+  } else {
+    const double moved = largest_distance(state.x, state.covers_at) + kRounding;
+    for (double& slack : state.cover_slack) slack -= moved;
+  }
+  state.covers_at = state.x;
+  const double radius = first ? reach + ahead : reach;
   loop.ranges(static_cast<int>(state.flesh_groups.size()), kGroups, [&](int from, int to) {
     for (int g = from; g < to; ++g) {
       const FleshGroup& group = state.flesh_groups[g];
-      find_covers_over(model, below[group.collider], group, depth, reach, state);
+      find_covers_over(model, below[group.collider], group, depth, reach, radius, state);
     }
   });
   state.covers.clear();

@@ -42,14 +42,11 @@ bool swell(const SkinModel& model, SkinState& state) {
   return root.reached && share <= 1.0;
 }
 
-}  // namespace
-
-void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
-                    SkinState& state) {
+// Restores the volume with the covers that were found. False, and x as it was, if a node has moved
+// by more than `most` (m).
+bool try_volume(const SkinModel& model, const std::vector<Collider>& below, double most,
+                SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;  // chosen by trial
-  find_flesh_below(model, below, false, loop, state);
-  find_covers(model, below, 2.0 * model.settings.lengths.yielding_fat, loop, state);
-  state.unswollen = state.x;
   // Nodes with faults keep their positions from then on, and the others move farther.
   std::vector<char>&frozen = state.frozen, &faulty = state.marked;
   frozen.assign(state.x.size(), 0);
@@ -60,14 +57,37 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
         if (frozen[i]) state.room[i] = 0.0;
       }
       find_swelling(model, state);
-      if (swell(model, state)) break;
+      const bool is_done = swell(model, state);
+      if (largest_distance(state.x, state.unswollen) > most) {
+        state.x = state.unswollen;
+        return false;
+      }
+      if (is_done) break;
     }
     faulty = frozen;
     find_faults(model, below, state, faulty);
-    if (faulty == frozen) return;
+    if (faulty == frozen) return true;
     frozen = faulty;
     state.x = state.unswollen;
   }
+  return true;
+}
+
+}  // namespace
+
+void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                    SkinState& state) {
+  constexpr double kAnywhere = 1e300;
+  const Lengths& lengths = model.settings.lengths;
+  find_flesh_below(model, below, false, loop, state);
+  state.unswollen = state.x;
+  // Flesh that is deeper than this leaves all room that there is (find_room), unless the skin goes
+  // down to it by more than `most`.
+  const double most = lengths.cover, deep = lengths.yielding_fat + lengths.cover + most;
+  find_covers(model, below, deep, 0.0, true, loop, state);
+  if (try_volume(model, below, most, state)) return;
+  find_covers(model, below, 2.0 * lengths.yielding_fat, 0.0, true, loop, state);
+  try_volume(model, below, kAnywhere, state);
 }
 
 }  // namespace thew::skin

@@ -55,9 +55,13 @@ void find_edges(SkinnedSkin& skin) {
     const Triangle& c = skin.surface.triangles[t];
     return skin.near[c[0]] || skin.near[c[1]] || skin.near[c[2]];
   };
+  skin.edges_of.resize(skin.surface.triangles.size());
   for (int t = 0; t < static_cast<int>(skin.surface.triangles.size()); ++t) {
     for (const int u : skin.surface.neighbours[t]) {
       if (u < 0 || !is_near(t) || (u < t && is_near(u))) continue;  // the edge is listed already
+      for (const int one : {t, u}) {
+        skin.edges_of[one].push_back(static_cast<int>(skin.edges.size()));
+      }
       skin.edges.push_back({t, u});
     }
   }
@@ -191,6 +195,39 @@ void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& 
   skin.points.swap(anchored);
 }
 
+// The marked vertices and all that edges lead to from them, in so many steps.
+std::vector<int> with_rings(const SkinnedSkin& skin, std::vector<char> marked, int rings) {
+  std::vector<int> all;
+  for (size_t i = 0; i < marked.size(); ++i) {
+    if (marked[i]) all.push_back(static_cast<int>(i));
+  }
+  for (size_t from = 0; rings > 0; --rings) {
+    const size_t end = all.size();
+    for (; from < end; ++from) {
+      for (int k = skin.first_neighbour[all[from]]; k < skin.first_neighbour[all[from] + 1]; ++k) {
+        const int other = skin.neighbours[k];
+        if (marked[other]) continue;
+        marked[other] = 1;
+        all.push_back(other);
+      }
+    }
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+void find_reached(SkinnedSkin& skin) {
+  std::vector<char> displaced(skin.rest.size(), 0);
+  for (const SkinnedSkin::SkinPoint& point : skin.points) {
+    for (int k = 0; k < 3; ++k) {
+      if (point.share > 0.0 && point.shares[k] > 0.0) displaced[point.corners[k]] = 1;
+    }
+  }
+  skin.reached = with_rings(skin, displaced, skin.passes);
+  skin.near_vertices = with_rings(skin, skin.near, 0);
+  skin.round_near = with_rings(skin, skin.near, 1);
+}
+
 }  // namespace
 
 SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
@@ -221,6 +258,7 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          passes_over(settings.lengths.max_spread, edge, kMinPasses));
   skin.crease_passes = passes_over(settings.lengths.crease_width, edge, kMaxCreasePasses);
   if (skin.crease_passes < kMinCreasePasses) skin.crease_passes = 0;
+  find_reached(skin);
   return skin;
 }
 

@@ -19,8 +19,8 @@ constexpr int kRounds = 20;  // of smoothing and enforcing the planes again; cho
 
 void smooth(const SkinnedSkin& skin, SkinnedWork& work) {
   for (int pass = 0; pass < skin.passes; ++pass) {
-    work.before = work.displacement;
-    for (size_t i = 0; i < work.displacement.size(); ++i) {
+    for (const int i : skin.reached) work.before[i] = work.displacement[i];
+    for (const int i : skin.reached) {
       const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
       if (begin == end) continue;
       Point sum{};
@@ -94,7 +94,7 @@ void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
     work.displacement[i] =
         work.weight_sum[i] > 0.0 ? (1.0 / work.weight_sum[i]) * work.displacement[i] : Point{};
   }
-  work.before.resize(x.size());
+  work.before.assign(x.size(), Point{});
   smooth(skin, work);
   for (size_t i = 0; i < x.size(); ++i) x[i] = work.carried[i] + work.displacement[i];
 }
@@ -102,10 +102,10 @@ void follow_anchors(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
 // One pass of smoothing the displacement from the weights near muscles: half the own value, half
 // the mean of the neighbours.
 void even_out(const SkinnedSkin& skin, SkinnedWork& work, Points& x) {
-  for (size_t i = 0; i < x.size(); ++i) work.before[i] = x[i] - work.carried[i];
-  for (size_t i = 0; i < x.size(); ++i) {
+  for (const int i : skin.round_near) work.before[i] = x[i] - work.carried[i];
+  for (const int i : skin.near_vertices) {
     const int begin = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
-    if (!skin.near[i] || begin == end) continue;
+    if (begin == end) continue;
     Point sum{};
     for (int k = begin; k < end; ++k) sum += work.before[skin.neighbours[k]];
     x[i] = work.carried[i] + 0.5 * work.before[i] + (0.5 / (end - begin)) * sum;

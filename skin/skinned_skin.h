@@ -52,9 +52,13 @@ struct SkinnedSkin {
                                 ///< pose; set where points need it
   std::vector<int> first_neighbour, neighbours;  ///< of the welded mesh: neighbours of i are
                                                  ///< neighbours[first[i]] to [first[i + 1]]
+  /// Vertices that the muscles' displacement reaches as it is smoothed, those that are `near`, and
+  /// the latter with their neighbours. All others keep what the weights give.
+  std::vector<int> reached, near_vertices, round_near;
   SkinSettings settings;
   /// Pairs of triangles that share an edge near the muscles.
   std::vector<std::array<int, 2>> edges;
+  std::vector<std::vector<int>> edges_of;  ///< by triangle, indices of `edges`
   // Set by the mean edge of the mesh near the muscles:
   int passes = 0;         ///< number of passes of smoothing the displacement
   int crease_passes = 0;  ///< number of passes of smoothing creases

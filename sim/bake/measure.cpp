@@ -189,9 +189,15 @@ std::vector<PlacedShell> place_shells(const Model& model, const Measuring& measu
   return placed;
 }
 
-void measure_meeting(const Model& model, const std::vector<PlacedShell>& placed, Meeting& meeting) {
+void measure_meeting(const Model& model, const SkinState& skin,
+                     const std::vector<PlacedShell>& placed, Meeting& meeting) {
   PlacedShell one = placed[meeting.one], other = placed[meeting.other];
   meeting.crossings = 0;
+  if (meeting.one == model.colliders() && meeting.other == meeting.one &&
+      same_bytes(skin.crossings_at, skin.x)) {
+    meeting.crossings = static_cast<int>(skin.crossings.size());
+    return;
+  }
   find_near_crossings(*one.surface, *one.bvh, *one.x, *other.surface, *other.bvh, *other.x,
                       meeting.near);
   const int muscles = static_cast<int>(model.muscles.size());
@@ -241,12 +247,12 @@ FrameMeasures measure(const Model& model, Measuring& measuring, Parallel& parall
   const int count = state.count();
   out.muscles.resize(count);
   refit_all(model, parallel, state);
-  if (model.has_skin) refit_bvh(skin_surface(model), state.skin.x, state.skin.bvh);
+  if (model.has_skin) fit_tree(skin_surface(model), state.skin);
   const std::vector<PlacedShell> placed = place_shells(model, measuring, state);
   const int meetings = static_cast<int>(measuring.meetings.size());
   parallel.each(meetings + count, [&](int i) {
     if (i < meetings) {
-      measure_meeting(model, placed, measuring.meetings[i]);
+      measure_meeting(model, state.skin, placed, measuring.meetings[i]);
     } else {
       out.muscles[i - meetings] = measure_muscle(model, measuring, i - meetings, state);
     }

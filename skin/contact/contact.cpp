@@ -157,6 +157,7 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
   constexpr double kSoftDepth = 2.0;  // of max_depth, between two soft surfaces
   const double release = std::max(settings.margin, settings.max_depth);
   memory.others.resize(colliders.size());
+  static const std::vector<int> kNoParts;
   for (const int other : near) {
     const Collider& target = colliders[other];
     ContactMemory::Other& known = memory.others[other];
@@ -167,13 +168,14 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
     };
     const double deepest = (target.free_nodes == nullptr ? 1.0 : kSoftDepth) * settings.max_depth;
     const double reach = std::max(settings.margin, deepest);
-    for (int node = 0; node < nodes; ++node) {
-      if (!(*self.free_nodes)[node]) continue;
+    const bool presses = std::any_of(pressing.begin(), pressing.end(), [&](const Contact& contact) {
+      return contact.other == other && !contact.of_face;
+    });
+    lower_bounds(approach, approach.by_parts ? self.history->parts.of_node : kNoParts,
+                 presses ? release : settings.margin, self.free_nodes, known, memory);
+    for (int n = 0; n < memory.nearing_count; ++n) {
+      const auto& [node, before] = memory.nearing[n];
       double& bound = known.distance_bound[node];
-      const double before = bound;
-      bound = advanced_bound(approach, approach.by_parts ? self.history->parts.of_node[node] : 0,
-                             bound);
-      if (bound >= release) continue;
       while (pressed != pressing.end() && is_passed(*pressed, node)) ++pressed;
       const bool goes_on = pressed != pressing.end() && pressed->node == node;
       const double margin = goes_on ? release : settings.margin;

@@ -39,10 +39,59 @@ Approach recall(const Collider& points_of, const Collider& surface, int points, 
   return approach;
 }
 
-double advanced_bound(const Approach& approach, int part, double bound) {
-  if (!(bound > 0.0) || !approach.by_parts) return bound - approach.distance;
-  const MotionBound& motion_bound = approach.motion_bound[part];
-  return std::min(bound - motion_bound.approach, motion_bound.separation);
+namespace {
+
+double lowered(double bound, const MotionBound& by) {
+  return std::min(bound - by.approach, by.separation);
+}
+
+// Of the points of all parts.
+MotionBound worst_of(const Approach& approach) {
+  MotionBound worst{approach.distance, kUnbounded};
+  if (!approach.by_parts) return worst;
+  worst.approach = 0.0;
+  for (const MotionBound& of_part : approach.motion_bound) {
+    worst.approach = std::max(worst.approach, of_part.approach);
+    if (of_part.separation > 0.0) worst.separation = std::min(worst.separation, of_part.separation);
+  }
+  return worst;
+}
+
+}  // namespace
+
+void lower_bounds(const Approach& approach, const std::vector<int>& part, double margin,
+                  const std::vector<char>* searched, ContactMemory::Other& known,
+                  ContactMemory& memory) {
+  const int points = static_cast<int>(known.distance_bound.size());
+  memory.nearing_count = 0;
+  const MotionBound worst = worst_of(approach);
+  if (lowered(known.least, worst) >= margin) {
+    known.least = lowered(known.least, worst);
+    known.pending = {known.pending.approach + worst.approach,
+                     lowered(known.pending.separation, worst)};
+    return;
+  }
+  if (static_cast<int>(memory.nearing.size()) < points) memory.nearing.resize(points);
+  double* const bounds = known.distance_bound.data();
+  ContactMemory::Nearing* const nearing = memory.nearing.data();
+  int count = 0;
+  double least = kUnbounded;
+  for (int i = 0; i < points; ++i) {
+    const double before = lowered(bounds[i], known.pending);
+    double bound = before - approach.distance;
+    if (approach.by_parts) {
+      const double outside = lowered(before, approach.motion_bound[part[i]]);
+      bound = before > 0.0 ? outside : bound;
+    }
+    bounds[i] = bound;
+    const bool counts = !searched || (*searched)[i];
+    least = counts ? std::min(least, bound) : least;
+    nearing[count] = {i, before};
+    count += counts && bound < margin;
+  }
+  memory.nearing_count = count;
+  known.least = least;
+  known.pending = {0.0, kUnbounded};
 }
 
 void raise_by_box(const Bvh& bvh, const Point& p, double& bound) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "skin/contact/collider.h"
@@ -18,9 +19,21 @@ struct ContactMemory {
   struct Other {
     std::vector<int> triangle;
     std::vector<double> distance_bound;
+    /// What all bounds are still to be lowered by, while none comes near: approach and separation
+    /// of a MotionBound. `least` is a bound of all points that are searched for, so lowered.
+    MotionBound pending = {0.0, std::numeric_limits<double>::infinity()};
+    double least = -std::numeric_limits<double>::infinity();  ///< m
+    std::vector<int> part;   ///< of the rigid points, once the parts of the other are known
     double travelled = 0.0;  ///< m, sum of both histories when distance_bound was last updated
   };
+  /// A point that may be near, and what its bound was before it was lowered.
+  struct Nearing {
+    int point;
+    double before;
+  };
   std::vector<Other> others;  ///< by collider
+  std::vector<Nearing> nearing;
+  int nearing_count = 0;
   std::int64_t searches = 0;  ///< number of nearest-point searches since the start
 };
 
@@ -36,8 +49,13 @@ struct Approach {
 /// The approach since the last call for the same pair, and sizes `known` for so many points.
 Approach recall(const Collider& points_of, const Collider& surface, int points, double margin,
                 ContactMemory::Other& known);
-/// The bound of a point of a part, lowered by the approach.
-double advanced_bound(const Approach& approach, int part, double bound);
+/// Lowers the bounds of all points by the approach, of which those that are
+/// `searched` (null: all) may have to be searched for. The points whose bound is below `margin` (m)
+/// then become the first `memory.nearing_count` of `memory.nearing`, in their order. `part` has the
+/// part of each point, or is not used if the approach is not known by parts.
+void lower_bounds(const Approach& approach, const std::vector<int>& part, double margin,
+                  const std::vector<char>* searched, ContactMemory::Other& known,
+                  ContactMemory& memory);
 /// Raises the bound of a point outside the box of a surface to its distance from the box.
 void raise_by_box(const Bvh& bvh, const Point& p, double& bound);
 /// Whether a point, which has moved by `motion` to p, may lie within `margin` (m) of the surface or

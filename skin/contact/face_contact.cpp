@@ -214,6 +214,12 @@ bool presses_at(const std::vector<Contact>& pressing, int node, int other) {
   return false;
 }
 
+void set_parts(const Collider& them, ContactMemory::Other& known) {
+  for (const SurfacePoint& point : *them.rigid_points) {
+    known.part.push_back(them.history->parts.of_triangle[point.triangle]);
+  }
+}
+
 }  // namespace
 
 void find_face_contacts(const std::vector<Collider>& colliders, int mover,
@@ -247,13 +253,11 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       return is_with(contact, other);
     });
     const NodeBox goes_on_in = box_round(*self.surface, *self.x, pressing, other, reach);
-    for (size_t i = 0; i < points.size(); ++i) {
+    if (approach.by_parts && known.part.empty()) set_parts(them, known);
+    lower_bounds(approach, known.part, presses ? reach : settings.margin, nullptr, known, memory);
+    for (int n = 0; n < memory.nearing_count; ++n) {
+      const auto& [i, before] = memory.nearing[n];
       double& bound = known.distance_bound[i];
-      const double before = bound;
-      bound = advanced_bound(
-          approach, approach.by_parts ? them.history->parts.of_triangle[points[i].triangle] : 0,
-          bound);
-      if (bound >= (presses ? reach : settings.margin)) continue;
       const Point position = position_of(them, *them.x, points[i]);
       if (!is_in_reach(position)) {
         raise_by_box(*self.bvh, position, bound);
@@ -267,7 +271,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       if (!may_be_within(approach, position, motion, farthest, before, bound)) continue;
       const Vec3 y = to_vec(position);
       ++memory.searches;
-      const ClosestPoint found = find_closest(self, y, farthest, reach, static_cast<int>(i), known);
+      const ClosestPoint found = find_closest(self, y, farthest, reach, i, known);
       if (found.triangle < 0) continue;
       const Triangle& t = self.surface->triangles[found.triangle];
       const bool goes_on = std::any_of(t.begin(), t.end(),
@@ -277,8 +281,7 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       const Vec3 out = smooth_normal(*self.surface, *self.x, found.triangle, found.barycentric);
       const Vec3 own = normal_at(them, points[i]);
       if (own.dot(out) > -0.5) continue;  // the other side of something thin
-      Contact with{
-          -1, other, points[i].triangle, static_cast<int>(i), {}, -steady_normal(own, out)};
+      Contact with{-1, other, points[i].triangle, i, {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
       with.offset = self.thickness + them.thickness;

@@ -67,14 +67,16 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
     apart += off * off;
     nearer += moved * moved;
   }
-  double closest = kFar, farthest = 0.0;
-  for (int k = 0; k < kParts; ++k) {
-    if (apart[k] >= far * far) {
-      closest = std::min(closest, apart[k]);
-    } else {
-      farthest = std::max(farthest, nearer[k]);
-    }
-  }
+  const auto is_far = apart >= far * far;
+  const Lanes closer = is_far ? apart : zero + kFar, farther = is_far ? zero : nearer;
+  const Point a = __builtin_shufflevector(closer, closer, 0, 1, 2, 3);
+  const Point b = __builtin_shufflevector(closer, closer, 4, 5, 6, 7);
+  const Point c = __builtin_shufflevector(farther, farther, 0, 1, 2, 3);
+  const Point d = __builtin_shufflevector(farther, farther, 4, 5, 6, 7);
+  const Point close = a < b ? a : b, away = c > d ? c : d;
+  const double closest =
+      std::min({kFar, std::min(close[0], close[1]), std::min(close[2], close[3])});
+  const double farthest = std::max(std::max(away[0], away[1]), std::max(away[2], away[3]));
   return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
 }
 

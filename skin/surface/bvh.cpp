@@ -14,7 +14,8 @@ namespace thew::skin {
 namespace {
 
 constexpr int kBins = 16;
-constexpr int kLeaf = 4;  // triangles
+constexpr int kLeaf = Bvh::Block::kHalf;  // triangles
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 double half_area(const NodeBox& box) {
   const Point d = box.high - box.low;
@@ -81,20 +82,54 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   return first + left_count;
 }
 
+void divide_in_blocks(const Surface& surface, Bvh& bvh) {
+  if (bvh.order.empty()) return;
+  bvh.block_of.assign(bvh.nodes.size(), -1);
+  const auto add_leaf = [&](int n, int half) {
+    Bvh::Block& block = bvh.blocks.back();
+    const Bvh::Node& leaf = bvh.nodes[n];
+    bvh.block_of[n] = static_cast<int>(bvh.blocks.size()) - 1;
+    for (int i = 0; i < leaf.count; ++i) {
+      const int lane = half * Bvh::Block::kHalf + i, t = bvh.order[leaf.first + i];
+      block.triangle[lane] = t;
+      for (int k = 0; k < 3; ++k) block.node[k][lane] = surface.triangles[t][k];
+    }
+  };
+  for (size_t n = 0; n < bvh.nodes.size(); ++n) {
+    const Bvh::Node& node = bvh.nodes[n];
+    const bool is_leaf = node.count > 0;
+    if (bvh.block_of[n] >= 0) continue;
+    if (!is_leaf && (bvh.nodes[node.first].count == 0 || bvh.nodes[node.first + 1].count == 0)) {
+      continue;
+    }
+    Bvh::Block& block = bvh.blocks.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      for (int l = 0; l < Bvh::Block::kLanes; ++l) {
+        block.low[k][l] = kNowhere;
+        block.high[k][l] = -kNowhere;
+      }
+    }
+    const int leaf = is_leaf ? static_cast<int>(n) : node.first;
+    bvh.block_of[n] = static_cast<int>(bvh.blocks.size()) - 1;
+    add_leaf(leaf, 0);
+    if (!is_leaf) add_leaf(leaf + 1, 1);
+  }
+}
+
 // The children of a node of the tree and theirs, by the largest boxes first, up to eight.
 std::vector<int> descendants(const Bvh& bvh, int root) {
   const auto area = [&](int n) {
     const Bvh::Node& node = bvh.nodes[n];
     double side[3];
     for (int k = 0; k < 3; ++k) side[k] = node.hi[k] - node.lo[k];
-    return node.count > 0 ? -1.0 : side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
+    return bvh.block_of[n] >= 0 ? -1.0 : side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
   };
   std::vector<int> all = {root};
   while (all.size() < Bvh::Wide::kChildren) {
     const auto largest =
         std::max_element(all.begin(), all.end(), [&](int a, int b) { return area(a) < area(b); });
     const Bvh::Node& node = bvh.nodes[*largest];
-    if (node.count > 0) break;
+    if (bvh.block_of[*largest] >= 0) break;
     *largest = node.first;
     all.push_back(node.first + 1);
   }
@@ -111,7 +146,7 @@ void widen(Bvh& bvh) {
     int k = 0;
     for (const int node : descendants(bvh, roots[w])) {
       wide.node[k] = node;
-      if (bvh.nodes[node].count == 0) {
+      if (bvh.block_of[node] < 0) {
         wide.child[k] = static_cast<int>(roots.size());
         roots.push_back(node);
       }
@@ -122,7 +157,6 @@ void widen(Bvh& bvh) {
 }
 
 void refit_wide(Bvh& bvh) {
-  constexpr float kNowhere = std::numeric_limits<float>::infinity();
   for (Bvh::Wide& wide : bvh.wide) {
     for (int k = 0; k < Bvh::Wide::kChildren; ++k) {
       const int node = wide.node[k];
@@ -181,27 +215,69 @@ Bvh build_bvh(const Surface& surface, const Points& x) {
     bvh.nodes.push_back({{}, {}, first, middle - first});
     bvh.nodes.push_back({{}, {}, middle, first + size - middle});
   }
+  divide_in_blocks(surface, bvh);
   refit_bvh(surface, x, bvh);
   widen(bvh);
   refit_wide(bvh);
   return bvh;
 }
 
+namespace {
+
+// Sets the boxes of the triangles of a leaf in its block, and its own.
+[[gnu::always_inline]] inline void refit_leaf(const Surface& surface, const Points& x, Bvh& bvh,
+                                              Bvh::Node& leaf, Bvh::Block& block) {
+  Float4 low[kLeaf], high[kLeaf];
+  for (int i = 0; i < kLeaf; ++i) {
+    low[i] = Float4{} + kNowhere;
+    high[i] = Float4{} - kNowhere;
+  }
+  for (int i = 0; i < leaf.count; ++i) {
+    const Triangle& triangle = surface.triangles[bvh.order[leaf.first + i]];
+    const Point &a = x[triangle[0]], &b = x[triangle[1]], &c = x[triangle[2]];
+    const Point ab_low = a < b ? a : b, ab_high = a > b ? a : b;
+    Float4 unused;
+    round_both(ab_low < c ? ab_low : c, low[i], unused);
+    round_both(ab_high > c ? ab_high : c, unused, high[i]);
+  }
+  const int lane = bvh.order[leaf.first] == block.triangle[0] ? 0 : kLeaf;
+  const auto place = [&](const Float4* rows, float(*lanes)[Bvh::Block::kLanes])
+      __attribute__((always_inline)) {
+    const Float4 xy0 = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
+    const Float4 xy1 = __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5);
+    const Float4 z0 = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
+    const Float4 z1 = __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7);
+    const Float4 axes[3] = {__builtin_shufflevector(xy0, xy1, 0, 1, 4, 5),
+                            __builtin_shufflevector(xy0, xy1, 2, 3, 6, 7),
+                            __builtin_shufflevector(z0, z1, 0, 1, 4, 5)};
+    for (int k = 0; k < 3; ++k) std::memcpy(&lanes[k][lane], &axes[k], sizeof axes[k]);
+  };
+  place(low, block.low);
+  place(high, block.high);
+  for (int i = 1; i < kLeaf; ++i) {
+    low[0] = low[i] < low[0] ? low[i] : low[0];
+    high[0] = high[i] > high[0] ? high[i] : high[0];
+  }
+  for (int k = 0; k < 3; ++k) {
+    leaf.lo[k] = low[0][k];
+    leaf.hi[k] = high[0][k];
+  }
+}
+
+}  // namespace
+
 THEW_VECTORISED
 void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh) {
   for (size_t n = bvh.nodes.size(); n-- > 0;) {
     Bvh::Node& node = bvh.nodes[n];
-    if (node.count > 0 || bvh.order.empty()) {
-      NodeBox box = empty_box();
-      for (int i = node.first; i < node.first + node.count; ++i) {
-        add_triangle(surface.triangles[bvh.order[i]], x, box);
-      }
-      Float4 lo, hi, unused;
-      round_both(box.low, lo, unused);
-      round_both(box.high, unused, hi);
+    if (node.count > 0) {
+      refit_leaf(surface, x, bvh, node, bvh.blocks[bvh.block_of[n]]);
+      continue;
+    }
+    if (bvh.order.empty()) {  // a box that contains nothing
       for (int k = 0; k < 3; ++k) {
-        node.lo[k] = lo[k];
-        node.hi[k] = hi[k];
+        node.lo[k] = kNowhere;
+        node.hi[k] = -kNowhere;
       }
       continue;
     }

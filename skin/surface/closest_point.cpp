@@ -52,55 +52,6 @@ struct Nearest {
   double distance2 = 0.0;  // m^2
 };
 
-// Tests the triangles of a leaf. Of equally near triangles the one of the lowest index wins, so
-// that the order of the search does not matter.
-[[gnu::always_inline]] inline void test_leaf(const Surface& surface, const Bvh& bvh,
-                                             const Points& x, const Bvh::Node& leaf,
-                                             const Lanes3& p, Nearest& nearest) {
-  for (int i = 0; i < leaf.count; i += kLanes) {
-    const int* order = &bvh.order[leaf.first + i];
-    const int last = std::min(leaf.count - i, kLanes) - 1;
-    const Triangle* triangles[kLanes];  // where there are fewer than four, the last again
-    for (int k = 0; k < kLanes; ++k) triangles[k] = &surface.triangles[order[std::min(k, last)]];
-    const Lanes distance2 = distances2(triangles, x, p);
-    for (int k = 0; k <= last; ++k) {
-      if (distance2[k] > nearest.distance2 ||
-          (distance2[k] == nearest.distance2 && nearest.triangle >= 0 &&
-           nearest.triangle <= order[k])) {
-        continue;
-      }
-      nearest = {order[k], distance2[k]};
-    }
-  }
-}
-
-THEW_VECTORISED
-void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
-                  Nearest& nearest) {
-  struct Entry {
-    int node;
-    float distance2;
-  } stack[kStack];
-  const BoxQuery query(p);
-  const Lanes3 in_lanes = in_all_lanes(p);
-  Nearest best = nearest;
-  int top = 0;
-  if (!bvh.order.empty()) stack[top++] = {0, box_distance2(bvh.nodes[0], query)};
-  while (top > 0) {
-    const Entry entry = stack[--top];
-    if (entry.distance2 > best.distance2) continue;
-    const Bvh::Node& node = bvh.nodes[entry.node];
-    test_leaf(surface, bvh, x, node, in_lanes, best);
-    if (node.count > 0) continue;
-    Entry near{node.first, box_distance2(bvh.nodes[node.first], query)};
-    Entry far{node.first + 1, box_distance2(bvh.nodes[node.first + 1], query)};
-    if (far.distance2 < near.distance2) std::swap(near, far);
-    if (far.distance2 <= best.distance2) stack[top++] = far;
-    if (near.distance2 <= best.distance2) stack[top++] = near;
-  }
-  nearest = best;
-}
-
 OnTriangle nearest_on(const Surface& surface, const Points& x, int triangle, const Vec3& p) {
   const Triangle& t = surface.triangles[triangle];
   return nearest_on_triangle(to_vec(x[t[0]]), to_vec(x[t[1]]), to_vec(x[t[2]]), p);
@@ -126,17 +77,33 @@ ClosestPoint closest_on(const Surface& surface, const Points& x, int triangle, c
 
 using Float8 = float __attribute__((vector_size(32)));
 
-// Lower bounds of the squared distances of a point or a box from eight boxes.
-[[gnu::always_inline]] inline Float8 box_distances2(const float* const* low,
-                                                    const float* const* high, const Float4& below,
-                                                    const Float4& up) {
+// A point or a box, rounded outwards, in all lanes.
+struct WideQuery {
+  Float8 below[3], up[3];
+  [[gnu::always_inline]] WideQuery(const Point& low, const Point& high) {
+    Float4 down, above, unused;
+    round_both(low, down, unused);
+    round_both(high, unused, above);
+    const Float8 zero = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      below[axis] = zero + down[axis];
+      up[axis] = zero + above[axis];
+    }
+  }
+};
+
+// Lower bounds of the squared distances from eight boxes, whose coordinates along an axis are
+// `stride` after those along the one before.
+[[gnu::always_inline]] inline Float8 box_distances2(const float* low, const float* high, int stride,
+                                                    const WideQuery& of) {
   Float8 sum = {};
   const Float8 zero = {};
+#pragma GCC unroll 3
   for (int axis = 0; axis < 3; ++axis) {
     Float8 lo, hi;
-    std::memcpy(&lo, low[axis], sizeof lo);
-    std::memcpy(&hi, high[axis], sizeof hi);
-    Float8 a = lo - up[axis], b = below[axis] - hi;
+    std::memcpy(&lo, low + axis * stride, sizeof lo);
+    std::memcpy(&hi, high + axis * stride, sizeof hi);
+    Float8 a = lo - of.up[axis], b = of.below[axis] - hi;
     a = a > b ? a : b;
     a = a > zero ? a : zero;
     sum += a * a;
@@ -144,54 +111,107 @@ using Float8 = float __attribute__((vector_size(32)));
   return sum * kBelowRounding;
 }
 
-// A bound for floats that is not below a number.
+// A bound for floats that is not below a number, and below the distance of what is missing.
 [[gnu::always_inline]] inline float rounded_up(double a) {
-  return static_cast<float>(a) * (1.0f + 2e-7f) + std::numeric_limits<float>::min();
+  return std::min(static_cast<float>(a) * (1.0f + 2e-7f) + std::numeric_limits<float>::min(),
+                  std::numeric_limits<float>::max());
 }
 
-// Leaves near some points, with their boxes.
-struct Leaves {
+// Blocks near some points, with their boxes.
+struct NearBlocks {
   static constexpr int kMost = 64, kLanes = 8;
   alignas(32) float low[3][kMost], high[3][kMost];
-  int leaf[kMost], count = 0;
+  int block[kMost], count = 0;
 
-  [[gnu::always_inline]] void add(const Bvh::Wide& wide, int child) {
+  [[gnu::always_inline]] void add(const Bvh& bvh, const Bvh::Wide& wide, int child) {
     for (int axis = 0; axis < 3; ++axis) {
       low[axis][count] = wide.low[axis][child];
       high[axis][count] = wide.high[axis][child];
     }
-    leaf[count++] = wide.node[child];
+    block[count++] = bvh.block_of[wide.node[child]];
   }
 };
 
-// The nearest triangle to a point of those in the leaves.
-[[gnu::always_inline]] inline void test_leaves(const Surface& surface, const Bvh& bvh,
-                                               const Points& x, const Leaves& leaves, const Vec3& p,
-                                               Nearest& nearest) {
-  Float4 below, up;
-  round_both(to_point(p), below, up);
+// Triangles that wait for being tested four at a time.
+struct Waiting {
+  int triangle[kLanes + Bvh::Block::kLanes];
+  int count = 0;
+};
+
+// Tests the first four triangles that wait, or all if there are fewer. Of equally near triangles
+// the one of the lowest index wins, so that the order of the search does not matter.
+[[gnu::always_inline]] inline void test_waiting(const Surface& surface, const Points& x,
+                                                const Lanes3& p, Waiting& waiting,
+                                                Nearest& nearest) {
+  const int last = std::min(waiting.count, kLanes) - 1;
+  const Triangle* triangles[kLanes];  // where there are fewer than four, the last again
+  for (int k = 0; k < kLanes; ++k) {
+    triangles[k] = &surface.triangles[waiting.triangle[std::min(k, last)]];
+  }
+  const Lanes distance2 = distances2(triangles, x, p);
+  for (int k = 0; k <= last; ++k) {
+    const int t = waiting.triangle[k];
+    if (distance2[k] > nearest.distance2 ||
+        (distance2[k] == nearest.distance2 && nearest.triangle >= 0 && nearest.triangle <= t)) {
+      continue;
+    }
+    nearest = {t, distance2[k]};
+  }
+  waiting.count -= last + 1;
+  for (int k = 0; k < waiting.count; ++k) waiting.triangle[k] = waiting.triangle[last + 1 + k];
+}
+
+// Adds the triangles of a block whose boxes are near a point.
+[[gnu::always_inline]] inline void add_near(const Bvh::Block& block, const WideQuery& query,
+                                            float limit, Waiting& waiting) {
+  using Int8 = int __attribute__((vector_size(32)));
+  const Int8 near_lanes =
+      box_distances2(block.low[0], block.high[0], Bvh::Block::kLanes, query) <= limit;
+  alignas(32) int is_near[Bvh::Block::kLanes];  // -1: yes
+  std::memcpy(is_near, &near_lanes, sizeof is_near);
+#pragma GCC unroll 8
+  for (int l = 0; l < Bvh::Block::kLanes; ++l) {
+    waiting.triangle[waiting.count] = block.triangle[l];
+    waiting.count -= is_near[l];
+  }
+}
+
+// The nearest triangle to a point of those in the blocks.
+[[gnu::always_inline]] inline void test_blocks(const Surface& surface, const Bvh& bvh,
+                                               const Points& x, const NearBlocks& blocks,
+                                               const Vec3& p, Nearest& nearest) {
+  const WideQuery query(to_point(p), to_point(p));
   const Lanes3 in_lanes = in_all_lanes(p);
-  alignas(32) float bounds[Leaves::kMost];
-  int near[Leaves::kMost], count = 0;
-  const float limit = rounded_up(nearest.distance2);
-  for (int i = 0; i < leaves.count; i += Leaves::kLanes) {
-    const float* low[3] = {&leaves.low[0][i], &leaves.low[1][i], &leaves.low[2][i]};
-    const float* high[3] = {&leaves.high[0][i], &leaves.high[1][i], &leaves.high[2][i]};
-    const Float8 distance2 = box_distances2(low, high, below, up);
+  alignas(32) float bounds[NearBlocks::kMost + 4];
+  int near[NearBlocks::kMost + 4], count = 0;
+  float limit = rounded_up(nearest.distance2);
+  for (int i = 0; i < blocks.count; i += NearBlocks::kLanes) {
+    const Float8 distance2 =
+        box_distances2(&blocks.low[0][i], &blocks.high[0][i], NearBlocks::kMost, query);
     std::memcpy(bounds + i, &distance2, sizeof distance2);
   }
-  for (int i = 0; i < leaves.count; ++i) {  // without a branch, which would be mispredicted
-    near[count] = i;
-    count += bounds[i] <= limit;
+  for (int k = 0; k < 4; ++k) bounds[blocks.count + k] = std::numeric_limits<float>::infinity();
+  for (int i = 0; i < blocks.count; i += 4) {  // without a branch, which would be mispredicted
+#pragma GCC unroll 4
+    for (int k = i; k < i + 4; ++k) {
+      near[count] = k;
+      count += bounds[k] <= limit;
+    }
   }
   if (count > 0 && nearest.triangle < 0) {
     const auto is_nearer = [&](int a, int b) { return bounds[a] < bounds[b]; };
     std::swap(near[0], *std::min_element(near, near + count, is_nearer));
   }
+  Waiting waiting;
   for (int k = 0; k < count; ++k) {
-    if (bounds[near[k]] > nearest.distance2) continue;
-    test_leaf(surface, bvh, x, bvh.nodes[leaves.leaf[near[k]]], in_lanes, nearest);
+    if (bounds[near[k]] > limit) continue;
+    add_near(bvh.blocks[blocks.block[near[k]]], query, limit, waiting);
+    while (waiting.count >= kLanes) {
+      test_waiting(surface, x, in_lanes, waiting, nearest);
+      limit = rounded_up(nearest.distance2);
+    }
   }
+  if (waiting.count > 0) test_waiting(surface, x, in_lanes, waiting, nearest);
 }
 
 // The distance of each point from the triangle that it hints at.
@@ -225,10 +245,8 @@ void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const
   test_hints(surface, x, group, nearest);
   NodeBox box = empty_box();
   for (int i = 0; i < group.count; ++i) grow(box, to_point(group.at[i]), to_point(group.at[i]));
-  Float4 below, up, unused;
-  round_both(box.low, below, unused);
-  round_both(box.high, unused, up);
-  Leaves leaves;
+  const WideQuery query(box.low, box.high);
+  NearBlocks blocks;
   float farthest2 = 0.0f;
   const auto find_farthest = [&]() __attribute__((always_inline)) {
     farthest2 = 0.0f;
@@ -238,9 +256,9 @@ void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const
   };
   const auto test = [&]() __attribute__((always_inline)) {
     for (int i = 0; i < group.count; ++i) {
-      test_leaves(surface, bvh, x, leaves, group.at[i], nearest[i]);
+      test_blocks(surface, bvh, x, blocks, group.at[i], nearest[i]);
     }
-    leaves.count = 0;
+    blocks.count = 0;
     find_farthest();
   };
   find_farthest();
@@ -248,12 +266,11 @@ void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const
   stack[top++] = 0;
   while (top > 0) {
     const Bvh::Wide& wide = bvh.wide[stack[--top]];
-    const float* low[3] = {wide.low[0], wide.low[1], wide.low[2]};
-    const float* high[3] = {wide.high[0], wide.high[1], wide.high[2]};
-    const Float8 distance2 = box_distances2(low, high, below, up);
+    const Float8 distance2 = box_distances2(wide.low[0], wide.high[0], Bvh::Wide::kChildren, query);
     alignas(32) float bounds[Bvh::Wide::kChildren];
     std::memcpy(bounds, &distance2, sizeof distance2);
     int near[Bvh::Wide::kChildren], count = 0;
+#pragma GCC unroll 8
     for (int k = 0; k < Bvh::Wide::kChildren; ++k) {
       near[count] = k;
       count += bounds[k] <= farthest2;
@@ -262,12 +279,59 @@ void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const
       if (wide.child[near[k]] >= 0) {
         stack[top++] = wide.child[near[k]];
       } else {
-        leaves.add(wide, near[k]);
-        if (leaves.count == Leaves::kMost) test();
+        blocks.add(bvh, wide, near[k]);
+        if (blocks.count == NearBlocks::kMost) test();
       }
     }
   }
-  if (leaves.count > 0) test();
+  if (blocks.count > 0) test();
+}
+
+THEW_VECTORISED
+void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
+                  Nearest& nearest) {
+  const WideQuery query(to_point(p), to_point(p));
+  const Lanes3 in_lanes = in_all_lanes(p);
+  float limit = rounded_up(nearest.distance2);
+  Waiting waiting;
+  struct Entry {
+    int wide;
+    float distance2;
+  } stack[kWideStack];
+  int top = 0;
+  stack[top++] = {0, 0.0f};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    if (entry.distance2 > limit) continue;
+    const Bvh::Wide& wide = bvh.wide[entry.wide];
+    const Float8 distance2 = box_distances2(wide.low[0], wide.high[0], Bvh::Wide::kChildren, query);
+    alignas(32) float bounds[Bvh::Wide::kChildren];
+    std::memcpy(bounds, &distance2, sizeof bounds);
+    int near[Bvh::Wide::kChildren + 1], count = 0;
+#pragma GCC unroll 8
+    for (int k = 0; k < Bvh::Wide::kChildren; ++k) {
+      near[count] = k;
+      count += bounds[k] <= limit;
+    }
+    const int first = top;
+    for (int k = 0; k < count; ++k) {
+      const int child = near[k];
+      if (wide.child[child] >= 0) {
+        stack[top++] = {wide.child[child], bounds[child]};
+        continue;
+      }
+      add_near(bvh.blocks[bvh.block_of[wide.node[child]]], query, limit, waiting);
+      while (waiting.count >= kLanes || (nearest.triangle < 0 && waiting.count > 0)) {
+        test_waiting(surface, x, in_lanes, waiting, nearest);
+        limit = rounded_up(nearest.distance2);
+      }
+    }
+    // The nearest is looked into first.
+    for (int k = first; k < top - 1; ++k) {
+      if (stack[k].distance2 < stack[top - 1].distance2) std::swap(stack[k], stack[top - 1]);
+    }
+  }
+  if (waiting.count > 0) test_waiting(surface, x, in_lanes, waiting, nearest);
 }
 
 }  // namespace
@@ -275,13 +339,13 @@ void find_nearest(const Surface& surface, const Bvh& bvh, const Points& x, const
 ClosestPoint closest_point(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& p,
                            double bound, int hint) {
   Nearest nearest{-1, bound * bound};
-  OnTriangle near;
+  OnTriangle near = {};
   if (has_triangle(surface, hint)) {
     near = nearest_on(surface, x, hint, p);
     if (!(near.distance2 > nearest.distance2)) nearest = {hint, near.distance2};
   }
   if (!(surface.convex && nearest.triangle >= 0 && is_over_face(surface, x, hint, near, p))) {
-    find_nearest(surface, bvh, x, p, nearest);
+    if (!bvh.order.empty()) find_nearest(surface, bvh, x, p, nearest);
   }
   if (nearest.triangle < 0) return {};
   if (nearest.triangle != hint) near = nearest_on(surface, x, nearest.triangle, p);

@@ -48,13 +48,6 @@ void corners(const Surface& surface, const Points& x, int triangle, Vec3* out) {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = int __attribute__((vector_size(16)));
 
-// Two float steps cover the rounding of the conversion.
-[[gnu::always_inline]] inline void round_both(const Point& v, Float4& below, Float4& above) {
-  const Float4 f = __builtin_convertvector(v, Float4), by = (f < 0.0f ? -f : f) * 1.2e-7f;
-  below = f - by - std::numeric_limits<float>::min();
-  above = f + by + std::numeric_limits<float>::min();
-}
-
 [[gnu::always_inline]] inline bool boxes_meet(const Bvh::Node& a, const Bvh::Node& b) {
   // Four floats each, of which three count.
   Float4 a_low, a_high, b_low, b_high;
@@ -66,103 +59,24 @@ using Int4 = int __attribute__((vector_size(16)));
   return (apart[0] | apart[1] | apart[2]) == 0;
 }
 
-// A block is a leaf of a tree, or a node above two leaves: so many triangles at most (bvh.cpp).
-constexpr int kMostOfBlock = 8;
+using Block = Bvh::Block;
 using Floats = float __attribute__((vector_size(32), aligned(32)));
 using Ints = int __attribute__((vector_size(32), aligned(32)));
 
-[[gnu::always_inline]] inline bool is_block(const Bvh& bvh, const Bvh::Node& node) {
-  return node.count > 0 || (bvh.nodes[node.first].count > 0 && bvh.nodes[node.first + 1].count > 0);
+[[gnu::always_inline]] inline const Floats& in_lanes(const float (&lanes)[Block::kLanes]) {
+  return *reinterpret_cast<const Floats*>(lanes);
 }
-
-// The triangles of a block, one in each lane: their boxes, rounded outwards, and their nodes.
-struct Block {
-  Floats low[3], high[3];
-  Ints node[3];
-  int first, count;  // in the order of the tree
-};
-
-// From a row for each triangle to a lane for each.
-template <typename Row, typename Axis>
-[[gnu::always_inline]] inline void transpose(const Row* rows, Axis* axes) {
-  Row half[3][2];
-  for (int h = 0; h < 2; ++h) {
-    const Row* r = rows + 4 * h;
-    const Row xy0 = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
-    const Row xy1 = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
-    const Row z0 = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
-    const Row z1 = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
-    half[0][h] = __builtin_shufflevector(xy0, xy1, 0, 1, 4, 5);
-    half[1][h] = __builtin_shufflevector(xy0, xy1, 2, 3, 6, 7);
-    half[2][h] = __builtin_shufflevector(z0, z1, 0, 1, 4, 5);
-  }
-  for (int k = 0; k < 3; ++k) {
-    axes[k] = __builtin_shufflevector(half[k][0], half[k][1], 0, 1, 2, 3, 4, 5, 6, 7);
-  }
+[[gnu::always_inline]] inline const Ints& in_lanes(const int (&lanes)[Block::kLanes]) {
+  return *reinterpret_cast<const Ints*>(lanes);
 }
-
-[[gnu::always_inline]] inline void place(const Surface& surface, const Bvh& bvh, const Points& x,
-                                         const Bvh::Node& node, Block& block) {
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  const Bvh::Node* leaves = node.count > 0 ? &node : &bvh.nodes[node.first];
-  block.first = leaves[0].first;
-  block.count = leaves[0].count + (node.count > 0 ? 0 : leaves[1].count);
-  Float4 low[kMostOfBlock], high[kMostOfBlock];
-  Int4 nodes[kMostOfBlock] = {};
-  for (int i = 0; i < kMostOfBlock; ++i) {
-    low[i] = Float4{} + kFar;  // meets no other box
-    high[i] = Float4{} - kFar;
-  }
-  for (int i = 0; i < block.count; ++i) {
-    const Triangle& triangle = surface.triangles[bvh.order[block.first + i]];
-    const Point &a = x[triangle[0]], &b = x[triangle[1]], &c = x[triangle[2]];
-    const Point ab_low = a < b ? a : b, ab_high = a > b ? a : b;
-    Float4 unused;
-    round_both(ab_low < c ? ab_low : c, low[i], unused);
-    round_both(ab_high > c ? ab_high : c, unused, high[i]);
-    nodes[i] = Int4{triangle[0], triangle[1], triangle[2]};
-  }
-  transpose(low, block.low);
-  transpose(high, block.high);
-  transpose(nodes, block.node);
-}
-
-// Blocks of one surface, each placed when it is first asked for. They lie close together, so that
-// the few that a search needs stay in the cache.
-class Blocks {
- public:
-  void start(const Bvh& bvh) {
-    if (of_node_.size() < bvh.nodes.size()) of_node_.resize(bvh.nodes.size());
-    blocks_.clear();
-    blocks_.reserve(bvh.nodes.size());  // references to blocks stay valid
-    ++search_;
-  }
-  [[gnu::always_inline]] const Block& at(const Surface& surface, const Bvh& bvh, const Points& x,
-                                         int n) {
-    Place& it = of_node_[n];
-    if (it.search != search_) {
-      it = {search_, static_cast<int>(blocks_.size())};
-      place(surface, bvh, x, bvh.nodes[n], blocks_.emplace_back());
-    }
-    return blocks_[it.block];
-  }
-
- private:
-  struct Place {
-    std::uint64_t search = 0;  // in which the block was placed
-    int block = 0;
-  };
-  std::vector<Place> of_node_;
-  std::vector<Block> blocks_;
-  std::uint64_t search_ = 0;
-};
 
 // The bits of lanes that are not 0.
 [[gnu::always_inline]] inline unsigned bits_of(const Ints& lanes) {
   const Ints bits = lanes & Ints{1, 2, 4, 8, 16, 32, 64, 128};
-  int all = 0;
-  for (int i = 0; i < kMostOfBlock; ++i) all |= bits[i];
-  return static_cast<unsigned>(all);
+  Int4 all = __builtin_shufflevector(bits, bits, 0, 1, 2, 3) |
+             __builtin_shufflevector(bits, bits, 4, 5, 6, 7);
+  all |= __builtin_shufflevector(all, all, 2, 3, 0, 1);
+  return static_cast<unsigned>(all[0] | all[1]);
 }
 
 // Triangles of b whose boxes meet that of triangle i of a and, for a surface with itself, share no
@@ -171,10 +85,10 @@ class Blocks {
   Ints apart = {};
 #pragma GCC unroll 3
   for (int k = 0; k < 3; ++k) {
-    apart |= (a.low[k][i] > b.high[k]) | (b.low[k] > a.high[k][i]);
+    apart |= (a.low[k][i] > in_lanes(b.high[k])) | (in_lanes(b.low[k]) > a.high[k][i]);
     if (!itself) continue;
 #pragma GCC unroll 3
-    for (int l = 0; l < 3; ++l) apart |= a.node[k][i] == b.node[l];
+    for (int l = 0; l < 3; ++l) apart |= a.node[k][i] == in_lanes(b.node[l]);
   }
   return bits_of(~apart);
 }
@@ -183,7 +97,9 @@ class Blocks {
 [[gnu::always_inline]] inline unsigned meeting(const Block& block, const Bvh::Node& box) {
   Ints apart = {};
 #pragma GCC unroll 3
-  for (int k = 0; k < 3; ++k) apart |= (block.low[k] > box.hi[k]) | (box.lo[k] > block.high[k]);
+  for (int k = 0; k < 3; ++k) {
+    apart |= (in_lanes(block.low[k]) > box.hi[k]) | (box.lo[k] > in_lanes(block.high[k]));
+  }
   return bits_of(~apart);
 }
 
@@ -237,9 +153,6 @@ void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, c
   pairs.clear();
   if (bvh_a.order.empty() || bvh_b.order.empty()) return;
   const bool itself = &a == &b && &xa == &xb;
-  thread_local Blocks of_a, of_b;  // so that a search does not allocate
-  of_a.start(bvh_a);
-  if (!itself) of_b.start(bvh_b);
   const auto test = [&](int i, int j, double least) __attribute__((always_inline)) {
     if (are_apart(a.triangles[i], xa, b.triangles[j], xb, least)) return;
     pairs.push_back(itself ? std::array{std::min(i, j), std::max(i, j)} : std::array{i, j});
@@ -254,10 +167,10 @@ void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, c
     const auto [n, m] = stack[--top];
     const Bvh::Node &one = bvh_a.nodes[n], &two = bvh_b.nodes[m];
     const bool same = itself && n == m;  // each pair within a node once
-    bool divide_one = !is_block(bvh_a, one), divide_two = !is_block(bvh_b, two);
+    bool divide_one = bvh_a.block_of[n] < 0, divide_two = bvh_b.block_of[m] < 0;
     if (!divide_one && !divide_two) {
-      const Block& first = of_a.at(a, bvh_a, xa, n);
-      const Block& second = itself ? of_a.at(b, bvh_b, xb, m) : of_b.at(b, bvh_b, xb, m);
+      const Block& first = bvh_a.blocks[bvh_a.block_of[n]];
+      const Block& second = bvh_b.blocks[bvh_b.block_of[m]];
       // No two corners are farther apart along x, y or z. Some five times the rounding of
       // clearly_one_side().
       const double extent = extent_of(one) + extent_of(two);
@@ -267,8 +180,7 @@ void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, c
         unsigned columns = meeting(first, i, second, itself);
         if (same) columns &= ~0u << i;
         for (; columns != 0; columns &= columns - 1) {
-          test(bvh_a.order[first.first + i], bvh_b.order[second.first + std::countr_zero(columns)],
-               least);
+          test(first.triangle[i], second.triangle[std::countr_zero(columns)], least);
         }
       }
       continue;

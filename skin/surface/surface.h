@@ -61,11 +61,21 @@ struct Bvh {
     static constexpr int kChildren = 8;
     float low[3][kChildren], high[3][kChildren];  ///< no point lies in the box of a missing child
     int node[kChildren];                          ///< of `nodes`; -1: missing
-    int child[kChildren];                         ///< of `wide`; -1: a leaf or missing
+    int child[kChildren];                         ///< of `wide`; -1: a block or missing
+  };
+  /// The triangles of a leaf, or of a node above two leaves: their boxes and nodes in eight lanes,
+  /// four for a leaf.
+  struct alignas(32) Block {
+    static constexpr int kLanes = 8, kHalf = 4;
+    float low[3][kLanes], high[3][kLanes];  ///< no point lies in the box of a missing triangle
+    int node[3][kLanes];                    ///< of the surface; 0: missing
+    int triangle[kLanes];                   ///< of the surface; 0: missing
   };
   std::vector<Node> nodes;
   std::vector<int> order;
-  std::vector<Wide> wide;
+  std::vector<Wide> wide;  ///< down to the blocks
+  std::vector<Block> blocks;
+  std::vector<int> block_of;  ///< by node, -1 for those above blocks
 };
 Bvh build_bvh(const Surface& surface, const Points& x);
 void refit_bvh(const Surface& surface, const Points& x, Bvh& bvh);

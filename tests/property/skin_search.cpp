@@ -238,12 +238,24 @@ TEST(SkinSearch, FindsWhatBruteForceFinds) {
     flexing.advance({});
     const auto colliders = flexing.arm.colliders();
     find_flesh_below(flexing.model, colliders, true, {}, flexing.state);
-    find_covers(flexing.model, colliders, flexing.model.settings.lengths.cover_depth, {},
-                flexing.state);
+    const double depth = flexing.model.settings.lengths.cover_depth;
+    find_covers(flexing.model, colliders, depth, depth, true, {}, flexing.state);
     find_folds(flexing.model, {}, flexing.state);
     expect_flesh(flexing, flesh);
     expect_covers(flexing, covers);
     expect_walls(flexing, walls);
+    // Later searches look again only for what the skin may have come near.
+    SkinState& state = flexing.state;
+    const Points before = state.x;
+    for (int search = 1; search <= 3; ++search) {
+      for (size_t i = 0; i < before.size(); ++i) {
+        const double by = 4e-4 * search * (static_cast<int>(i + search) % 3 - 1);
+        state.x[i] = before[i] + by * state.normals[i];
+      }
+      find_covers(flexing.model, colliders, depth, 0.0, false, {}, state);
+      expect_covers(flexing, covers);
+    }
+    state.x = before;
     if (HasFatalFailure()) return;
   }
   std::printf("%zu planes, %zu covers, %zu walls\n", flesh, covers, walls);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/viewer.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "tools/base/bake_mesh.h"
@@ -74,13 +76,13 @@ void put_motion(std::string& bytes, const std::vector<BakeFrame>& frames, std::s
 }
 
 std::string packed(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string result(size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(result.data()), &size,
-                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 6) != Z_OK) {
-    throw Error(ErrorCode::kOutput, "the report's viewer does not fit into memory");
-  }
-  result.resize(size);
+  constexpr int kLevel = 6;
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> deflate(
+      libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
+  if (!deflate) throw std::bad_alloc();
+  std::string result(libdeflate_zlib_compress_bound(deflate.get(), bytes.size()), '\0');
+  result.resize(libdeflate_zlib_compress(deflate.get(), bytes.data(), bytes.size(), result.data(),
+                                         result.size()));
   return result;
 }
 

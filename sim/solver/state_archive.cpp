@@ -144,7 +144,8 @@ void walk(Archive& archive, ContactMemory& memory) {
   archive.count(others);
   memory.others.resize(others);
   for (ContactMemory::Other& other : memory.others) {
-    walk_all(archive, other.triangle, other.distance_bound, other.travelled);
+    walk_all(archive, other.triangle, other.distance_bound, other.pending.approach,
+             other.pending.separation, other.least, other.travelled);
   }
 }
 

@@ -93,7 +93,7 @@ struct PartingPair {
 struct PartingWork {
   std::vector<Parting> bodies;     ///< by muscle
   std::vector<char> moved;         ///< by muscle, in the last round
-  std::vector<Points> best;        ///< by muscle, positions of the round with the fewest crossings
+  std::vector<Points> before;      ///< by muscle, positions at the end of the solve
   std::vector<PartingPair> pairs;  ///< the first `count` of them
   int count = 0;
 };

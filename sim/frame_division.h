@@ -22,6 +22,8 @@ struct FrameDivision {
   std::optional<StepDiagnosis> too_fast;  ///< the last diagnosis that asked for more substeps
 
   double step() const { return length / substeps; }  ///< s, of a substep
+  /// Whether a try of the whole steps has failed.
+  bool is_divided() const { return substeps > first_substeps; }
   /// s, when substep i ends; i counts from 1.
   double time_after(int i) const { return rests ? end : end - length * (substeps - i) / substeps; }
   /// Whether the skin is stepped after substep i.

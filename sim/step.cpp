@@ -43,10 +43,10 @@ void solve_muscles(const Model& model, double time, double h, Parallel& parallel
   each([&](int m) { blend_with_carried_shape(model, m, time, h, state.muscles[m]); });
 }
 
-// One substep of bones and muscles, of h seconds up to `time` (s). Returns a diagnosis if it
-// failed.
-std::optional<StepDiagnosis> step_muscles(const Model& model, double time, double h,
+// Substep i of bones and muscles. Returns a diagnosis if it failed.
+std::optional<StepDiagnosis> step_muscles(const Model& model, const FrameDivision& division, int i,
                                           Parallel& parallel, State& state, StageSeconds& seconds) {
+  const double time = division.time_after(i), h = division.step();
   StageClock clock(seconds.rig, parallel);
   drive_bones(model, time, state);
   choose_levels(model, h, state);
@@ -59,7 +59,7 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, double time, doubl
 
   clock.enter(seconds.muscles);
   solve_muscles(model, time, h, parallel, state);
-  part_muscles(model, parallel, state);
+  if (!division.is_divided()) part_muscles(model, parallel, state);
   return diagnose_step(model, h, state);
 }
 
@@ -84,9 +84,7 @@ std::optional<StepDiagnosis> step_skin(const Model& model, double share_of_retur
 std::optional<StepDiagnosis> try_frame(const Model& model, const FrameDivision& division,
                                        Parallel& parallel, State& state, StageSeconds& seconds) {
   for (int i = 1; i <= division.substeps; ++i) {
-    const auto substep = [&] {
-      return step_muscles(model, division.time_after(i), division.step(), parallel, state, seconds);
-    };
+    const auto substep = [&] { return step_muscles(model, division, i, parallel, state, seconds); };
     auto diagnosis = diagnose_solver(std::ref(substep));  // a std::function would allocate
     if (diagnosis) {
       diagnosis->substep = i;

@@ -377,7 +377,8 @@ TEST(Arm, HalfTheStepTellsTheSame) {
   }
 }
 
-// The forearm's turn does not move the bellies, so that at a tolerance of 0.5 mm none needs forces.
+// The forearm's turn does not reach the muscles that stay above the elbow: none of them needs forces.
+// The others touch one another, and what moves one of them by its tendon moves its neighbours.
 TEST(Arm, AForearmAloneIsCarried) {
   for (const char* degrees : {"-45", "45"}) {
     Scene scene = read_scene(
@@ -386,12 +387,19 @@ TEST(Arm, AForearmAloneIsCarried) {
          std::string("rig.clip={ unit = \"deg\", keys = { forearm_rotation = [[1, 0], [61, ") +
              degrees + "]] } }"});
     scene.solver.tolerance.emplace().position = 2e-3;
-    const FidelityPlan plan = plan_fidelity(build_model(scene), 2);
-    for (const auto& muscle : plan.muscles) {
-      EXPECT_TRUE(muscle.level == Level::kGeometric || muscle.level == Level::kAsleep)
-          << degrees << ", " << muscle.reason;
+    const Model model = build_model(scene);
+    const FidelityPlan plan = plan_fidelity(model, 2);
+    int above = 0;
+    for (size_t m = 0; m < plan.muscles.size(); ++m) {
+      const std::string& name = model.muscles[m].name;
+      if (name.rfind("triceps", 0) != 0 && name != "coracobrachialis") continue;
+      ++above;
+      const Level level = plan.muscles[m].level;
+      EXPECT_TRUE(level == Level::kGeometric || level == Level::kAsleep)
+          << degrees << ", " << name << ": " << plan.muscles[m].reason;
     }
-    EXPECT_LT(plan.work, 0.2 * plan.uniform_work) << degrees;  // counted; thew_bench has times
+    EXPECT_EQ(above, 4);
+    EXPECT_LT(plan.work, 0.5 * plan.uniform_work) << degrees;  // counted; thew_bench has times
   }
 }
 

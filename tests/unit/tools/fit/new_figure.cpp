@@ -134,7 +134,7 @@ double length_of_arm() {
   const auto length = [](const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b - a).norm() + (c - b).norm();
   };
-  const Scene scene = read_scene(fs::path(THEW_SOURCE_DIR) / "assets/arm/arm.toml");
+  const Scene scene = read_scene(fs::path(THEW_SOURCE_DIR) / "assets/template/arm.toml");
   const Skeleton skeleton = import_urdf(scene.rig, scene.folder);
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/solver/parting.h"
 
+#include <algorithm>
+
 #include "muscles/volume.h"
 #include "sim/solver/contacts.h"
 #include "sim/solver/levels.h"
@@ -16,9 +18,8 @@ constexpr double kStep = 0.7;  // of the gap: longer steps overshoot, shorter on
 // the wrong side of a thin muscle or of one that a bone has gone through.
 constexpr int kRounds = 8;
 
-void set_body(const Model& model, State& state, int m) {
-  begin_parting(state.colliders[m], state.parting.bodies[m]);
-  refit_bvh(model.surfaces[m].surface, state.muscles[m].x, state.muscles[m].bvh);
+bool is_soft(const State& state, int collider) {
+  return collider < state.count() && has_forces(state.muscles[collider].level);
 }
 
 // All pairs of colliders whose triangles may cross: each muscle with itself and those after it.
@@ -34,9 +35,7 @@ void list_pairs(const Model& model, State& state) {
     if (!has_forces(state.muscles[m].level)) continue;
     if (model.ignore[m][m] == 0 && !ignores_pair(state, m, m)) add(m, m);
     for (const int other : state.near_pairs.near[m]) {
-      const bool twice =
-          other < m && has_forces(state.muscles[other].level);  // it has been added as (other, m)
-      if (!twice) add(m, other);
+      if (other > m || !is_soft(state, other)) add(m, other);  // else it is there as (other, m)
     }
   }
 }
@@ -45,9 +44,8 @@ int find_pairs(Parallel& parallel, State& state) {
   PartingWork& work = state.parting;
   parallel.each(work.count, [&](int p) {
     PartingPair& pair = work.pairs[p];
-    const bool soft = pair.b < state.count() && has_forces(state.muscles[pair.b].level);
-    find_partable(state.colliders[pair.a], work.bodies[pair.a], state.colliders[pair.b],
-                  soft ? &work.bodies[pair.b] : nullptr, pair.crossings);
+    find_partable(state.colliders[pair.a], state.colliders[pair.b], is_soft(state, pair.b),
+                  pair.crossings);
   });
   int crossings = 0;
   for (int p = 0; p < work.count; ++p)
@@ -59,23 +57,28 @@ int find_pairs(Parallel& parallel, State& state) {
 // under its weights (eqs 9-14).
 void part_once(const Model& model, State& state) {
   PartingWork& work = state.parting;
+  std::fill(work.moved.begin(), work.moved.end(), 0);
+  const auto begin = [&](int m) {
+    if (!work.moved[m]) begin_parting(state.colliders[m], work.bodies[m]);
+    work.moved[m] = 1;
+  };
   for (int p = 0; p < work.count; ++p) {
-    PartingPair& pair = work.pairs[p];
-    const bool soft = pair.b < state.count() && has_forces(state.muscles[pair.b].level);
+    const PartingPair& pair = work.pairs[p];
+    if (pair.crossings.empty()) continue;
+    const bool soft = is_soft(state, pair.b);
+    begin(pair.a);
+    if (soft) begin(pair.b);
     push_apart(state.colliders[pair.a], work.bodies[pair.a], state.colliders[pair.b],
                soft ? &work.bodies[pair.b] : nullptr, pair.crossings,
                kStep * model.contact.settings.gap);
   }
   const bool exact = rule_of(model.solver.volume).exact;
   for (int m = 0; m < state.count(); ++m) {
+    if (!work.moved[m]) continue;
     MuscleState& now = state.muscles[m];
     const Muscle& muscle = model.muscles[m];
-    Parting& body = work.bodies[m];
-    for (size_t i = 0; i < now.x.size(); ++i) {
-      if (muscle.driven[i]) body.weight[i] = 0.0;
-    }
-    work.moved[m] = part(body, now.x);
-    if (!work.moved[m] || !exact) continue;
+    part(work.bodies[m], now.x);
+    if (!exact) continue;
     volume_gradient(now.x, muscle.rest.triangles, now.volume.gradient);
     for (size_t i = 0; i < now.x.size(); ++i) now.volume.gradient[i] *= now.weights[i];
     restore_exactly(muscle, now.volume.gradient, now.x);
@@ -93,7 +96,9 @@ void part_muscles(const Model& model, Parallel& parallel, State& state) {
   list_pairs(model, state);
   for (int round = 0; round <= kRounds; ++round) {
     parallel.each(state.count(), [&](int m) {
-      if (work.moved[m]) set_body(model, state, m);
+      if (work.moved[m]) {
+        refit_bvh(model.surfaces[m].surface, state.muscles[m].x, state.muscles[m].bvh);
+      }
     });
     const bool parted = find_pairs(parallel, state) == 0;
     if (round == 0) {

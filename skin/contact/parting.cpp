@@ -12,6 +12,11 @@ bool is_free(const Collider& body, int node) {
   return body.free_nodes != nullptr && (*body.free_nodes)[node] != 0;
 }
 
+bool has_free_corner(const Collider& body, int triangle) {
+  const Triangle& t = body.surface->triangles[triangle];
+  return is_free(body, t[0]) || is_free(body, t[1]) || is_free(body, t[2]);
+}
+
 using Corners = std::array<Vec3, 3>;
 
 Corners corners_of(const Collider& body, int triangle) {
@@ -48,7 +53,7 @@ double need_of(const Corners& s, const Corners& t) {
   const double length = std::min(a[1], b[1]) - std::max(a[0], b[0]);
   const double depth = -std::min(*std::min_element(of_s.begin(), of_s.end()),
                                  *std::min_element(of_t.begin(), of_t.end()));
-  return std::min(length, depth);
+  return std::max(std::min(length, depth), 0.0);
 }
 
 }  // namespace
@@ -59,14 +64,10 @@ void begin_parting(const Collider& body, Parting& parting) {
   parting.push.assign(x.size(), Point{});
   parting.weight.assign(x.size(), 0.0);
   parting.normals.assign(x.size(), Point{});
-  parting.out.resize(surface.triangles.size());
-  for (size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Triangle& corners = surface.triangles[t];
+  for (const Triangle& corners : surface.triangles) {
     const Vec3 u = to_vec(x[corners[1]] - x[corners[0]]), v = to_vec(x[corners[2]] - x[corners[0]]);
     const Point twice_area = to_point(u.cross(v));
     for (const int node : corners) parting.normals[node] += twice_area;
-    parting.out[t] =
-        is_free(body, corners[0]) || is_free(body, corners[1]) || is_free(body, corners[2]);
   }
   for (Point& normal : parting.normals) {
     const double length = norm(normal);
@@ -74,11 +75,11 @@ void begin_parting(const Collider& body, Parting& parting) {
   }
 }
 
-void find_partable(const Collider& a, const Parting& of_a, const Collider& b, const Parting* of_b,
+void find_partable(const Collider& a, const Collider& b, bool b_moves,
                    std::vector<std::array<int, 2>>& pairs) {
   find_crossings(*a.surface, *a.bvh, *a.x, *b.surface, *b.bvh, *b.x, pairs);
   std::erase_if(pairs, [&](const std::array<int, 2>& pair) {
-    return !of_a.out[pair[0]] && (of_b == nullptr || !of_b->out[pair[1]]);
+    return !has_free_corner(a, pair[0]) && !(b_moves && has_free_corner(b, pair[1]));
   });
 }
 
@@ -93,6 +94,7 @@ void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of
   const auto push = [](const Collider& body, int triangle, const Vec3& step, Parting& parting) {
     const double length = step.norm();
     for (const int node : body.surface->triangles[triangle]) {
+      if (!is_free(body, node)) continue;
       parting.push[node] += to_point(length * step);
       parting.weight[node] += length;
     }
@@ -105,17 +107,10 @@ void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of
   }
 }
 
-bool part(Parting& parting, Points& x) {
-  bool moved = false;
+void part(const Parting& parting, Points& x) {
   for (size_t i = 0; i < x.size(); ++i) {
-    if (parting.weight[i] > 0.0) {
-      x[i] += parting.push[i] * (1.0 / parting.weight[i]);
-      moved = true;
-    }
-    parting.push[i] = Point{};
-    parting.weight[i] = 0.0;
+    if (parting.weight[i] > 0.0) x[i] += parting.push[i] * (1.0 / parting.weight[i]);
   }
-  return moved;
 }
 
 }  // namespace thew::skin

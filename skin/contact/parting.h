@@ -17,25 +17,25 @@ struct Parting {
   Points normals;              ///< [node] unit outward normals of the surface
   Points push;                 ///< [node] sum of steps (m), each times its length
   std::vector<double> weight;  ///< [node] sum of these lengths, m
-  std::vector<char> out;       ///< [triangle] whether a corner is free; others are attached
 };
-/// Sets `normals` and `out` for a body at its present positions, `push` to 0.
+/// Sets `normals` for a body at its present positions, `push` and `weight` to 0.
 void begin_parting(const Collider& body, Parting& parting);
 
-/// The pairs of triangles, of a and of b, that cross and that a free node can part. `pairs` is
-/// scratch and result. a may be b.
-void find_partable(const Collider& a, const Parting& of_a, const Collider& b, const Parting* of_b,
+/// The pairs of triangles, of a and of b, that cross and of which one has a corner that is free to
+/// move; b is a bone or the like unless `b_moves`. Triangles without such a corner are attached.
+/// a may be b.
+void find_partable(const Collider& a, const Collider& b, bool b_moves,
                    std::vector<std::array<int, 2>>& pairs);
 
 /// Adds, for each pair, to the push of a's corners a step out of b, and to b's one out of a:
-/// halfway between the one's outward and the other's inward normal, as long as the pair is deep or
-/// as what they cut of one another is long, whichever is less, so that what no longer crosses had
-/// moved little; at most `longest` and at least a tenth of it (m). `of_b` is null for a bone.
+/// halfway between the one's outward and the other's inward normal, twice as long as the pair is
+/// deep or as what they cut of one another is long, whichever is less, so that what no longer
+/// crosses had moved little; at most `longest` (m). Corners that are not free are left. `of_b` is
+/// null for a bone.
 void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of_b,
                 const std::vector<std::array<int, 2>>& pairs, double longest);
 
-/// Moves every pushed node by the mean of its steps, the longer counting more, and sets `push` to
-/// 0. True if any has moved.
-bool part(Parting& parting, Points& x);
+/// Moves every pushed node by the mean of its steps, the longer counting more.
+void part(const Parting& parting, Points& x);
 
 }  // namespace thew::skin

@@ -29,7 +29,7 @@ struct Section {
   Vec3 centre = Vec3::Zero();
   double area = 0.0;  ///< m^2, wanted
   Slab slab;          ///< of this area
-  double grow = 1.0;  ///< by which the slab is larger, for what neighbours take of it
+  double grow = 1.0;  ///< by which the slab is thicker, for what neighbours take of it
   bool belly = false;
   std::vector<double> reach;  ///< m, in each direction
   std::vector<double> limit;  ///< m, most that `reach` may be

@@ -36,7 +36,7 @@ struct Two {
     const Collider one = body(a, &free_a), two = body(b, soft ? &free_b : nullptr);
     begin_parting(one, of_a);
     begin_parting(two, of_b);
-    find_partable(one, of_a, two, soft ? &of_b : nullptr, pairs);
+    find_partable(one, two, soft, pairs);
     push_apart(one, of_a, two, soft ? &of_b : nullptr, pairs, kLongest);
     return pairs.size();
   }
@@ -103,7 +103,9 @@ TEST(Parting, StepsGoToZeroWithTheDepth) {
 TEST(Parting, WhatIsApartOrAttachedIsLeft) {
   Two apart(-1e-4);
   EXPECT_EQ(apart.find(true), 0u);
-  EXPECT_FALSE(part(apart.of_a, apart.a.x));
+  const Points before = apart.a.x;
+  part(apart.of_a, apart.a.x);
+  EXPECT_EQ(farthest(apart.a.x, before), 0.0);
   Two attached(4e-4);
   attached.free_a.assign(attached.free_a.size(), 0);
   attached.free_b = attached.free_a;

@@ -50,13 +50,20 @@ double steps_to(const Model& model, double time, State& state) {
 
 void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
                         StageSeconds& seconds) {
-  constexpr int kMost = 40;  // the arm takes 5 to 17 steps
+  constexpr int kMost = 60;      // the arm takes 10 to 25 steps
+  constexpr double kSlow = 0.7;  // of the step before; a skin that moves more than that swings
+  double share = kReturnAtRest, moved_before = 1e9;
   if (!model.has_skin) return;
-  if (model.skinned) return rest_skin(model, parallel, state, seconds);  // it has no memory
+  if (model.skinned) {  // it has no memory
+    return rest_skin(model, kReturnAtRest, parallel, state, seconds);
+  }
   for (int k = 0; k < kMost; ++k) {
     const Points before = state.skin.x;
-    rest_skin(model, parallel, state, seconds);
-    if (mean_distance(before, state.skin.x) < model.lengths.skin_at_rest) return;
+    rest_skin(model, share, parallel, state, seconds);
+    const double moved = mean_distance(before, state.skin.x);
+    if (moved < model.lengths.skin_at_rest) return;
+    if (moved > kSlow * moved_before) share *= 0.5;
+    moved_before = moved;
   }
 }
 

@@ -121,8 +121,9 @@ void rest_frame(const Model& model, Parallel& parallel, State& state, StageSecon
   solve_frame(model, divide_rest(model, state), parallel, state, seconds);
 }
 
-void rest_skin(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds) {
-  if (const auto diagnosis = step_skin(model, kReturnAtRest, parallel, state, seconds)) {
+void rest_skin(const Model& model, double share_of_return, Parallel& parallel, State& state,
+               StageSeconds& seconds) {
+  if (const auto diagnosis = step_skin(model, share_of_return, parallel, state, seconds)) {
     throw StepFailure(model, state.way->clip_time, *diagnosis, 1);
   }
 }

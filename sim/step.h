@@ -24,6 +24,7 @@ void step_frame(const Model& model, double time, Parallel& parallel, State& stat
 /// to rest in contact with the others. Without the skin.
 void rest_frame(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds);
 /// A step of the skin alone, which brings it nearer to rest.
-void rest_skin(const Model& model, Parallel& parallel, State& state, StageSeconds& seconds);
+void rest_skin(const Model& model, double share_of_return, Parallel& parallel, State& state,
+               StageSeconds& seconds);
 
 }  // namespace thew::sim

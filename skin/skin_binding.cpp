@@ -6,6 +6,7 @@
 #include "muscles/volume.h"
 #include "skin/flesh_level.h"
 #include "skin/skin_layer.h"
+#include "skin/skin_passes.h"
 
 namespace thew::skin {
 namespace {
@@ -41,13 +42,15 @@ Edges weighted_edges(const SkinModel& model) {
   return edges;
 }
 
-// The matrix stiffness * Laplacian + diagonal.
-Skyline laplacian(const Edges& edges, double stiffness, const std::vector<double>& diagonal) {
+// The matrix Laplacian + diagonal; `stiffness` of an edge by its two nodes.
+template <typename Stiffness>
+Skyline laplacian(const Edges& edges, const Stiffness& stiffness,
+                  const std::vector<double>& diagonal) {
   const int nodes = static_cast<int>(diagonal.size());
   Skyline matrix = make_skyline(nodes, edges.nodes, std::vector<char>(nodes, 0));
   for (size_t e = 0; e < edges.nodes.size(); ++e) {
     const auto& [a, b] = edges.nodes[e];
-    const double k = stiffness * edges.weights[e];
+    const double k = stiffness(a, b) * edges.weights[e];
     add_entry(matrix, a, a, k);
     add_entry(matrix, b, b, k);
     add_entry(matrix, a, b, -k);
@@ -62,15 +65,17 @@ SkylineFactor factor_of(const Skyline& matrix) {
   return factor;
 }
 
-// For each node the body of its nearest bone.
+// For each node the body of its nearest bone, and for each body how far its nodes are from it.
 struct Nearest {
   std::vector<int> body;
-  double mean_distance = 0.0;  // m
+  std::vector<double> mean_distance;  // m
 };
 
 Nearest nearest_bodies(const SkinModel& model, const std::vector<Collider>& below,
-                       const std::vector<int>& bodies_of) {
+                       const std::vector<int>& bodies_of, int bodies) {
   Nearest nearest;
+  nearest.mean_distance.assign(bodies, 0.0);
+  std::vector<int> count(bodies, 0);
   for (const Point& x : model.rest) {
     double best = model.settings.lengths.farthest_bone;
     int body = 0;
@@ -83,8 +88,10 @@ Nearest nearest_bodies(const SkinModel& model, const std::vector<Collider>& belo
       body = bodies_of[j];
     }
     nearest.body.push_back(body);
-    nearest.mean_distance += best / static_cast<double>(model.rest.size());
+    nearest.mean_distance[body] += best;
+    ++count[body];
   }
+  for (int b = 0; b < bodies; ++b) nearest.mean_distance[b] /= std::max(count[b], 1);
   return nearest;
 }
 
@@ -108,11 +115,16 @@ void keep_largest(const std::vector<double>& share, SkinModel& model) {
 
 // Each node belongs to its nearest body at first. These shares are diffused twice over the surface
 // by share + l^2/2 Laplacian(share) = share before, so that the transition between bodies spans
-// about the radius l of the limb on either side.
+// about the radius l of the limb on either side: of an arm at the elbow, of a finger at its joints.
 void diffuse_shares(const Nearest& nearest, const Edges& edges, int bodies, SkinModel& model) {
   const int nodes = static_cast<int>(model.rest.size());
-  const double spread = nearest.mean_distance / edges.mean_length;
-  const Skyline matrix = laplacian(edges, 0.5 * spread * spread, std::vector<double>(nodes, 1.0));
+  const auto spread = [&](int a, int b) {
+    const double l =
+        0.5 * (nearest.mean_distance[nearest.body[a]] + nearest.mean_distance[nearest.body[b]]) /
+        edges.mean_length;
+    return 0.5 * l * l;
+  };
+  const Skyline matrix = laplacian(edges, spread, std::vector<double>(nodes, 1.0));
   const SkylineFactor factor = factor_of(matrix);
   std::vector<std::vector<double>> share(nodes, std::vector<double>(bodies, 0.0));
   constexpr int kLanes = 8;
@@ -182,7 +194,8 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
     }
     model.weight.push_back(weight);
   }
-  model.matrix = laplacian(edges, stiffness, model.anchor);
+  model.matrix = laplacian(
+      edges, [&](int, int) { return stiffness; }, model.anchor);
   model.factor = factor_of(model.matrix);
 }
 
@@ -198,9 +211,11 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
   const Edges edges = weighted_edges(model);
-  diffuse_shares(nearest_bodies(model, below, bodies_of), edges, skeleton.size(), model);
+  diffuse_shares(nearest_bodies(model, below, bodies_of, skeleton.size()), edges, skeleton.size(),
+                 model);
   measure_fat(below, model);
   build_elasticity(edges, model);
+  find_wall_levels(model);
   return model;
 }
 

@@ -48,6 +48,9 @@ struct SkinModel {
   SkinSettings settings;
   std::vector<double> fat;    ///< m, level of the flesh field at each node at rest
   std::vector<double> least;  ///< m, least distance that each node keeps from the flesh
+  /// m, by node, what it keeps from the other wall of a fold: the fold gap, or less where a wall
+  /// lies nearer to it at rest, as between two fingers.
+  std::vector<double> wall_level;
   // Elastic energy: sum over edges of w_ij |x_i - x_j - e_ij|^2, and over nodes of a_i |x_i -
   // b_i|^2, with e the rotated rest vector of an edge and b the bound position of a node.
   std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]

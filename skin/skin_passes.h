@@ -32,6 +32,9 @@ void find_covers(const SkinModel& model, const std::vector<Collider>& below, dou
 /// Finds nodes of the skin that are near the other wall of a fold or have come through it.
 void find_folds(const SkinModel& model, const Loop& loop, SkinState& state);
 
+/// Sets wall_level of the model, with all else of it set.
+void find_wall_levels(SkinModel& model);
+
 /// Sets own_normals and normals: the latter are averaged over the neighbours, so that no single
 /// triangle can reverse one.
 void find_normals(const SkinModel& model, const Loop& loop, SkinState& state);

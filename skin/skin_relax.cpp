@@ -169,6 +169,19 @@ using Mask = decltype(Lanes{} < Lanes{});
   find_pull(model, x, elastic, out, (fat - level) / along, level > fat, weight, by);
 }
 
+// Sets `outward` of those of four nodes that have one plane, where others of them have not.
+void find_outward_of_single(const SkinModel& model, const int* node, SkinState& state) {
+  int single[kLanes], count = 0;
+  for (int l = 0; l < kLanes; ++l) {
+    if (state.planes.count[node[l]] == 1) single[count++] = node[l];
+  }
+  if (count == 0) return;
+  for (int l = count; l < kLanes; ++l) single[l] = single[0];
+  Lanes weight;
+  Lanes3 by;
+  find_single_pulls(model, single, true, state, weight, by);
+}
+
 // Sets pulls and inverse_weight of the nodes [first, last) of by_planes.
 THEW_VECTORISED
 void find_pulls(const SkinModel& model, int first, int last, bool new_normals, SkinState& state) {
@@ -182,6 +195,7 @@ void find_pulls(const SkinModel& model, int first, int last, bool new_normals, S
     if (least == 1 && most == 1) {
       find_single_pulls(model, node, new_normals, state, weight, by);
     } else if (most > 0) {
+      if (new_normals) find_outward_of_single(model, node, state);
       find_four_pulls(model, state, node, most, weight, by, unordered);
     }
     scatter(by, node, state.pulls.data());

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "rig/vectorise.h"
+#include "skin/skin_layer.h"
 #include "skin/skin_passes.h"
 #include "skin/surface/box_query.h"
 
@@ -116,14 +117,19 @@ void find_normal_boxes(const SkinModel& model, SkinState& state) {
          kAboveRounding;
 }
 
+// Whether a triangle that does not have the node faces it.
+bool may_be_wall(const SkinModel& model, const SkinState& state, int triangle, int node) {
+  const Triangle& c = model.surface.triangles[triangle];
+  if (c[0] == node || c[1] == node || c[2] == node) return false;
+  return !(to_vec(sum_of_normals(state, c)).dot(to_vec(state.normals[node])) > 0.0);
+}
+
 // Looks for a wall among the triangles of a leaf: the nearest that faces the node.
 void find_wall(const SkinModel& model, const SkinState& state, const Bvh::Node& leaf, int node,
                double& nearest, ClosestPoint& wall) {
   for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
     const int t = state.bvh.order[i];
-    const Triangle& c = model.surface.triangles[t];
-    if (c[0] == node || c[1] == node || c[2] == node) continue;
-    if (to_vec(sum_of_normals(state, c)).dot(to_vec(state.normals[node])) > 0.0) continue;
+    if (!may_be_wall(model, state, t, node)) continue;
     const ClosestPoint point =
         closest_on_triangle(model.surface, state.x, t, to_vec(state.x[node]));
     const double away = std::abs(point.distance);
@@ -164,7 +170,7 @@ void find_walls(const SkinModel& model, const NodeGroup& group, SkinState& state
     stack[top++] = node.first + 1;
   }
   for (int i = 0; i < group.count; ++i) {
-    state.walls[group.nodes[i]] = plane_at(walls[i], model.settings.fold_gap);
+    state.walls[group.nodes[i]] = plane_at(walls[i], model.wall_level[group.nodes[i]]);
   }
 }
 
@@ -226,6 +232,23 @@ void find_folds(const SkinModel& model, const Loop& loop, SkinState& state) {
   state.folds.clear();
   for (size_t i = 0; i < state.walls.size(); ++i) {
     if (state.walls[i].triangle >= 0) state.folds.push_back({static_cast<int>(i), state.walls[i]});
+  }
+}
+
+void find_wall_levels(SkinModel& model) {
+  model.wall_level.assign(model.rest.size(), model.settings.fold_gap);
+  const SkinState rest = initial_skin(model);
+  std::vector<int> nearby;
+  for (size_t i = 0; i < model.rest.size(); ++i) {
+    const int node = static_cast<int>(i);
+    const Vec3 p = to_vec(model.rest[i]);
+    double& level = model.wall_level[i];
+    triangles_near(rest.bvh, p, model.settings.lengths.fold_reach, nearby);
+    for (const int t : nearby) {
+      if (!may_be_wall(model, rest, t, node)) continue;
+      const ClosestPoint wall = closest_on_triangle(model.surface, rest.x, t, p);
+      level = std::min(level, wall.normal.dot(p - wall.point));
+    }
   }
 }
 

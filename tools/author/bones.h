@@ -26,8 +26,11 @@ struct BoneShape {
   std::vector<BoneStroke> hollows;  ///< cut out of it
 };
 
-/// Our own bones of the right arm, by the landmarks that the muscles need.
+/// Our own bones of the right arm, by the landmarks that the muscles need; the fingers' come last.
 std::vector<BoneShape> arm_bones();
+
+/// The smaller of two distances (m), rounded where they are within `blend` (m) of one another.
+double melt(double a, double b, double blend);
 
 /// Signed distance (m) to the bone, near enough close to its surface; negative inside.
 double bone_distance(const BoneShape& bone, const Vec3& p);

@@ -7,176 +7,181 @@
 
 #include "rig/math.h"
 #include "tools/author/bones.h"
+#include "tools/author/hand.h"
+#include "tools/author/level_grid.h"
+#include "tools/author/remesh.h"
 #include "tools/author/smoothing.h"
+#include "tools/base/obj_text.h"
 
 namespace thew::tools {
 namespace {
 
-constexpr int kAround = 64, kRings = 78, kCapRings = 9;  // nodes a ring; rings, and of a cap
-constexpr double kRoundest = 0.02;                       // m, radius of the sharpest bump
-constexpr double kFat = 0.0027;                          // m, over muscle and bone
-constexpr double kOutermost = 0.13;  // m from the axis, where the search inwards begins
+constexpr double kCell = 0.0028;  // m, of the grid: half of the narrowest gap between fingers
+constexpr double kFar = 0.025;    // m, beyond which no distance from what is below is asked for
+constexpr double kCut = -0.058;   // m, z of the plane that cuts the chest
 
-// What fills an arm besides the twelve muscles: deltoid, the other muscles of the forearm, the
-// palm.
-BoneShape flesh() {
-  const Vec3 x = Vec3::UnitX();
-  BoneShape flesh{"", 0.025, {}, {}, {}};
-  const Vec3 z = Vec3::UnitZ();
-  flesh.strokes = {{{-0.004, -0.004, -0.006}, {0.002, -0.060, 0.002}, 0.048, 0.045},  // deltoid
-                   {{0.002, -0.060, 0.002}, {0.003, -0.130, 0.000}, 0.045, 0.036},
-                   {{0.003, -0.130, 0.000}, {0.003, -0.240, -0.002}, 0.036, 0.030},
-                   {{0.003, -0.240, -0.002}, {0.000, -0.285, -0.004}, 0.029, 0.0215, 1.10, z},
-                   {{0.000, -0.285, -0.004}, {-0.002, -0.335, 0.001}, 0.0215, 0.0335, 1.20, z},
-                   {{-0.002, -0.335, 0.001}, {0.000, -0.380, 0.006}, 0.0335, 0.0335, 1.15, z},
-                   {{0.000, -0.380, 0.006}, {0.003, -0.430, 0.014}, 0.0335, 0.0300, 1.10, z},
-                   {{0.003, -0.430, 0.014}, {0.008, -0.475, 0.020}, 0.0300, 0.0245},
-                   {{0.008, -0.475, 0.020}, {0.012, -0.515, 0.0250}, 0.0225, 0.0165, 1.20, x},
-                   {{0.012, -0.515, 0.0250}, {0.015, -0.540, 0.0270}, 0.0160, 0.0130, 1.35, x},
-                   {{0.022, -0.575, 0.0330}, {0.024, -0.612, 0.0360}, 0.0140, 0.0145, 2.00, x},
-                   {{0.040, -0.568, 0.0300}, {0.052, -0.582, 0.0240}, 0.0120, 0.0120}};  // thumb
+// A section of the limb's outline: an ellipse across y. Measured girths and widths (BodyParts3D),
+// below the elbow turned with the forearm, which hangs half turned.
+struct Outline {
+  double y, x, z, half_x, half_z;  // m
+};
+constexpr std::array<Outline, 27> kLimb = {
+    {{0.075, 0.000, -0.008, 0.0040, 0.0040},  {0.055, -0.003, -0.008, 0.0150, 0.0140},
+     {0.048, -0.003, -0.007, 0.0280, 0.0260}, {0.030, -0.002, -0.005, 0.0430, 0.0400},
+     {0.005, -0.001, 0.000, 0.0520, 0.0475},  {-0.025, 0.000, 0.003, 0.0540, 0.0500},
+     {-0.052, 0.001, 0.002, 0.0525, 0.0490},  {-0.082, 0.001, -0.001, 0.0480, 0.0430},
+     {-0.116, 0.001, -0.003, 0.0480, 0.0420}, {-0.145, 0.001, -0.003, 0.0485, 0.0405},
+     {-0.174, 0.002, -0.003, 0.0470, 0.0405}, {-0.203, 0.003, -0.003, 0.0430, 0.0415},
+     {-0.232, 0.004, -0.003, 0.0385, 0.0400}, {-0.261, 0.004, -0.003, 0.0355, 0.0375},
+     {-0.276, 0.004, -0.003, 0.0350, 0.0380}, {-0.303, 0.004, -0.001, 0.0370, 0.0415},
+     {-0.328, 0.004, 0.001, 0.0395, 0.0450},  {-0.354, 0.004, 0.005, 0.0410, 0.0460},
+     {-0.379, 0.006, 0.008, 0.0415, 0.0440},  {-0.405, 0.008, 0.011, 0.0395, 0.0400},
+     {-0.430, 0.010, 0.014, 0.0365, 0.0360},  {-0.455, 0.011, 0.017, 0.0330, 0.0315},
+     {-0.481, 0.014, 0.021, 0.0300, 0.0265},  {-0.515, 0.018, 0.026, 0.0290, 0.0220},
+     {-0.545, 0.022, 0.030, 0.0295, 0.0200},  {-0.575, 0.026, 0.034, 0.0320, 0.0180},
+     {-0.600, 0.027, 0.035, 0.0330, 0.0160}}};
+
+// Cubic through four values at four heights (Hermite, slopes by differences), between the middle
+// two.
+double between(const std::array<double, 4>& y, const std::array<double, 4>& value, double at) {
+  const double step = y[2] - y[1], t = (at - y[1]) / step;
+  const double m1 = step * (value[2] - value[0]) / (y[2] - y[0]);
+  const double m2 = step * (value[3] - value[1]) / (y[3] - y[1]);
+  return value[1] + t * (m1 + t * (3 * (value[2] - value[1]) - 2 * m1 - m2 +
+                                   t * (2 * (value[1] - value[2]) + m1 + m2)));
+}
+
+double limb_level(const Vec3& p) {
+  const double y = std::clamp(p.y(), kLimb[kLimb.size() - 2].y, kLimb[1].y);
+  size_t i = 1;
+  while (i + 3 < kLimb.size() && kLimb[i + 1].y > y) ++i;
+  const auto at = [&](double Outline::*value) {
+    std::array<double, 4> heights, values;
+    for (size_t k = 0; k < 4; ++k) {
+      heights[k] = kLimb[i - 1 + k].y;
+      values[k] = kLimb[i - 1 + k].*value;
+    }
+    return between(heights, values, y);
+  };
+  const double a = at(&Outline::half_x), b = at(&Outline::half_z);
+  const double u = (p.x() - at(&Outline::x)) / a, v = (p.z() - at(&Outline::z)) / b;
+  return std::max(std::min(a, b) * (std::hypot(u, v) - 1.0), std::abs(p.y() - y));
+}
+
+// Strokes from point to point (x, y, z) with the radius there, all m.
+void add_chain(std::initializer_list<std::array<double, 4>> points, BoneShape& shape) {
+  for (auto b = points.begin() + 1; b != points.end(); ++b) {
+    const auto a = b - 1;
+    shape.strokes.push_back(
+        {{(*a)[0], (*a)[1], (*a)[2]}, {(*b)[0], (*b)[1], (*b)[2]}, (*a)[3], (*b)[3]});
+  }
+}
+
+// Edges of pectoralis and of latissimus, and the chest behind the cut.
+BoneShape chest() {
+  BoneShape flesh{"", 0.020, {}, {}, {}};
+  add_chain({{0.000, 0.008, -0.085, 0.0440}, {0.000, -0.030, -0.085, 0.0440}}, flesh);
+  add_chain({{0.034, -0.010, -0.080, 0.0240},
+             {0.028, -0.050, -0.040, 0.0190},
+             {0.016, -0.095, -0.006, 0.0140}},
+            flesh);
+  add_chain({{-0.034, -0.035, -0.080, 0.0250},
+             {-0.026, -0.058, -0.034, 0.0190},
+             {-0.010, -0.095, -0.006, 0.0140}},
+            flesh);
   return flesh;
 }
 
-// The axis that the rings stand about: y, x, z; linear between.
-constexpr std::array<std::array<double, 3>, 8> kAxis = {{{0.000, -0.004, -0.008},
-                                                         {-0.060, -0.001, -0.006},
-                                                         {-0.130, 0.002, -0.004},
-                                                         {-0.290, 0.005, -0.002},
-                                                         {-0.350, 0.005, 0.004},
-                                                         {-0.430, 0.010, 0.014},
-                                                         {-0.530, 0.019, 0.027},
-                                                         {-0.605, 0.024, 0.036}}};
-
-Vec3 axis_point(double y) {
-  size_t i = 1;
-  while (i + 1 < kAxis.size() && kAxis[i][0] > y) ++i;
-  const auto &a = kAxis[i - 1], &b = kAxis[i];
-  const double t = (y - a[0]) / (b[0] - a[0]);
-  return {a[1] + t * (b[1] - a[1]), y, a[2] + t * (b[2] - a[2])};
-}
-
-// A ray for each node, from the axis outwards; the caps' rays fan out from the axis' ends.
-struct Ray {
-  Vec3 origin, direction;
-  double reach = 0.0;  // m, of the skin
-  double least = 0.0;  // m, that keeps the clearance
-};
-
-// Ring heights between the caps: denser at the elbow, whose skin folds.
-std::vector<double> ring_heights(int count) {
-  const double top = kAxis.front()[0], bottom = kAxis.back()[0];
-  const auto density = [](double y) {
-    return 1.0 + 1.2 * smoothstep(-0.36, -0.30, y) * (1.0 - smoothstep(-0.29, -0.23, y));
-  };
-  constexpr int kSteps = 2000;
-  std::vector<double> sum(kSteps + 1, 0.0), heights;
-  for (int i = 0; i < kSteps; ++i) sum[i + 1] = sum[i] + density(top + (bottom - top) * i / kSteps);
-  int step = 0;
-  for (int k = 0; k < count; ++k) {
-    while (step < kSteps && sum[step] < sum[kSteps] * k / (count - 1)) ++step;
-    heights.push_back(top + (bottom - top) * step / kSteps);
-  }
-  return heights;
-}
-
-std::vector<Ray> make_rays() {
-  std::vector<Ray> rays;
-  const auto add = [&](const Vec3& origin, double tilt) {
-    const SinCos up = sin_cos(tilt);
-    for (int k = 0; k < kAround; ++k) {
-      const SinCos turn = sin_cos(-2.0 * kPi * k / kAround);
-      rays.push_back({origin, {up.cos * turn.cos, up.sin, up.cos * turn.sin}});
+// Distance from the nearest of the meshes; beyond kFar it is kFar.
+LevelGrid distance_below(const std::vector<Measured>& below, const LevelGrid& like) {
+  LevelGrid grid = like;
+  std::fill(grid.level.begin(), grid.level.end(), kFar);
+  for (const Measured& mesh : below) {
+    const NodeBox box = box_of(mesh.x);
+    std::array<int, 3> first, last;
+    for (int a = 0; a < 3; ++a) {
+      const auto cells = [&](double at) {
+        return static_cast<int>((at - grid.low[a]) / grid.cell[a]);
+      };
+      first[a] = std::clamp(cells(box.low[a] - kFar), 0, grid.size[a] - 1);
+      last[a] = std::clamp(cells(box.high[a] + kFar) + 1, 0, grid.size[a] - 1);
     }
-  };
-  const Vec3 top = axis_point(kAxis.front()[0]), bottom = axis_point(kAxis.back()[0]);
-  rays.push_back({top, Vec3::UnitY()});
-  for (int i = kCapRings; i > 0; --i) add(top, 0.5 * kPi * i / (kCapRings + 1));
-  for (double y : ring_heights(kRings - 2 * kCapRings)) add(axis_point(y), 0.0);
-  for (int i = 1; i <= kCapRings; ++i) add(bottom, -0.5 * kPi * i / (kCapRings + 1));
-  rays.push_back({bottom, -Vec3::UnitY()});
-  return rays;
-}
-
-Measured merge(const std::vector<TriMesh>& meshes) {
-  TriMesh all;
-  for (const TriMesh& mesh : meshes) {
-    const int first = static_cast<int>(all.vertices.size());
-    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-    for (const Triangle& t : mesh.triangles) {
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    for (int k = first[2]; k <= last[2]; ++k) {
+      for (int j = first[1]; j <= last[1]; ++j) {
+        for (int i = first[0]; i <= last[0]; ++i) {
+          double& level = grid.level[grid.index(i, j, k)];
+          const ClosestPoint near =
+              closest_point(mesh.surface, mesh.bvh, mesh.x, grid.point(i, j, k), kFar);
+          if (near.triangle >= 0) level = std::min(level, near.distance);
+        }
+      }
     }
   }
-  return Measured(std::move(all));
+  return grid;
 }
 
-// Unsigned: overlapping meshes (tendons in bone) have no sign, and the search never gets inside.
-double distance_below(const Measured& below, const Vec3& p) {
-  constexpr double kBound = 0.03;  // m, beyond which no distance is asked for
-  const ClosestPoint near = closest_point(below.surface, below.bvh, below.x, p, kBound);
-  return near.triangle < 0 ? kBound : (near.point - p).norm();
-}
-
-// From outside inwards until `outside` (a distance) is used up.
-template <typename Outside>
-double reach_of(const Ray& ray, const Outside& outside) {
-  double r = kOutermost;
-  for (int i = 0; i < 80 && r > 0.004; ++i) {
-    const double d = outside(ray.origin + r * ray.direction);
-    if (d < 1e-5) break;
-    r -= 0.9 * d;
+// The hollows of a level filled as a membrane would that is drawn tight over it.
+void draw_tight(LevelGrid& grid) {
+  constexpr int kRounds = 9, kPasses = 3;  // of blur
+  const std::vector<double> under = grid.level;
+  for (int round = 0; round < kRounds; ++round) {
+    blur(kPasses, grid);
+    for (size_t i = 0; i < under.size(); ++i) grid.level[i] = std::min(grid.level[i], under[i]);
   }
-  return r;
 }
 
-// Fat rounds off what stands out: no bump of the skin is sharper than a ball of this radius (m).
-void round_bumps(double radius, std::vector<Ray>& rays) {
-  const std::vector<Ray> before = rays;
-  for (Ray& ray : rays) {
-    for (const Ray& other : before) {
-      const Vec3 beside =
-          other.origin - ray.origin + other.reach * (other.direction - ray.direction);
-      ray.reach = std::max(ray.reach, other.reach - beside.squaredNorm() / (2.0 * radius));
+// Skin over what is below and over the flesh; the hand keeps its fingers apart.
+LevelGrid skin_level(const std::vector<Measured>& below, double clearance) {
+  // m, over which the limb melts into what is below, the chest, the hand
+  constexpr double kMelt = 0.008, kChest = 0.020, kWrist = 0.010;
+  LevelGrid skin =
+      empty_grid({-0.095, -0.745, kCut - 0.010}, {0.115, 0.080, 0.095}, Vec3::Constant(kCell));
+  const LevelGrid distance = distance_below(below, skin);
+  const BoneShape behind = chest();
+  sample([&](const Vec3& p) { return melt(limb_level(p), bone_distance(behind, p), kChest); },
+         skin);
+  for (size_t i = 0; i < skin.level.size(); ++i) {
+    skin.level[i] = melt(distance.level[i] - clearance, skin.level[i], kMelt);
+  }
+  for (int j = 0; skin.point(0, j, 0).y() < -0.600; ++j) {  // there the hand's own level counts
+    for (int k = 0; k < skin.size[2]; ++k) {
+      for (int i = 0; i < skin.size[0]; ++i) skin.level[skin.index(i, j, k)] = kFar;
     }
   }
-}
-
-// The four nodes about one in the tube's grid; poles have a whole ring.
-void smooth(std::vector<Ray>& rays) {
-  const size_t last = rays.size() - 1;
-  std::vector<double> before(rays.size());
-  for (size_t i = 0; i <= last; ++i) before[i] = rays[i].reach;
-  for (size_t i = 1; i < last; ++i) {
-    const size_t ring = (i - 1) / kAround, k = (i - 1) % kAround, first = 1 + ring * kAround;
-    const double up = ring > 0 ? before[i - kAround] : before[0];
-    const double down = ring + 1 < kRings ? before[i + kAround] : before[last];
-    const double mean = 0.25 * (up + down + before[first + (k + 1) % kAround] +
-                                before[first + (k + kAround - 1) % kAround]);
-    rays[i].reach = std::max(0.5 * (before[i] + mean), rays[i].least);
+  draw_tight(skin);
+  for (int k = 0; k < skin.size[2]; ++k) {
+    for (int j = 0; j < skin.size[1]; ++j) {
+      for (int i = 0; i < skin.size[0]; ++i) {
+        double& level = skin.level[skin.index(i, j, k)];
+        const Vec3 p = skin.point(i, j, k);
+        level = melt(level, hand_level(p), kWrist);
+        level = melt(level, distance.level[skin.index(i, j, k)] - clearance, 0.003);
+        level = -melt(-level, p.z() - kCut, 0.004);
+      }
+    }
   }
-  for (const size_t pole : {size_t{0}, last}) {
-    double mean = 0.0;
-    for (int k = 0; k < kAround; ++k) mean += before[pole == 0 ? 1 + k : last - 1 - k] / kAround;
-    rays[pole].reach = std::max(mean, rays[pole].least);
-  }
+  blur(1, skin);
+  return skin;
 }
 
-TriMesh mesh_of(const std::vector<Ray>& rays, const std::vector<Triangle>& triangles) {
-  TriMesh mesh;
-  for (const Ray& ray : rays) mesh.vertices.push_back(ray.origin + ray.reach * ray.direction);
-  mesh.triangles = triangles;
-  return mesh;
+// m, length of edges: shorter where skin folds and where it is narrow.
+double edge_length(const Vec3& p) {
+  constexpr double kArm = 0.0054, kElbow = 0.0044, kHand = 0.0036;
+  const double elbow = smoothstep(-0.36, -0.32, p.y()) * (1.0 - smoothstep(-0.27, -0.23, p.y()));
+  const double hand = 1.0 - smoothstep(-0.58, -0.54, p.y());
+  return kArm + (kElbow - kArm) * elbow + (kHand - kArm) * hand;
 }
 
-// Moves the nodes of every triangle whose middle or edges come too near outwards, for good.
-bool keep_clear(const Measured& below, const TriMesh& mesh, double clearance,
-                std::vector<Ray>& rays) {
-  bool moved = false;
+// Moves the nodes of every triangle whose corners, edges or middle come too near outwards.
+bool keep_clear(const std::vector<Measured>& below, double clearance, TriMesh& mesh) {
+  const std::vector<Vec3> normals = vertex_normals(mesh);
+  std::vector<double> out(mesh.vertices.size(), 0.0);
   const auto check = [&](const Vec3& p, const Triangle& t) {
-    const double missing = clearance - distance_below(below, p);
-    if (missing <= 0.0) return;
-    moved = true;
-    for (int node : t) rays[node].least = std::max(rays[node].least, rays[node].reach + missing);
+    for (const Measured& other : below) {
+      const ClosestPoint near = closest_point(other.surface, other.bvh, other.x, p, clearance);
+      if (near.triangle < 0 || near.distance >= clearance) continue;
+      for (int node : t) out[node] = std::max(out[node], clearance - near.distance);
+    }
   };
   for (const Triangle& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
@@ -184,30 +189,25 @@ bool keep_clear(const Measured& below, const TriMesh& mesh, double clearance,
     check(0.5 * (a + b), {t[0], t[1], t[1]});
     check(a, {t[0], t[0], t[0]});
   }
-  for (Ray& ray : rays) ray.reach = std::max(ray.reach, ray.least);
+  bool moved = false;
+  for (size_t i = 0; i < out.size(); ++i) {
+    moved |= out[i] > 0.0;
+    mesh.vertices[i] += 1.05 * out[i] * normals[i];
+  }
   return moved;
 }
 
 }  // namespace
 
 TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
-  const Measured below = merge(meshes);
-  const BoneShape filling = flesh();
-  std::vector<Ray> rays = make_rays();
-  for (Ray& ray : rays) {
-    ray.least = reach_of(ray, [&](const Vec3& p) { return distance_below(below, p) - clearance; });
-    ray.reach = reach_of(ray, [&](const Vec3& p) {
-      return std::min(distance_below(below, p) - kFat, bone_distance(filling, p) / 2.0);
-    });
+  std::vector<Measured> below;
+  for (const TriMesh& mesh : meshes) below.emplace_back(mesh);
+  LevelGrid grid = skin_level(below, clearance + 0.0002);
+  const Level level = [&](const Vec3& p) { return level_at(grid, p); };
+  TriMesh mesh = remeshed(surface_nets(grid), edge_length, level);
+  for (int pass = 0; pass < 40 && keep_clear(below, clearance, mesh); ++pass) {
   }
-  const std::vector<Triangle> triangles = ordered_tube(kAround, kRings);
-  round_bumps(kRoundest, rays);
-  for (int pass = 0; pass < 16; ++pass) smooth(rays);
-  for (int pass = 0; pass < 40 && keep_clear(below, mesh_of(rays, triangles), clearance, rays);
-       ++pass) {
-    smooth(rays);
-  }
-  return mesh_of(rays, triangles);
+  return in_order_of_use(mesh);
 }
 
 }  // namespace thew::tools

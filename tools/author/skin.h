@@ -7,8 +7,9 @@
 
 namespace thew::tools {
 
-/// A closed skin at rest over muscles and bones (all in the humerus' frame): a tube along the arm
-/// from a cap over the shoulder to a cap over the palm, nowhere nearer to them than `clearance`.
+/// A closed skin at rest over muscles and bones (all in the humerus' frame) and the flesh that the
+/// twelve muscles do not stand for: from the edge of the chest, cut by a plane, to the fingers'
+/// tips. Nowhere nearer to what is below than `clearance` (m).
 TriMesh arm_skin(const std::vector<TriMesh>& below, double clearance);
 
 }  // namespace thew::tools

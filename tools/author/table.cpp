@@ -5,6 +5,7 @@
 
 #include "rig/math.h"
 #include "rig/text.h"
+#include "tools/author/hand.h"
 
 namespace thew::tools {
 namespace {
@@ -119,24 +120,46 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
   }
 }
 
+// A body that turns about an axis through `origin`, in its parent's frame (m).
+void add_body(int parent, const FingerBone& bone, const Vec3& origin, Skeleton& skeleton) {
+  Transform in_parent = Transform::Identity();
+  in_parent.translation() = origin;
+  skeleton.parent.push_back(parent);
+  skeleton.body_names.push_back(bone.body);
+  skeleton.joint_in_parent.push_back(in_parent);
+  skeleton.joint_names.push_back(bone.joint);
+  skeleton.joint_types.push_back(bone.joint.empty() ? Skeleton::JointType::kFixed
+                                                    : Skeleton::JointType::kRevolute);
+  skeleton.joint_axes.push_back(bone.axis.normalized());
+  skeleton.lower.push_back(bone.lower * kDegree);
+  skeleton.upper.push_back(bone.upper * kDegree);
+  skeleton.visuals.emplace_back();
+}
+
+// The fingers' bones; what they hang on is the hand or the bone before.
+void add_fingers(Skeleton& skeleton) {
+  const int hand = find_body(skeleton, "hand");
+  const Pose rest = rest_pose(skeleton);
+  const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
+  Vec3 before = Vec3::Zero();
+  int finger = -1;
+  for (const FingerBone& bone : finger_bones()) {
+    const bool is_first = bone.finger != finger;
+    finger = bone.finger;
+    const Vec3 at = humerus + fingers()[finger].points[bone.part];
+    add_body(is_first ? hand : skeleton.size() - 1, bone,
+             at - (is_first ? rest[hand].translation() : before), skeleton);
+    before = at;
+  }
+}
+
 }  // namespace
 
 Skeleton arm_skeleton() {
   Skeleton skeleton;
   const auto add = [&](const std::string& body, const std::string& joint, const Vec3& origin,
                        const Vec3& axis, double lower, double upper) {
-    Transform in_parent = Transform::Identity();
-    in_parent.translation() = origin;
-    skeleton.parent.push_back(skeleton.size() - 1);
-    skeleton.body_names.push_back(body);
-    skeleton.joint_in_parent.push_back(in_parent);
-    skeleton.joint_names.push_back(joint);
-    skeleton.joint_types.push_back(joint.empty() ? Skeleton::JointType::kFixed
-                                                 : Skeleton::JointType::kRevolute);
-    skeleton.joint_axes.push_back(axis.normalized());
-    skeleton.lower.push_back(lower * kDegree);
-    skeleton.upper.push_back(upper * kDegree);
-    skeleton.visuals.emplace_back();
+    add_body(skeleton.size() - 1, {body, joint, 0, 0, axis, lower, upper}, origin, skeleton);
   };
   // Holzbaur, Murray, Delp 2005, as in arm26 and myo_sim.
   add("scapula", "", Vec3::Zero(), Vec3::UnitZ(), 0, 0);
@@ -145,6 +168,7 @@ Skeleton arm_skeleton() {
   add("ulna", "elbow", {0.0061, -0.2904, -0.0123}, {0.0494, 0.0366, 0.9981}, 0, 130);
   add("radius", "forearm_rotation", {0.0004, -0.0115, 0.02}, {-0.0172, 0.9927, -0.1197}, -90, 90);
   add("hand", "wrist_flexion", {0.022, -0.2571, 0.0273}, {1, 0, 0}, -70, 70);
+  add_fingers(skeleton);
   return skeleton;
 }
 

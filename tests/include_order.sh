@@ -10,6 +10,7 @@
 #  - GL lives in tools only
 #  - rig, muscles and skin print nothing, read no clock, start no thread; up to sim no function of
 #    libm whose bytes differ by processor
+#  - no two headers define a type of one name in one namespace: the linker takes either
 #  - a file is read in one sitting and names its licence
 set -euo pipefail
 cd "${1:-$(dirname "$0")/..}"
@@ -22,7 +23,7 @@ find rig muscles skin sim tools tests \
     for (i = 1; i <= count; ++i) rank[order[i]] = i
     count = split("rig rig/import rig/api muscles muscles/api skin/surface skin/contact skin " \
         "sim/cache sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
-        "tools/base tools/render tools/report tools/night tools/export tools/export/gltf " \
+        "tools/base tools/render tools/report tools/night tools/export tools/export/gltf tools/export/usd " \
         "tools/compare tools/inspect tools/fit tools/poses tools/farm tools/cli tools/author " \
         "tools/lab/base " \
         "tools/lab/elements tools/lab/paper tools/lab/chart tools/lab/peers tools/lab/bench " \
@@ -47,6 +48,12 @@ find rig muscles skin sim tools tests \
   FNR <= 2 && /^(\/\/|#) SPDX-License-Identifier: Apache-2\.0$/ { licensed = 1 }
   FNR == 2 && !licensed { complain("no line SPDX-License-Identifier: Apache-2.0 at the top") }
   FNR == 451 { complain("more than 450 lines; split it by idea") }
+  FILENAME ~ /\.h$/ && /^namespace / { space = $2 }
+  FILENAME ~ /\.h$/ && folder != "tests" && /^(struct|class) [A-Za-z]+ .*{/ {
+    type = space "::" $2
+    if (type in defined) complain(type " is defined in " defined[type] " as well")
+    defined[type] = FILENAME
+  }
   /^[ \t]*#[ \t]*include[ \t]*"/ {
     split($0, part, "\"")
     target = substr(part[2], 1, index(part[2], "/") - 1)

@@ -20,6 +20,8 @@ using Json = GltfFile::Json;
 // written.
 constexpr const char* kPacked[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"};
 
+constexpr const char* kTextureCoordinates = "TEXCOORD_0";
+
 void remove_extensions(Json& object) {
   const auto found = object.find("extensions");
   if (found == object.end() || !found->is_object()) return;
@@ -98,12 +100,21 @@ void collect_vectors(GltfFile& gltf, Json& json, GltfSource& source) {
     for (Json& primitive : mesh["primitives"]) {
       if (!primitive.is_object() || !primitive.contains("attributes")) continue;
       remove_extensions(primitive);
-      for (const char* name : {"POSITION", "NORMAL"}) {
+      for (const char* name : {"POSITION", "NORMAL", kTextureCoordinates}) {
         const Json& attributes = primitive["attributes"];
         if (!attributes.contains(name)) continue;
         const size_t accessor = gltf.index_of(attributes, name, "attributes");
         if (!known.insert(accessor).second) continue;
-        const std::vector<double> flat = gltf.numbers(accessor, 3);
+        std::vector<double> flat;
+        if (name == kTextureCoordinates) {
+          if (GltfFile::text_of(gltf.item("accessors", accessor, name), "type") != "VEC2") continue;
+          const std::vector<double> pairs = gltf.numbers(accessor, 2);
+          for (size_t k = 0; k + 1 < pairs.size(); k += 2) {
+            flat.insert(flat.end(), {pairs[k], pairs[k + 1], 0.0});
+          }
+        } else {
+          flat = gltf.numbers(accessor, 3);
+        }
         auto& vectors = source.vectors.emplace_back();
         vectors.accessor = static_cast<int>(accessor);
         for (size_t k = 0; k + 2 < flat.size(); k += 3) vectors.values.emplace_back(&flat[k]);

@@ -18,8 +18,8 @@ struct GltfSource {
   /// views. Compression is gone: only files that hold the plain numbers too are read.
   std::string json;
   std::string bytes;  ///< of the buffer
-  /// The positions and normals of all primitives, by their accessor. Numbers of other accessors are
-  /// left out.
+  /// The positions, normals and first texture coordinates (u, v, 0; v down) of all primitives, by
+  /// their accessor. Numbers of other accessors are left out.
   struct Vectors {
     int accessor = -1;
     std::vector<Vec3> values;

@@ -112,7 +112,7 @@ def alembic(folder, truth):
     for mesh in truth["meshes"]:
         thing = bpy.data.objects[mesh["name"]]
         for i, frame in enumerate(truth["frames"]):  # time is frame / fps
-            read = evaluated(thing, frame)
+            read = placed(thing, frame)
             result.add(f"{mesh['name']}, frame {frame}", y_up(read), mesh["positions"][i])
         result.same(f"{mesh['name']}, triangles", triangles(thing.data), mesh["triangles"])
     return result.tell()

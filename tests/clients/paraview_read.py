@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the XDMF side-car in ParaView: pvpython paraview_read.py FOLDER…"""
+"""Reads the XDMF side-car in the two readers of ParaView that know its slabs:
+pvpython paraview_read.py FOLDER…"""
 import os
 import sys
 
@@ -16,18 +17,20 @@ def leaves(data):
     """Grids that hold points, in their order, out of blocks of blocks."""
     if hasattr(data, "GetPoints"):
         return [data]
-    pieces = hasattr(data, "GetPiece")
-    count = data.GetNumberOfPieces() if pieces else data.GetNumberOfBlocks()
-    get = data.GetPiece if pieces else data.GetBlock
-    return [leaf for i in range(count) for leaf in leaves(get(i))]
+    for kind in ("PartitionedDataSet", "Partition", "Piece", "Block"):
+        count = getattr(data, f"GetNumberOf{kind}s", None)
+        if count:
+            get = getattr(data, f"Get{kind}")
+            return [leaf for i in range(count()) for leaf in leaves(get(i))]
+    raise TypeError(type(data))
 
 
 good = True
-for folder in sys.argv[1:]:
+for folder, name in [(f, n) for f in sys.argv[1:] for n in ("Xdmf3ReaderS", "Xdmf3ReaderT")]:
     truth = load(folder)
     version = paraview.__version__ if hasattr(paraview, "__version__") else ""
-    result = Comparison(f"ParaView {version}".strip(), f"{folder}/all.xdmf", 0.0)
-    reader = simple.Xdmf3ReaderS(FileName=[f"{folder}/all.xdmf"])
+    result = Comparison(f"ParaView {version}, {name}", f"{folder}/all.xdmf", 0.0)
+    reader = getattr(simple, name)(FileName=[f"{folder}/all.xdmf"])
     reader.UpdatePipelineInformation()
     times = list(reader.TimestepValues)
     result.same("times", times, [frame / truth["fps"] for frame in truth["frames"]])

@@ -15,7 +15,7 @@ bake() {  # FOLDER SCENE MESH [arguments]
   shift 3
   "$thew" bake "$scene" --out "$folder" --no-render --progress none "$@"
   "$thew" export "$folder/bake.h5" "$folder/all.glb" --onto none --progress none >/dev/null
-  for file in all.usda all.xdmf all.abc obj/all.####.obj; do
+  for file in all.usda all.usdc all.usdz all.xdmf all.abc obj/all.####.obj; do
     "$thew" export "$folder/bake.h5" "$folder/$file" --progress none >/dev/null
   done
   for file in one.pc2 one.mdd ply/one.####.ply; do

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lets one client read the exports: run.sh blender|alembic|paraview|web|chromium|night BUILD,
+# Lets one client read the exports: run.sh blender|alembic|paraview|web|usd|chromium|night BUILD,
 # where BUILD/clients is what prepare.sh made; alembic is Blender's importer of that. Exits with 77 where
 # the client is not installed. BLENDER=PATH: another Blender than the installed one.
 set -euo pipefail
@@ -9,6 +9,14 @@ client=$1 build=$2
 folders=("$build"/clients/{muscle,arm,figure})
 
 skip() { echo "skipped: $1"; exit 77; }
+modules=$build/clients_npm
+install_readers() {
+  command -v npm >/dev/null || skip "npm is not installed"
+  mkdir -p "$modules"
+  cp "$here/package.json" "$modules"
+  npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
+    skip "npm could not install the readers"
+}
 case "$client" in
   blender | alembic)
     blender=${BLENDER:-blender}
@@ -23,14 +31,12 @@ case "$client" in
     command -v pvpython >/dev/null || skip "python3-paraview is not installed"
     pvpython "$here/paraview_read.py" "${folders[@]}" ;;
   web)
-    command -v npm >/dev/null || skip "npm is not installed"
-    modules=$build/clients_npm
-    mkdir -p "$modules"
-    cp "$here/package.json" "$modules"
-    npm install --prefix "$modules" --no-audit --no-fund --silent >/dev/null ||
-      skip "npm could not install gltf-validator and three"
+    install_readers
     node "$here/web_read.mjs" "$modules" "${folders[@]}" "$build/clients/wave" \
       "$build/clients/onto" ;;
+  usd)
+    install_readers
+    node "$here/usd_read.mjs" "$modules" "${folders[@]}" ;;
   chromium)
     command -v chromium >/dev/null || skip "chromium is not installed"
     command -v node >/dev/null || skip "node is not installed"

@@ -21,6 +21,9 @@ def write(folder, one):
                 entry[key] = {"at": at, "shape": list(values.shape)}
                 arrays.append(values)
                 at += values.size
+            length = bake.get(f"metrics/length/{name}")
+            entry["lengths"] = [] if length is None else length[:].tolist()
+            entry["fibres"] = "coordinates" in group
             meshes.append(entry)
         truth = {"fps": float(bake.attrs["fps"]), "frames": bake["frames"][:].tolist(),
                  "one": one, "meshes": meshes}

@@ -145,7 +145,7 @@ TEST_F(Output, JsonIsOneDocumentOfEveryCommand) {
                      0)["files"]
                 .size(),
             4u);
-  EXPECT_EQ(run_json(with({"export", "json/bake.h5", "json.obj"}), 0)["files"].size(), 2u);
+  EXPECT_EQ(run_json(with({"export", "json/bake.h5", "json.obj"}), 0)["files"].size(), 3u);
   EXPECT_TRUE(run_json({"compare", "json/bake.h5", "json/bake.h5"}, 0)["same"]);
   EXPECT_TRUE(run_json({"inspect", "json/bake.h5"}, 0)["sound"]);
   const auto night = run({"report", "json", "--json", "-"});

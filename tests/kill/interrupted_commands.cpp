@@ -62,7 +62,8 @@ TEST_F(Interrupted, Render) {
 
 TEST_F(Interrupted, Export) {
   for (const char* file :
-       {"bake.obj", "bake.ply", "bake.glb", "bake.usda", "bake.abc", "bake.pc2", "bake.mdd"}) {
+       {"bake.obj", "bake.ply", "bake.glb", "bake.usda", "bake.usdc", "bake.usdz", "bake.abc",
+        "bake.pc2", "bake.mdd"}) {
     expect_interrupted(
         {"export", bake_, "--progress", "none", "--mesh", "front", std::string("OUT/") + file});
   }

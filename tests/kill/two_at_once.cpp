@@ -12,7 +12,7 @@ TEST_F(AtOnce, ExportsToOneFile) {
   const auto words = [&](const fs::path& file) {
     return std::vector<std::string>{"export", bake, file, "--progress", "none"};
   };
-  for (const char* name : {"a.glb", "a.usda"}) {
+  for (const char* name : {"a.glb", "a.usdz"}) {
     ASSERT_EQ(CommandProcess(words(root_ / "alone" / name)).wait().code, 0);
     const std::string alone = bytes_of(root_ / "alone" / name);
     ASSERT_GT(alone.size(), 10000u);

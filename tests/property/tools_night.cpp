@@ -58,8 +58,9 @@ TEST_F(ManyBakes, OfAThousandAreCountedAndSortedAsTheyWereWritten) {
   EXPECT_EQ(told["bakes"]["bound_missed"], missed);
   EXPECT_EQ(told["bakes"]["done"], kBakes - failed - missed);
   EXPECT_EQ(told["cpu_seconds"]["total"], cpu);
-  EXPECT_TRUE(std::is_sorted(night.shots.begin(), night.shots.end(),
-                             [](const Shot& a, const Shot& b) { return a.name < b.name; }));
+  EXPECT_TRUE(
+      std::is_sorted(night.shots.begin(), night.shots.end(),
+                     [](const NightShot& a, const NightShot& b) { return a.name < b.name; }));
   const auto worst = worst_frames(night, kBakes);
   EXPECT_EQ(worst.at(0).shot->name, deepest_in);
   EXPECT_EQ(worst.at(missed).shot->state, ShotState::kFailed);
@@ -76,7 +77,7 @@ TEST_F(ManyBakes, OfAThousandAreCountedAndSortedAsTheyWereWritten) {
   // Nothing has changed since itself.
   Night again = read();
   compare_with(read_night(write("night.json", text)), again);
-  for (const Shot& shot : again.shots) EXPECT_TRUE(shot.changes.empty()) << shot.name;
+  for (const NightShot& shot : again.shots) EXPECT_TRUE(shot.changes.empty()) << shot.name;
   EXPECT_TRUE(again.gone.empty());
 }
 

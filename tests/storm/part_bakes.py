@@ -7,7 +7,7 @@ import shutil
 from trial import LIST, NOT_A_NUMBER, SOURCE, Limits, need_h5py
 
 PAIR = SOURCE / "tests/scenes/pair/scene.toml"
-FORMATS = ["obj", "ply", "glb", "usda", "abc", "xdmf", "pc2", "mdd"]
+FORMATS = ["obj", "ply", "glb", "usda", "usdc", "usdz", "abc", "xdmf", "pc2", "mdd"]
 # Infinity and NaN as float32, either way round; a bake's meshes have no such bytes by chance.
 WILD = [b"\x00\x00\x80\x7f", b"\x00\x00\x80\xff", b"\x00\x00\xc0\x7f", b"\x00\x00\xc0\xff"]
 

@@ -11,7 +11,7 @@ from trial import LIST, SOURCE, Limits, Skipped
 SCENE = SOURCE / "tests/scenes/pair/scene.toml"
 SIZES = 40
 LIMITS = Limits(seconds=20)
-EXPORTS = {"usda": "bake.usda", "glb": "bake.glb", "obj": "bake.####.obj"}
+EXPORTS = {"usda": "bake.usda", "usdz": "bake.usdz", "glb": "bake.glb", "obj": "bake.####.obj"}
 NEW_NAMESPACE, REMOUNT, PRIVATE, RECURSIVE, DETACH = 0x20000, 32, 1 << 18, 1 << 14, 2
 
 libc = ctypes.CDLL(None, use_errno=True)

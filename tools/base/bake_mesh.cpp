@@ -8,6 +8,17 @@ const char* kind_name(BakeMesh::Kind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
+std::array<double, 3> kind_colour(BakeMesh::Kind kind) {
+  switch (kind) {
+    case BakeMesh::Kind::kMuscle:
+      return {0.55, 0.12, 0.10};
+    case BakeMesh::Kind::kBone:
+      return {0.80, 0.74, 0.62};
+    default:
+      return {0.78, 0.52, 0.42};
+  }
+}
+
 std::vector<Triangle> shaded_triangles(const BakeMesh& mesh) {
   return mesh.kind == BakeMesh::Kind::kSkin ? mesh.rest.triangles : joined_triangles(mesh.rest);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/cache/cache.h"
@@ -9,6 +10,8 @@ namespace thew::tools {
 
 /// "muscle", "bone" or "skin"
 const char* kind_name(BakeMesh::Kind kind);
+/// What exports paint it with: red, green and blue, linear.
+std::array<double, 3> kind_colour(BakeMesh::Kind kind);
 
 /// The triangles by which a mesh is shaded: flesh and bone are smooth, and so go by the first
 /// vertex of each place at rest; a skin may have vertices apart for the sake of a sharp edge.

@@ -32,7 +32,7 @@ static_assert(std::endian::native == std::endian::little);
 ExportFile::ExportFile(const std::filesystem::path& file) : file_(file), temporary_(file) {
   if (file.has_parent_path()) create_folders(file.parent_path());
   check_own(file);
-  out_ = std::fopen(temporary_.path.c_str(), "wbxe");
+  out_ = std::fopen(temporary_.path.c_str(), "w+bxe");
   if (!out_) fail("open");
 }
 
@@ -57,6 +57,15 @@ void ExportFile::patch(std::uint64_t at, std::string_view bytes) {
       ::fseeko(out_, 0, SEEK_END) != 0) {
     fail("write");
   }
+}
+
+void ExportFile::read_back(std::uint64_t from, const std::function<void(std::string_view)>& take) {
+  std::vector<char> piece(std::size_t{1} << 16);
+  if (::fseeko(out_, static_cast<off_t>(from), SEEK_SET) != 0) fail("write");
+  for (std::size_t got; (got = std::fread(piece.data(), 1, piece.size(), out_)) > 0;) {
+    take({piece.data(), got});
+  }
+  if (std::ferror(out_) || ::fseeko(out_, 0, SEEK_END) != 0) fail("read");
 }
 
 void ExportFile::finish() {

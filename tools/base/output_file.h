@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,8 @@ class ExportFile {
   void append(std::string_view bytes);
   /// Over bytes that were appended before.
   void patch(std::uint64_t at, std::string_view bytes);
+  /// All that was written from there on, in pieces.
+  void read_back(std::uint64_t from, const std::function<void(std::string_view)>& take);
   std::uint64_t size() const { return size_; }
   void finish();
 

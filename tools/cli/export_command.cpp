@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "rig/import/gltf_source.h"
@@ -9,6 +10,7 @@
 #include "tools/cli/commands.h"
 #include "tools/export/character_skin.h"
 #include "tools/export/formats.h"
+#include "tools/export/looks.h"
 #include "tools/export/sequence.h"
 
 namespace thew::tools {
@@ -16,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kEndings = {".pc2", ".mdd",  ".obj",  ".ply", ".glb",
-                                           ".xmf", ".xdmf", ".usda", ".abc"};
+const std::vector<std::string> kEndings = {".pc2",  ".mdd",  ".obj",  ".ply",  ".glb", ".xmf",
+                                           ".xdmf", ".usda", ".usdc", ".usdz", ".abc"};
 
 [[noreturn]] void refuse_ending(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
@@ -38,6 +40,7 @@ std::vector<std::filesystem::path> files_of(const Shot& shot, const std::filesys
   for (std::size_t i = 0; i < shot.places.size(); ++i) {
     files.push_back(sequence_file(file, shot.frame(i)));
   }
+  if (ending == ".obj") files.push_back(materials_file(file));
   return files;
 }
 
@@ -63,6 +66,12 @@ fs::path find_character(const fs::path& bake, const std::string& name) {
   return {};
 }
 
+// Formats of the bake's meshes that hold texture coordinates.
+bool takes_looks(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  return ending == ".obj" || ending == ".abc" || ending.starts_with(".usd");
+}
+
 /// Onto which character's file the skin goes; "" for none.
 struct Onto {
   fs::path character;
@@ -73,14 +82,13 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoi
                  bool meshes_chosen) {
   const auto refuse = [](const std::string& what) { throw Error(ErrorCode::kUsage, what); };
   const bool asked = !choice.character.empty() && choice.character != "none";
-  if (options.out.extension() != ".glb") {
-    if (asked || choice.correctives) {
-      refuse((asked ? "--onto" : "--correctives") + std::string(" is for .glb only, and ") +
-             options.out.string() + " holds the meshes of the bake; leave it out");
-    }
-    return {};
+  const bool glb = options.out.extension() == ".glb";
+  if (!glb && (choice.correctives || (asked && !takes_looks(options.out)))) {
+    refuse((asked ? "--onto" : "--correctives") + std::string(" is not for ") +
+           options.out.string() + ", which holds the meshes of the bake; leave it out");
   }
-  if (meshes_chosen && (asked || choice.correctives)) {
+  if (!glb && !takes_looks(options.out)) return {};
+  if (glb && meshes_chosen && (asked || choice.correctives)) {
     refuse(
         "--mesh chooses meshes of the bake, and --onto writes those of the character; leave one "
         "of them out");
@@ -92,9 +100,9 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoi
   if (asked) return {choice.character, ""};
   const std::string& name = shot.info().character.file;
   Onto onto;
-  if (choice.character.empty() && !meshes_chosen && names_gltf(name)) {
+  if (choice.character.empty() && !(glb && meshes_chosen) && names_gltf(name)) {
     onto.character = find_character(options.input, name);
-    if (onto.character.empty()) {
+    if (onto.character.empty() && glb) {
       onto.note =
           "\n  the character " + name +
           " is not where the scene had it, so that these are the bake's meshes; --onto FILE "
@@ -107,6 +115,22 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoi
   return onto;
 }
 
+// Of a character that was not asked for and is not as it was baked, nothing is taken.
+void take_looks(const OntoChoice& choice, Onto& onto, Shot& shot) {
+  const auto& meshes = shot.meshes;
+  if (onto.character.empty() ||
+      std::find(meshes.begin(), meshes.end(), skin_mesh(shot.info())) == meshes.end()) {
+    return;
+  }
+  try {
+    shot.looks = read_skin_looks(shot, onto.character);
+    shot.smooth[skin_mesh(shot.info())] = shot.looks.smooth;
+  } catch (const Error& error) {
+    if (!choice.character.empty()) throw;
+    onto.note = std::string("\n  without texture coordinates of the skin: ") + error.what();
+  }
+}
+
 Exported write(const Shot& shot, const CommandOptions& options, int basis, const Onto& onto) {
   const std::filesystem::path& file = options.out;
   const std::string ending = file.extension().string();
@@ -114,18 +138,20 @@ Exported write(const Shot& shot, const CommandOptions& options, int basis, const
     throw Error(ErrorCode::kUsage, "--basis is for .glb only; " + file.string() +
                                        " holds every frame exactly, leave --basis out");
   }
-  if (ending == ".pc2") return export_pc2(shot, file);
-  if (ending == ".mdd") return export_mdd(shot, file);
-  if (ending == ".obj") return export_obj(shot, file);
-  if (ending == ".ply") return export_ply(shot, file);
-  if (ending == ".glb") {
-    Exported exported = export_glb(shot, file, basis);
+  const auto noted = [&](Exported exported) {
     exported.note += onto.note;
     return exported;
-  }
+  };
+  if (ending == ".pc2") return export_pc2(shot, file);
+  if (ending == ".mdd") return export_mdd(shot, file);
+  if (ending == ".obj") return noted(export_obj(shot, file));
+  if (ending == ".ply") return export_ply(shot, file);
+  if (ending == ".glb") return noted(export_glb(shot, file, basis));
   if (ending == ".xmf" || ending == ".xdmf") return export_xdmf(shot, file, options.input);
-  if (ending == ".usda") return export_usda(shot, file);
-  if (ending == ".abc") return export_alembic(shot, file);
+  if (ending == ".usda" || ending == ".usdc" || ending == ".usdz") {
+    return noted(export_usd(shot, file));
+  }
+  if (ending == ".abc") return noted(export_alembic(shot, file));
   refuse_ending(file);
 }
 
@@ -156,8 +182,10 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
   Shot shot = choose_shot(reader, meshes, options.frames);
   shot.progress = progress_style(options);
   claim(files_of(shot, options.out), options.overwrite);
-  const Onto onto = choose_onto(shot, options, choice, !meshes.empty());
-  if (!onto.character.empty()) {
+  Onto onto = choose_onto(shot, options, choice, !meshes.empty());
+  if (takes_looks(options.out)) {
+    take_looks(choice, onto, shot);
+  } else if (!onto.character.empty()) {
     shot.meshes = {skin_mesh(shot.info())};
     tell(shot, export_glb_onto(shot, {options.out, onto.character, choice.correctives, basis}),
          options.json);

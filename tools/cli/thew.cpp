@@ -89,7 +89,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
 CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::string>& meshes,
                      int& basis, OntoChoice& onto) {
   CLI::App* command = app.add_subcommand(
-      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .abc");
+      "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .usdc .usdz .abc");
   command->add_option("BAKE", options.input, "bake.h5")->required();
   command->add_option("FILE", options.out, "format by ending; #### is the frame in a sequence")
       ->required();
@@ -100,7 +100,8 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
       ->check(CLI::Range(1, 10000));
   command->add_option("--onto", onto.character,
                       ".glb: the character's glTF or VRM, which comes back with its skin as baked; "
-                      "where it is left out, the bake's, if it is found; none: the bake's meshes");
+                      ".usd*, .abc, .obj: whose texture coordinates and materials the skin has; "
+                      "where it is left out, the bake's, if it is found; none: the bake alone");
   command->add_flag("--correctives", onto.correctives,
                     "skeleton and weights are kept; morph targets hold what muscles add");
   command->add_option("--frames", options.frames, kFrames);

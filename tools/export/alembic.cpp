@@ -1,85 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Alembic's layout inside Ogawa, as its reference library reads it. Each mesh is a PolyMesh below
-// the top object, with the compound .geom: P, N, .velocities and .selfBnds by frame, the rest
-// constant.
+// Each mesh NAME is a PolyMesh NAMEShape below an Xform NAME, which moves what moves as one piece.
+// The archive's bounds are those of all meshes.
 #include <algorithm>
-#include <limits>
+#include <numeric>
 
-#include "sim/cache/hash.h"
 #include "sim/cache/version.h"
+#include "tools/base/bake_mesh.h"
+#include "tools/export/abc_archive.h"
+#include "tools/export/character_skin.h"
 #include "tools/export/formats.h"
-#include "tools/export/ogawa.h"
+#include "tools/export/looks.h"
+#include "tools/export/motion.h"
 
 namespace thew::tools {
 namespace {
 
-enum Pod { kInt32 = 6, kFloat32 = 10, kFloat64 = 11 };
-enum PropertyType { kCompound = 0, kScalar = 1, kArray = 2 };
+using P = AbcProperty;
 
-constexpr std::int32_t kFileVersion = 0;
-constexpr std::int32_t kLibraryVersion = 10709;  // the version of the layout: Alembic 1.7.9
-constexpr const char* kMeshSchema = "schema=AbcGeom_PolyMesh_v1;schemaBaseType=AbcGeom_GeomBase_v1";
+constexpr const char* kMesh = "schema=AbcGeom_PolyMesh_v1;schemaBaseType=AbcGeom_GeomBase_v1";
+constexpr const char* kFaceSet = "schema=AbcGeom_FaceSet_v1;schemaBaseType=AbcGeom_GeomBase_v1";
+constexpr const char* kTransform = "schema=AbcGeom_Xform_v3";
 
-/// Texts that many headers share are written once and numbered from 1.
-struct SharedTexts {
-  std::vector<std::string> texts;
-
-  std::uint32_t number(const std::string& text) {
-    if (text.empty()) return 0;
-    const auto found = std::find(texts.begin(), texts.end(), text);
-    if (found == texts.end()) texts.push_back(text);
-    return static_cast<std::uint32_t>(std::find(texts.begin(), texts.end(), text) - texts.begin()) +
-           1;
-  }
-};
-
-/// One property of a mesh; its samples are written as they come.
-struct Property {
-  std::string name, meta;  // meta: "key=value;…", keys rising
-  PropertyType type;
-  Pod pod;
-  std::uint32_t extent;  // numbers in a value
-  bool constant;
-  std::vector<std::uint64_t> children;
-};
-
-// Each sample begins with 16 bytes that readers take for its identity.
-std::string digest_of(std::string_view bytes) {
-  const std::string hex = hash_of(bytes);
-  std::string digest;
-  for (std::size_t i = 0; i < 32; i += 2) {
-    digest += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
-  }
-  return digest;
+std::string titled(const std::string& schema, const std::string& compound) {
+  const std::size_t begin = schema.find('=') + 1;
+  return schema + ";schemaObjTitle=" + schema.substr(begin, schema.find(';') - begin) + ":" +
+         compound;
 }
 
-void add_sample(OgawaFile& out, Property& property, const std::string& values, Hash& content) {
-  const std::string digest = digest_of(values);
-  content.add(digest);
-  property.children.push_back(out.add_leaf(digest + values));
-  // The dimensions of a plain array follow from its size.
-  if (property.type == kArray) property.children.push_back(OgawaFile::kLeaf);
-}
-
-// Bits of a header: 0-1 type, 2-3 width of the counts below (2: 32 bits), 4-7 number type, 8 has a
-// time sampling, 10 all samples of one size, 11 constant, 12-19 numbers in a value, 20-27 shared
-// text.
-std::string property_header(const Property& property, std::uint32_t samples, SharedTexts& shared) {
-  std::string bytes;
-  std::uint32_t bits = 2u << 2 | shared.number(property.meta) << 20;
-  if (property.type == kCompound) {
-    put(bytes, bits);
-  } else {
-    bits |= property.type | static_cast<std::uint32_t>(property.pod) << 4 | 1u << 8 | 1u << 10 |
-            property.extent << 12;
-    if (property.constant || samples == 1) bits |= 1u << 11;
-    put(bytes, bits);
-    put(bytes, samples);
-    put<std::uint32_t>(bytes, 1);  // the second time sampling, the shot's
-  }
-  put(bytes, static_cast<std::uint32_t>(property.name.size()));
-  return bytes + property.name;
+// The meta of a value that a shader may read; `scope` is con, vtx or fvr.
+std::string parameter(const std::string& scope, const std::string& interpretation, int extent,
+                      const std::string& number = "float32_t") {
+  return "arrayExtent=1;geoScope=" + scope +
+         (interpretation.empty() ? "" : ";interpretation=" + interpretation) +
+         ";isGeomParam=true;podExtent=" + std::to_string(extent) + ";podName=" + number;
 }
 
 std::string floats(const std::vector<Vec3>& values) {
@@ -88,95 +42,164 @@ std::string floats(const std::vector<Vec3>& values) {
   return bytes;
 }
 
-std::string box(const std::vector<Vec3>& positions) {
-  Vec3 low = positions.front(), high = low;
-  for (const Vec3& p : positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
+template <typename T, typename Values>
+std::string numbers(const Values& values) {
   std::string bytes;
-  for (const Vec3& corner : {low, high}) {
+  for (const auto& value : values) put(bytes, static_cast<T>(value));
+  return bytes;
+}
+
+using Box = Eigen::AlignedBox3d;
+
+Box box_of(const std::vector<Vec3>& positions) {
+  Box box;
+  for (const Vec3& p : positions) box.extend(p);
+  return box;
+}
+
+std::string bytes_of(const Box& box) {
+  std::string bytes;
+  for (const Vec3& corner : {box.min(), box.max()}) {
     for (int axis = 0; axis < 3; ++axis) put(bytes, corner[axis]);
   }
   return bytes;
 }
 
-/// A mesh on its way into the file.
+// An object's name: / would be another below it.
+std::string object_name(const std::string& name) {
+  std::string result = one_line(name);
+  std::replace(result.begin(), result.end(), '/', '_');
+  return result.empty() ? "_" : result;
+}
+
+/// A mesh on its way into the file: by frame its bounds, points and normals, or its transform.
 struct MeshObject {
-  std::vector<Property> properties;
-  Hash content;
+  P bounds{".selfBnds", "interpretation=box", P::kScalar, P::kFloat64, 6};
+  P positions{"P", "geoScope=vtx;interpretation=point", P::kArray, P::kFloat32, 3};
+  P normals{"N", parameter("vtx", "normal", 3), P::kArray, P::kFloat32, 3};
+  P matrix{".vals", "", P::kScalar, P::kFloat64, 16};
+  std::vector<P> measured;  ///< what the bake has measured of it
+  std::vector<const std::vector<double>*> values;
+  std::vector<P> constant, parameters;
 };
 
-enum Slot { kBounds, kPositions, kNormals, kVelocities, kIndices, kCounts };
+void add_constant(AbcArchive& out, std::vector<P>& to, P property, const std::string& values) {
+  out.add(property, values);
+  to.push_back(std::move(property));
+}
 
-void begin_mesh(OgawaFile& out, const TriMesh& rest, MeshObject& object) {
-  object.properties = {
-      {".selfBnds", "interpretation=box", kScalar, kFloat64, 6, false, {}},
-      {"P", "geoScope=vtx;interpretation=point", kArray, kFloat32, 3, false, {}},
-      {"N",
-       "arrayExtent=1;geoScope=vtx;interpretation=normal;isGeomParam=true;podExtent=3;"
-       "podName=float32_t",
-       kArray,
-       kFloat32,
-       3,
-       false,
-       {}},
-      {".velocities", "geoScope=vtx;interpretation=vector", kArray, kFloat32, 3, false, {}},
-      {".faceIndices", "", kArray, kInt32, 1, true, {}},
-      {".faceCounts", "", kArray, kInt32, 1, true, {}}};
-  std::string indices, counts;
-  for (const Triangle& triangle : rest.triangles) {
-    // Alembic's faces run clockwise, seen from outside.
-    for (int corner = 2; corner >= 0; --corner) put<std::int32_t>(indices, triangle[corner]);
-    put<std::int32_t>(counts, 3);
+// Alembic's faces run clockwise, seen from outside.
+template <typename At>
+std::vector<int> clockwise(const std::vector<Triangle>& triangles, const At& at) {
+  std::vector<int> corners;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (int corner = 2; corner >= 0; --corner) corners.push_back(at(t, corner));
   }
-  add_sample(out, object.properties[kIndices], indices, object.content);
-  add_sample(out, object.properties[kCounts], counts, object.content);
+  return corners;
 }
 
-// Object: its compound, then its children, then their headers with 32 bytes of identity.
-std::string object_identity(const std::string& content) {
-  return digest_of(content) + std::string(16, '\0');
-}
-
-std::uint64_t finish_mesh(OgawaFile& out, const MeshObject& object, std::uint32_t samples,
-                          SharedTexts& shared) {
-  std::vector<std::uint64_t> children;
-  std::string headers;
-  for (const Property& property : object.properties) {
-    children.push_back(out.add_group(property.children));
-    headers += property_header(property, samples, shared);
+MeshObject begin_mesh(AbcArchive& out, const Shot& shot, std::size_t m) {
+  const BakeMesh& mesh = shot.mesh(m);
+  const std::vector<Triangle>& triangles = mesh.rest.triangles;
+  MeshObject object;
+  const auto corners = clockwise(triangles, [&](auto t, int c) { return triangles[t][c]; });
+  add_constant(out, object.constant, {".faceIndices", "", P::kArray, P::kInt32},
+               numbers<std::int32_t>(corners));
+  add_constant(out, object.constant, {".faceCounts", "", P::kArray, P::kInt32},
+               numbers<std::int32_t>(std::vector<int>(triangles.size(), 3)));
+  if (const Uvs uvs = uvs_of(shot, m); !uvs.values.empty()) {
+    P compound{"uv", parameter("fvr", "vector", 2)};
+    std::string values;
+    for (const auto& uv : uvs.values) values += numbers<float>(uv);
+    add_constant(out, compound.below,
+                 {".vals", parameter("fvr", "vector", 2), P::kArray, P::kFloat32, 2}, values);
+    const auto of_uvs = clockwise(triangles, [&](auto t, int c) { return uvs.corners[3 * t + c]; });
+    add_constant(out, compound.below, {".indices", "", P::kArray, P::kUint32},
+                 numbers<std::uint32_t>(of_uvs));
+    object.constant.push_back(std::move(compound));
   }
-  children.push_back(out.add_leaf(headers));
-  const std::uint64_t geometry = out.add_group(children);
-  const Property compound{".geom", kMeshSchema, kCompound, kFloat32, 0, true, {}};
-  const std::uint64_t properties =
-      out.add_group({geometry, out.add_leaf(property_header(compound, 0, shared))});
-  return out.add_group({properties, out.add_leaf(object_identity(object.content.hex()))});
+  add_constant(out, object.parameters,
+               {"Pref", parameter("vtx", "point", 3), P::kArray, P::kFloat32, 3},
+               floats(mesh.rest.vertices));
+  add_constant(out, object.parameters,
+               {"Cd", parameter("con", "rgb", 3), P::kArray, P::kFloat32, 3},
+               numbers<float>(kind_colour(mesh.kind)));
+  if (!mesh.weights.empty()) {
+    add_constant(out, object.parameters,
+                 {"thew_weight", parameter("vtx", "", 1), P::kArray, P::kFloat32},
+                 numbers<float>(mesh.weights));
+  }
+  for (const auto& [metric, values] : metrics_of(shot, mesh)) {
+    object.measured.push_back(
+        {"thew_" + metric, parameter("con", "", 1, "float64_t"), P::kArray, P::kFloat64});
+    object.values.push_back(values);
+  }
+  return object;
 }
 
-// By sampling: its samples, seconds from one to the next, the first seconds. The first sampling is
-// every archive's own; frames at uneven steps are listed one by one.
-std::string time_samplings(const Shot& shot) {
-  const auto samples = static_cast<std::uint32_t>(shot.places.size());
-  std::vector<double> seconds;
+void add_shape(AbcArchive& out, const Shot& shot, std::size_t m, const std::vector<Vec3>& positions,
+               MeshObject& object) {
+  out.add(object.bounds, bytes_of(box_of(positions)));
+  out.add(object.positions, floats(positions));
+  out.add(object.normals, floats(unit_normals(shot, m, positions)));
+}
+
+AbcObject face_set(AbcArchive& out, const SkinLooks::Part& part, const P& bounds) {
+  P compound{".faceset", kFaceSet};
+  compound.below = {bounds};
+  add_constant(out, compound.below, {".faces", "", P::kArray, P::kInt32},
+               numbers<std::int32_t>(part.triangles));
+  add_constant(out, compound.below, {".facesExclusive", "", P::kScalar, P::kUint32},
+               numbers<std::uint32_t>(std::vector<int>{1}));
+  return {object_name(part.material), titled(kFaceSet, ".faceset"), {std::move(compound)}};
+}
+
+AbcObject finish_transform(AbcArchive& out, const std::string& name, const P& matrix) {
+  P compound{".xform", kTransform};
+  add_constant(out, compound.below, {".inherits", "", P::kScalar, P::kBool}, "\1");
+  if (!matrix.samples.empty()) {
+    add_constant(out, compound.below, {"isNotConstantIdentity", "", P::kScalar, P::kBool}, "\1");
+    add_constant(out, compound.below, {".ops", "", P::kScalar, P::kUint8}, "\x30");  // a matrix
+    compound.below.push_back(matrix);
+    std::vector<int> moving(16);
+    std::iota(moving.begin(), moving.end(), 0);
+    add_constant(out, compound.below, {".animChans", "", P::kArray, P::kUint32},
+                 numbers<std::uint32_t>(moving));
+  }
+  return {name, titled(kTransform, ".xform"), {std::move(compound)}};
+}
+
+AbcObject finish_mesh(AbcArchive& out, const Shot& shot, std::size_t m, MeshObject& object) {
+  P compound{".geom", kMesh};
+  compound.below = {object.bounds, object.positions, object.normals};
+  std::move(object.constant.begin(), object.constant.end(), std::back_inserter(compound.below));
+  P parameters{".arbGeomParams", ""};
+  parameters.below = std::move(object.parameters);
+  std::move(object.measured.begin(), object.measured.end(), std::back_inserter(parameters.below));
+  compound.below.push_back(std::move(parameters));
+  const std::string name = object_name(shot.mesh(m).name);
+  AbcObject mesh{name + "Shape", titled(kMesh, ".geom"), {std::move(compound)}};
+  if (shot.meshes[m] == skin_mesh(shot.info())) {
+    for (const SkinLooks::Part& part : shot.looks.parts) {
+      mesh.children.push_back(face_set(out, part, object.bounds));
+    }
+  }
+  AbcObject above = finish_transform(out, name, object.matrix);
+  above.children.push_back(std::move(mesh));
+  return above;
+}
+
+AbcTimes times_of(const Shot& shot) {
+  AbcTimes times{static_cast<std::uint32_t>(shot.places.size()), 0.0, {}};
   bool even = true;
   for (std::size_t i = 0; i < shot.places.size(); ++i) {
-    seconds.push_back(shot.frame(i) / shot.info().fps);
+    times.seconds.push_back(shot.frame(i) / shot.info().fps);
     if (i > 1) even &= shot.frame(i) - shot.frame(i - 1) == shot.frame(1) - shot.frame(0);
   }
-  const int step = samples > 1 ? shot.frame(1) - shot.frame(0) : 1;
-  std::string bytes;
-  put<std::uint32_t>(bytes, 0);
-  put(bytes, 1.0);
-  put<std::uint32_t>(bytes, 1);
-  put(bytes, 0.0);
-  put(bytes, samples);
-  put(bytes, even ? step / shot.info().fps : std::numeric_limits<double>::max() / 32.0);
-  if (even) seconds.resize(1);
-  put(bytes, static_cast<std::uint32_t>(seconds.size()));
-  for (const double time : seconds) put(bytes, time);
-  return bytes;
+  const int step = times.count > 1 ? shot.frame(1) - shot.frame(0) : 1;
+  if (even) times.every = step / shot.info().fps;
+  if (even) times.seconds.resize(1);
+  return times;
 }
 
 // "key=value;…", so that neither sign may stand in a value.
@@ -194,45 +217,42 @@ std::string archive_meta(const Shot& shot) {
 }  // namespace
 
 Exported export_alembic(const Shot& shot, const std::filesystem::path& file) {
-  OgawaFile out(file);
-  SharedTexts shared;
-  std::vector<MeshObject> meshes(shot.meshes.size());
-  for (std::size_t m = 0; m < meshes.size(); ++m) begin_mesh(out, shot.mesh(m).rest, meshes[m]);
-  for_each_frame(shot, [&](const ShotFrame& frame) {
-    const auto velocity = velocities(shot, frame.place);
-    for (std::size_t m = 0; m < meshes.size(); ++m) {
-      const std::vector<Vec3>& positions = frame.positions[m];
-      const auto add = [&](Slot slot, const std::string& values) {
-        add_sample(out, meshes[m].properties[slot], values, meshes[m].content);
-      };
-      add(kBounds, box(positions));
-      add(kPositions, floats(positions));
-      add(kNormals, floats(unit_normals(shot.mesh(m), positions)));
-      add(kVelocities, floats(velocity[m]));
-    }
-  });
-  std::vector<std::uint64_t> children = {0};  // the top object has no properties
-  std::string headers, content;
-  const std::string meta = std::string(kMeshSchema) + ";schemaObjTitle=AbcGeom_PolyMesh_v1:.geom";
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    children.push_back(
-        finish_mesh(out, meshes[m], static_cast<std::uint32_t>(shot.places.size()), shared));
-    content += meshes[m].content.hex();
-    put(headers, static_cast<std::uint32_t>(shot.mesh(m).name.size()));
-    headers += shot.mesh(m).name;
-    headers += static_cast<char>(shared.number(meta));
+  const std::vector<RigidMotion> rigid = rigid_motions(shot);
+  AbcArchive out(file);
+  std::vector<MeshObject> meshes;
+  for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
+    meshes.push_back(begin_mesh(out, shot, m));
+    if (!rigid[m].empty()) add_shape(out, shot, m, shot.mesh(m).rest.vertices, meshes[m]);
   }
-  children.push_back(out.add_leaf(headers + object_identity(content)));
-  const std::uint64_t top = out.add_group(children);
-  std::string file_version, library_version, texts;
-  put(file_version, kFileVersion);
-  put(library_version, kLibraryVersion);
-  for (const std::string& text : shared.texts) texts += static_cast<char>(text.size()) + text;
-  const std::uint64_t versions[] = {out.add_leaf(file_version), out.add_leaf(library_version)};
-  const std::uint64_t infos[] = {out.add_leaf(archive_meta(shot)),
-                                 out.add_leaf(time_samplings(shot)), out.add_leaf(texts)};
-  out.finish(out.add_group({versions[0], versions[1], top, infos[0], infos[1], infos[2]}));
-  return {{file}, "time is frame / fps, in seconds; normals and velocities by frame"};
+  P bounds{".childBnds", "interpretation=box", P::kScalar, P::kFloat64, 6};
+  std::size_t i = 0;
+  for_each_frame(shot, [&](const ShotFrame& frame) {
+    Box all;
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+      all.extend(box_of(frame.positions[m]));
+      if (rigid[m].empty()) {
+        add_shape(out, shot, m, frame.positions[m], meshes[m]);
+      } else {
+        // By columns in memory: Alembic's vectors are rows, and so its matrices ours transposed.
+        const double* matrix = rigid[m][i].matrix().data();
+        out.add(meshes[m].matrix, numbers<double>(std::vector<double>(matrix, matrix + 16)));
+      }
+      for (std::size_t k = 0; k < meshes[m].measured.size(); ++k) {
+        out.add(meshes[m].measured[k],
+                numbers<double>(std::vector<double>{(*meshes[m].values[k])[frame.place]}));
+      }
+    }
+    out.add(bounds, bytes_of(all));
+    ++i;
+  });
+  AbcObject top{"", "", {bounds}};
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    top.children.push_back(finish_mesh(out, shot, m, meshes[m]));
+  }
+  out.finish(top, archive_meta(shot), times_of(shot));
+  return {{file},
+          "time is frame / fps, in seconds; rigid meshes move by a transform, Pref is the rest "
+          "pose"};
 }
 
 }  // namespace thew::tools

@@ -34,10 +34,9 @@ std::vector<Affine> from_bake(const std::vector<BodyFrame>& bodies, double scale
                                      "; give --onto the file that was baked");
 }
 
-void check_rest(const Shot& shot, const std::filesystem::path& file, const CharacterSkin& skin) {
+void check_rest(const Shot& shot, const std::filesystem::path& file, const Character& character) {
   const BakeCharacter& of = shot.info().character;
   const std::vector<Vec3>& rest = shot.info().meshes[skin_mesh(shot.info())].rest.vertices;
-  const Character& character = skin.character;
   if (rest.size() != character.mesh.vertices.size()) {
     refuse(file, "its meshes have " + std::to_string(character.mesh.vertices.size()) +
                      " vertices, and the bake's skin has " + std::to_string(rest.size()));
@@ -193,8 +192,8 @@ int end_of_part(const Character& character, std::size_t part) {
                                            : static_cast<int>(character.mesh.vertices.size());
 }
 
-CharacterSkin read_character_skin(const Shot& shot, const std::filesystem::path& file,
-                                  const GltfSource& source) {
+CharacterSkin read_own_character(const Shot& shot, const std::filesystem::path& file,
+                                 const GltfSource& source) {
   const BakeInfo& info = shot.info();
   if (info.character.rest.empty() || skin_mesh(info) < 0) {
     throw Error(ErrorCode::kUsage,
@@ -205,15 +204,21 @@ CharacterSkin read_character_skin(const Shot& shot, const std::filesystem::path&
   CharacterSkin skin;
   skin.character = import_character(file);
   skin.scale = info.character.scale;
-  check_rest(shot, file, skin);
+  check_rest(shot, file, skin.character);
   read_raw(file, source, skin);
+  find_seams(bind_normals(skin), skin);
+  return skin;
+}
+
+CharacterSkin read_character_skin(const Shot& shot, const std::filesystem::path& file,
+                                  const GltfSource& source) {
+  CharacterSkin skin = read_own_character(shot, file, source);
   for (const ShotFrame& frame : all_frames(shot)) {
     skin.bodies.push_back(from_bake(frame.bodies, skin.scale));
     std::vector<Vec3>& x = skin.baked.emplace_back(frame.positions[0]);
     for (Vec3& p : x) p /= skin.scale;
   }
   find_moved(skin);
-  find_seams(bind_normals(skin), skin);
   return skin;
 }
 

@@ -27,8 +27,13 @@ struct CharacterSkin {
 /// The place of the skin among the meshes of a bake; -1 where it has none.
 int skin_mesh(const BakeInfo& info);
 
-/// Reads the character and puts the bake's skin on it. Error(kInput) where the file is not the
-/// character of the bake: its mesh has to lie at rest where the bake's lies.
+/// The character alone, without what is by frame. Error(kUsage) where the bake has no character's
+/// own skin, Error(kInput) where the file is not that character: its mesh has to lie at rest where
+/// the bake's lies.
+CharacterSkin read_own_character(const Shot& shot, const std::filesystem::path& file,
+                                 const GltfSource& source);
+
+/// The same with the bake's skin on it.
 CharacterSkin read_character_skin(const Shot& shot, const std::filesystem::path& file,
                                   const GltfSource& source);
 

@@ -43,8 +43,8 @@ Exported export_glb_onto(const Shot& shot, const OntoOptions& options);
 Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
                      const std::filesystem::path& bake);
 
-/// USD as text, positions, normals and velocities by frame: usda.cpp.
-Exported export_usda(const Shot& shot, const std::filesystem::path& file);
+/// USD by the file's ending, as text (.usda), binary (.usdc) or that in an archive (.usdz): usd/.
+Exported export_usd(const Shot& shot, const std::filesystem::path& file);
 
 /// Alembic in Ogawa's container, positions, normals and velocities by frame: alembic.cpp.
 Exported export_alembic(const Shot& shot, const std::filesystem::path& file);

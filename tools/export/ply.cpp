@@ -22,7 +22,7 @@ std::string header(const Shot& shot, const BakeMesh& mesh, int frame) {
 
 std::string body(const Shot& shot, const BakeMesh& mesh, const ShotFrame& frame) {
   const std::vector<Vec3>& positions = frame.positions[0];
-  const std::vector<Vec3> normals = unit_normals(mesh, positions);
+  const std::vector<Vec3> normals = unit_normals(shot, 0, positions);
   const std::vector<Vec3> velocity = velocities(shot, frame.place)[0];
   std::string bytes;
   for (std::size_t v = 0; v < positions.size(); ++v) {

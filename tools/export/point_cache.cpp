@@ -34,6 +34,18 @@ int even_step(const Shot& shot, const std::filesystem::path& file) {
   return step;
 }
 
+// Blender shows the samples one after another, and reads neither PC2's frames nor, but for this
+// mode, MDD's seconds: its place among them is Frame Scale * frame - Frame Start.
+std::string blender_note(const Shot& shot) {
+  const int step = shot.places.size() > 1 ? shot.frame(1) - shot.frame(0) : 1;
+  for (std::size_t i = 1; i < shot.places.size(); ++i) {
+    if (shot.frame(i) - shot.frame(i - 1) != step) return "Time Mode to Time, Frame Start to 0";
+  }
+  std::string note = "Frame Start to " + digits(1.0 * shot.first_frame() / step);
+  if (step > 1) note += ", Frame Scale to " + digits(1.0 / step);
+  return note;
+}
+
 Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& file) {
   WrittenFiles written;
   out.finish();
@@ -42,10 +54,11 @@ Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& 
   ExportFile rest_out(rest);
   rest_out.append(facts_as_lines(shot, "# ") + "# rest mesh, for " + file.filename().string() +
                   "\n");
-  rest_out.append(obj_text(shot, {shot.mesh(0).rest.vertices}));
+  rest_out.append(obj_text(shot, obj_faces(shot), {shot.mesh(0).rest.vertices}));
   rest_out.finish();
   written.add(rest);
-  return {written.keep(), "put the cache on the mesh of " + rest.filename().string()};
+  return {written.keep(), "put the cache on the mesh of " + rest.filename().string() +
+                              "; in Blender's Mesh Cache set " + blender_note(shot)};
 }
 
 }  // namespace

@@ -23,4 +23,13 @@ std::filesystem::path sequence_file(const std::filesystem::path& pattern, int fr
   return pattern.parent_path() / name;
 }
 
+std::filesystem::path materials_file(const std::filesystem::path& pattern) {
+  std::string name = pattern.stem().string();
+  name.erase(std::remove(name.begin(), name.end(), '#'), name.end());
+  while (!name.empty() && std::string("._-").find(name.back()) != std::string::npos) {
+    name.pop_back();
+  }
+  return pattern.parent_path() / ((name.empty() ? "materials" : name) + ".mtl");
+}
+
 }  // namespace thew::tools

@@ -9,4 +9,7 @@ namespace thew::tools {
 /// least (-2 as #### is -002); a name without # gets .#### before its ending.
 std::filesystem::path sequence_file(const std::filesystem::path& pattern, int frame);
 
+/// The file of materials beside a sequence of OBJ: its name without the number.
+std::filesystem::path materials_file(const std::filesystem::path& pattern);
+
 }  // namespace thew::tools

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "rig/skeleton.h"
 #include "rig/text.h"
@@ -35,6 +36,14 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
   return static_cast<int>(found - names.begin());
 }
 
+// Flesh and bone are smooth, as shaded_triangles() has them.
+std::vector<int> smooth_vertices(const BakeMesh& mesh) {
+  if (mesh.kind != BakeMesh::Kind::kSkin) return first_at_position(mesh.rest);
+  std::vector<int> each(mesh.rest.vertices.size());
+  std::iota(each.begin(), each.end(), 0);
+  return each;
+}
+
 int find_frame(const BakeInfo& info, const std::string& asked, int frame) {
   const auto found = std::lower_bound(info.frames.begin(), info.frames.end(), frame);
   if (found == info.frames.end() || *found != frame) {
@@ -59,6 +68,8 @@ Shot choose_shot(const BakeReader& reader, const std::vector<std::string>& names
       shot.meshes.push_back(mesh);
     }
   }
+  shot.smooth.resize(info.meshes.size());
+  for (const int mesh : shot.meshes) shot.smooth[mesh] = smooth_vertices(info.meshes[mesh]);
   for (const int frame : frames.empty() ? info.frames : parse_frames(frames)) {
     shot.places.push_back(find_frame(info, frames, frame));
   }
@@ -100,12 +111,27 @@ std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place) {
   return result;
 }
 
-std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions) {
-  std::vector<Vec3> normals = vertex_normals({positions, shaded_triangles(mesh)});
-  if (mesh.kind != BakeMesh::Kind::kSkin) {
-    const std::vector<int> first = first_at_position(mesh.rest);
-    for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = normals[first[i]];
+std::vector<std::pair<std::string, const std::vector<double>*>> metrics_of(const Shot& shot,
+                                                                           const BakeMesh& mesh) {
+  std::vector<std::pair<std::string, const std::vector<double>*>> metrics;
+  const std::vector<std::string>& names = shot.info().metric_names;
+  for (const std::string metric : {"activation", "length"}) {
+    const auto found = std::find(names.begin(), names.end(), metric + "/" + mesh.name);
+    if (found == names.end()) continue;
+    metrics.emplace_back(metric, &shot.reader.metric(static_cast<int>(found - names.begin())));
   }
+  return metrics;
+}
+
+std::vector<Vec3> unit_normals(const Shot& shot, std::size_t m,
+                               const std::vector<Vec3>& positions) {
+  const std::vector<int>& first = shot.smooth[shot.meshes[m]];
+  TriMesh joined{positions, shot.mesh(m).rest.triangles};
+  for (Triangle& triangle : joined.triangles) {
+    for (int& vertex : triangle) vertex = first[vertex];
+  }
+  std::vector<Vec3> normals = vertex_normals(joined);
+  for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = normals[first[i]];
   for (Vec3& normal : normals) {
     if (normal.isZero(0.0)) normal = Vec3::UnitY();
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 #include <utility>
@@ -11,12 +12,32 @@
 
 namespace thew::tools {
 
+/// Texture coordinates, v up. Corner c of triangle t has values[corners[3 t + c]]. Empty: none.
+struct Uvs {
+  std::vector<std::array<float, 2>> values;
+  std::vector<int> corners;
+};
+
+/// What a character's file says of the bake's skin beside its shape.
+struct SkinLooks {
+  struct Part {
+    std::string material;
+    std::vector<int> triangles;
+  };
+  Uvs uvs;
+  std::vector<Part> parts;  ///< by material, where there are more than one
+  std::vector<int> smooth;  ///< as Shot::smooth
+};
+
 /// What of a bake is exported: some of its meshes, some of its frames.
 struct Shot {
   const BakeReader& reader;
   std::vector<int> meshes;  ///< places in the bake's
   std::vector<int> places;  ///< of the frames among the bake's, rising
   ProgressStyle progress = ProgressStyle::kNone;
+  /// By the bake's mesh and vertex, the first vertex that is shaded as one with it.
+  std::vector<std::vector<int>> smooth = {};
+  SkinLooks looks = {};  ///< empty where the bake's skin is no character's or its file is not found
 
   const BakeInfo& info() const { return reader.info(); }
   const BakeMesh& mesh(std::size_t m) const { return info().meshes[meshes[m]]; }
@@ -50,8 +71,13 @@ std::vector<ShotFrame> all_frames(const Shot& shot);
 /// the first and the last frame that to the neighbour. A bake of one frame stands still.
 std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place);
 
-/// One a vertex, of length 1, smooth across a muscle's seams: a vertex without area gets up.
-std::vector<Vec3> unit_normals(const BakeMesh& mesh, const std::vector<Vec3>& positions);
+/// What the bake has measured of a muscle and other programs may use, by name: its activation, and
+/// the length of its whole path (m); values by place of the frame.
+std::vector<std::pair<std::string, const std::vector<double>*>> metrics_of(const Shot& shot,
+                                                                           const BakeMesh& mesh);
+
+/// Of the m-th mesh, one a vertex, of length 1: a vertex without area gets up.
+std::vector<Vec3> unit_normals(const Shot& shot, std::size_t m, const std::vector<Vec3>& positions);
 
 /// The only mesh that is chosen. Error(kUsage) with the choice where there are more.
 const BakeMesh& only_mesh(const Shot& shot, const std::string& format);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A text that tells readers of XDMF where in bake.h5 each frame stands. Slabs are written behind
-// the dataset's path, |start:stride:count:size, each by dimension: XDMF 3 reads these, while its
-// element HyperSlab is read by few.
+// the dataset's path, |start:stride:count:size, each by dimension. In ParaView 5.11 both readers of
+// XDMF 3 know these alone, its reader of XDMF 2 the element HyperSlab alone, and meshio 5.0
+// neither.
 #include "tools/base/output_file.h"
 #include "tools/base/text.h"
 #include "tools/export/formats.h"
@@ -85,7 +86,8 @@ Exported export_xdmf(const Shot& shot, const std::filesystem::path& file,
   return {{file},
           "the numbers stay in " + bake.string() +
               ", keep both where they are; time is "
-              "frame / fps, in seconds; normals and velocities are left to the reader"};
+              "frame / fps, in seconds; in ParaView choose Xdmf3 Reader S or T, since its XDMF "
+              "Reader does not know the slabs"};
 }
 
 }  // namespace thew::tools

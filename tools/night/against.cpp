@@ -13,13 +13,13 @@ namespace {
 using nlohmann::ordered_json;
 using Way = ShotChange::Way;
 
-ordered_json seconds_as_json(const Shot& shot, double sim::Seconds::*clock) {
+ordered_json seconds_as_json(const NightShot& shot, double sim::Seconds::*clock) {
   ordered_json out = {{"total", shot.total.*clock}};
   for (std::size_t i = 0; i < kStages.size(); ++i) out[kStages[i]] = shot.stages[i].*clock;
   return out;
 }
 
-ordered_json figures_as_json(const Shot& shot) {
+ordered_json figures_as_json(const NightShot& shot) {
   ordered_json bounds = ordered_json::array(), worst = bounds, rungs = bounds, swings = bounds;
   for (const Report::Bound& one : shot.bounds) {
     bounds.push_back({{"quantity", one.quantity},
@@ -56,7 +56,7 @@ const char* way_word(Way way) {
   return way == Way::kWorse ? "worse" : way == Way::kBetter ? "better" : "other";
 }
 
-ordered_json shot_as_json(const Shot& shot) {
+ordered_json shot_as_json(const NightShot& shot) {
   ordered_json changes = ordered_json::array();
   for (const ShotChange& one : shot.changes) {
     changes.push_back(
@@ -80,8 +80,8 @@ ordered_json shot_as_json(const Shot& shot) {
   return out;
 }
 
-Shot read_earlier(const JsonField& from) {
-  Shot shot;
+NightShot read_earlier(const JsonField& from) {
+  NightShot shot;
   shot.name = from["name"].required().text();
   shot.folder = from["folder"].text();
   const std::string state = from["state"].required().text();
@@ -96,7 +96,7 @@ Shot read_earlier(const JsonField& from) {
   return shot;
 }
 
-void note(Shot& shot, const std::string& what, const std::string& was, const std::string& is,
+void note(NightShot& shot, const std::string& what, const std::string& was, const std::string& is,
           Way way) {
   if (was != is) shot.changes.push_back({what, was, is, way});
 }
@@ -104,7 +104,7 @@ void note(Shot& shot, const std::string& what, const std::string& was, const std
 Way way_of(double was, double is) { return is > was ? Way::kWorse : Way::kBetter; }
 
 // Where a bound is crossed, or its figure moved by a tenth of it and of what it was.
-void compare_bounds(const Shot& was, Shot& shot) {
+void compare_bounds(const NightShot& was, NightShot& shot) {
   constexpr double kShare = 0.1;
   for (const Report::Bound& now : shot.bounds) {
     const Report::Bound* then = was.bound(now.quantity);
@@ -125,7 +125,7 @@ void compare_bounds(const Shot& was, Shot& shot) {
 }
 
 // Machines differ, and what else they do: less than a quarter, or than 5 s, is not told.
-void compare_cost(const Shot& was, Shot& shot) {
+void compare_cost(const NightShot& was, NightShot& shot) {
   constexpr double kShare = 1.25, kLeast = 5.0;
   if (was.frames == 0 || shot.frames == 0) return;
   const double then = was.total.cpu / was.frames, now = shot.total.cpu / shot.frames;
@@ -134,7 +134,7 @@ void compare_cost(const Shot& was, Shot& shot) {
   note(shot, "cost a frame", readable(then) + " s", readable(now) + " s", way_of(then, now));
 }
 
-void compare_shot(const Shot& was, Shot& shot) {
+void compare_shot(const NightShot& was, NightShot& shot) {
   if (was.state != shot.state) {
     const bool better = shot.state == ShotState::kDone || (shot.has_report() && !was.has_report());
     const bool worse = was.state == ShotState::kDone || (was.has_report() && !shot.has_report());
@@ -172,13 +172,13 @@ Night read_night(const std::filesystem::path& file) {
 void compare_with(const Night& before, Night& night) {
   night.compared = true;
   night.against = before.days();
-  std::map<std::string, const Shot*> then;
+  std::map<std::string, const NightShot*> then;
   std::map<std::string, std::string> names;  // by folder, where other folders were named
-  for (const Shot& shot : before.shots) {
+  for (const NightShot& shot : before.shots) {
     then[shot.name] = &shot;
     names[shot.folder.string()] = shot.name;
   }
-  for (Shot& shot : night.shots) {
+  for (NightShot& shot : night.shots) {
     auto found = then.find(shot.name);
     if (found == then.end()) found = then.find(names[shot.folder.string()]);
     if (found == then.end()) {
@@ -193,8 +193,8 @@ void compare_with(const Night& before, Night& night) {
 
 ordered_json night_as_json(const Night& night) {
   ordered_json shots = ordered_json::array(), bakes = {{"all", night.shots.size()}};
-  Shot sum;
-  for (const Shot& shot : night.shots) {
+  NightShot sum;
+  for (const NightShot& shot : night.shots) {
     shots.push_back(shot_as_json(shot));
     sum.total += shot.total;
     for (std::size_t i = 0; i < kStages.size(); ++i) sum.stages[i] += shot.stages[i];

@@ -80,7 +80,7 @@ fs::path common_folder(const std::vector<fs::path>& folders) {
   return common;
 }
 
-std::vector<Shot> find_shots(const std::vector<fs::path>& folders) {
+std::vector<NightShot> find_shots(const std::vector<fs::path>& folders) {
   const fs::path base = common_folder(folders);
   std::map<std::string, fs::path> by_name;
   for (const fs::path& named : folders) {
@@ -92,7 +92,7 @@ std::vector<Shot> find_shots(const std::vector<fs::path>& folders) {
       by_name.emplace(name.empty() || name == "." ? folder.filename().string() : name, folder);
     }
   }
-  std::vector<Shot> shots;
+  std::vector<NightShot> shots;
   for (const auto& [name, folder] : by_name) {
     stop_if_interrupted();
     const auto chunks = is_bake(folder) ? std::vector<fs::path>{} : chunks_of(folder);

@@ -12,14 +12,14 @@
 namespace thew::tools {
 
 int Night::count(ShotState state) const {
-  return static_cast<int>(std::count_if(shots.begin(), shots.end(),
-                                        [&](const Shot& shot) { return shot.state == state; }));
+  return static_cast<int>(std::count_if(
+      shots.begin(), shots.end(), [&](const NightShot& shot) { return shot.state == state; }));
 }
 
 std::string Night::days() const {
   constexpr std::size_t kDay = 10;  // of 2026-11-25T08:00:00Z
   std::string first, last;
-  for (const Shot& shot : shots) {
+  for (const NightShot& shot : shots) {
     const std::string day = shot.date.substr(0, kDay);
     if (day.size() < kDay) continue;
     if (first.empty() || day < first) first = day;
@@ -32,7 +32,7 @@ std::string state_text(ShotState state) {
   return in_words(kShotStates[static_cast<std::size_t>(state)]);
 }
 
-std::string what_is_wrong(const Shot& shot) {
+std::string what_is_wrong(const NightShot& shot) {
   if (shot.state != ShotState::kMissed) return shot.why;
   std::string text;
   for (const Report::Bound& bound : shot.bounds) {
@@ -50,7 +50,7 @@ std::vector<std::string> quantities_of(const Night& night) {
   static constexpr const char* kOrder[] = {"penetration", "poke_through", "volume_error",
                                            "substep_volume_error", "attachment_gap"};
   std::map<std::string, bool> seen;
-  for (const Shot& shot : night.shots) {
+  for (const NightShot& shot : night.shots) {
     for (const char* depth : {"penetration", "poke_through"}) {
       if (shot.worst_of(depth)) seen[depth];
     }
@@ -76,7 +76,7 @@ std::string night_as_text(const Night& night) {
   text += "\n";
   constexpr int kLines = 20;
   int bad = 0;
-  for (const Shot& shot : night.shots) {
+  for (const NightShot& shot : night.shots) {
     if (shot.state == ShotState::kDone || ++bad > kLines) continue;
     text += rig::printable(shot.name) + ": " + state_text(shot.state) + ": " +
             rig::printable(what_is_wrong(shot)) + "\n";
@@ -88,7 +88,7 @@ std::string night_as_text(const Night& night) {
 
 std::vector<WorstFrame> worst_frames(const Night& night, std::size_t most) {
   std::vector<WorstFrame> all;
-  for (const Shot& shot : night.shots) {
+  for (const NightShot& shot : night.shots) {
     WorstFrame worst;
     worst.shot = &shot;
     const auto raise = [&](double rank, int frame, const std::string& part, std::string what) {

@@ -13,7 +13,7 @@ namespace thew::tools {
 /// All bakes of a run, and what changed since an earlier one.
 struct Night {
   std::string name;  ///< of the folder that all lie in
-  std::vector<Shot> shots;
+  std::vector<NightShot> shots;
   bool compared = false;
   std::string against;            ///< the days of the bakes of the earlier run
   std::vector<std::string> gone;  ///< bakes of the earlier run that this one has not
@@ -40,11 +40,11 @@ std::string night_as_html(const Night& night, const std::filesystem::path& folde
 std::vector<std::string> quantities_of(const Night& night);
 /// What one state is called, and what is wrong with such a bake: "failed: ...".
 std::string state_text(ShotState state);
-std::string what_is_wrong(const Shot& shot);
+std::string what_is_wrong(const NightShot& shot);
 
 /// The worst frame of a bake, for a picture of it.
 struct WorstFrame {
-  const Shot* shot = nullptr;
+  const NightShot* shot = nullptr;
   int frame = 0;
   double rank = 0.0;  ///< the higher the worse
   std::string part, what;

@@ -42,7 +42,7 @@ std::string fact(const std::string& name, const std::string& value, const std::s
 std::string facts(const Night& night) {
   sim::Seconds total;
   long frames = 0, rungs = 0, bakes = 0;
-  for (const Shot& shot : night.shots) {
+  for (const NightShot& shot : night.shots) {
     total += shot.total;
     frames += shot.frames;
     rungs += shot.rung_frames();
@@ -62,7 +62,7 @@ std::string facts(const Night& night) {
 std::string faults(const Page& page) {
   std::string html, commands;
   std::size_t count = 0;
-  for (const Shot& shot : page.night.shots) {
+  for (const NightShot& shot : page.night.shots) {
     if (shot.state == ShotState::kDone || shot.state == ShotState::kMissed) continue;
     ++count;
     html += "<li><h3>" + page.link(shot) + " " + html_badge(shot.state) + "</h3>\n<p>" +
@@ -88,7 +88,7 @@ std::string changes(const Page& page) {
   if (!night.compared) return "";
   std::string rows[3][2];  // by way; first what became of bakes, then their figures
   std::size_t counts[3] = {}, other_scene = 0, other_positions = 0, is_new = 0;
-  for (const Shot& shot : night.shots) {
+  for (const NightShot& shot : night.shots) {
     bool scene = false;
     for (const ShotChange& one : shot.changes) {
       scene = scene || one.what == "scene";

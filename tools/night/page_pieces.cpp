@@ -79,7 +79,7 @@ std::string duration_text(double seconds) {
   return readable(seconds / 3600.0) + " h";
 }
 
-std::string Page::link(const Shot& shot) const {
+std::string Page::link(const NightShot& shot) const {
   std::string name = escape_html(shot.name);
   if (!shot.has_report()) return name;
   const std::filesystem::path report = (shot.folder / "report.html").lexically_relative(folder);

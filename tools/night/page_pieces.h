@@ -48,7 +48,7 @@ struct Page {
   std::vector<std::string> quantities;  ///< quantities_of(night)
 
   /// The name of a bake, with a link to its report where there is one.
-  std::string link(const Shot& shot) const;
+  std::string link(const NightShot& shot) const;
 };
 
 // Tables of the page (page_tables.cpp), each with its heading; "" where there is nothing to say.

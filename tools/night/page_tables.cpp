@@ -11,7 +11,7 @@
 namespace thew::tools {
 namespace {
 
-std::string shot_row(const Page& page, const Shot& shot) {
+std::string shot_row(const Page& page, const NightShot& shot) {
   std::vector<Cell> cells = {text_cell(page.link(shot)), text_cell(html_badge(shot.state)),
                              number_cell(shot.frames, std::to_string(shot.frames))};
   if (shot.frames != shot.wanted_frames) {
@@ -66,9 +66,9 @@ std::string bounds_part(const Page& page) {
   std::vector<std::pair<double, std::string>> rows;
   for (const std::string& quantity : page.quantities) {
     std::size_t bound = 0, over = 0;
-    const Shot* worst = nullptr;
+    const NightShot* worst = nullptr;
     double worst_ratio = -1.0;
-    for (const Shot& shot : page.night.shots) {
+    for (const NightShot& shot : page.night.shots) {
       const Report::Bound* one = shot.bound(quantity);
       if (!one) continue;
       ++bound;
@@ -123,11 +123,11 @@ std::string rungs_part(const Page& page) {
   struct Kind {
     std::size_t bakes = 0, frames = 0;
     double deepest = 0.0;
-    const Shot* most = nullptr;
+    const NightShot* most = nullptr;
     std::size_t most_frames = 0;
   };
   std::map<std::array<std::string, 3>, Kind> kinds;
-  for (const Shot& shot : page.night.shots) {
+  for (const NightShot& shot : page.night.shots) {
     for (const Report::Rung& rung : shot.rungs) {
       Kind& kind = kinds[{rung.rung, rung.muscle, rung.because}];
       ++kind.bakes;
@@ -162,11 +162,11 @@ std::string swings_part(const Page& page) {
   struct Kind {
     std::size_t bakes = 0, frames = 0;
     double most = 0.0;  // m
-    const Shot* shot = nullptr;
+    const NightShot* shot = nullptr;
     int frame = 0;
   };
   std::map<std::string, Kind> kinds;
-  for (const Shot& shot : page.night.shots) {
+  for (const NightShot& shot : page.night.shots) {
     for (const Report::Swing& swing : shot.swings) {
       Kind& kind = kinds[swing.muscle];
       ++kind.bakes;
@@ -194,8 +194,8 @@ std::string swings_part(const Page& page) {
 }
 
 std::string cost_part(const Page& page) {
-  Shot sum;
-  for (const Shot& shot : page.night.shots) {
+  NightShot sum;
+  for (const NightShot& shot : page.night.shots) {
     sum.total += shot.total;
     for (std::size_t i = 0; i < kStages.size(); ++i) sum.stages[i] += shot.stages[i];
   }
@@ -229,7 +229,7 @@ std::string shots_part(const Page& page) {
   }
   if (page.night.compared) heads.push_back({"Changes", true});
   std::string rows;
-  for (const Shot& shot : page.night.shots) rows += shot_row(page, shot);
+  for (const NightShot& shot : page.night.shots) rows += shot_row(page, shot);
   std::string states;
   for (std::size_t i = 0; i < kShotStates.size(); ++i) {
     const auto state = static_cast<ShotState>(i);
@@ -246,10 +246,10 @@ std::string shots_part(const Page& page) {
 std::string warnings_part(const Page& page) {
   struct Kind {
     std::string example;
-    std::vector<const Shot*> bakes;
+    std::vector<const NightShot*> bakes;
   };
   std::map<std::string, Kind> kinds;
-  for (const Shot& shot : page.night.shots) {
+  for (const NightShot& shot : page.night.shots) {
     for (const std::string& warning : shot.warnings) {
       Kind& kind = kinds[without_numbers(warning)];
       if (kind.example.empty()) kind.example = warning;
@@ -264,7 +264,8 @@ std::string warnings_part(const Page& page) {
   std::string html = "<h2>Warnings</h2>\n";
   for (const Kind* kind : order) {
     std::string names;
-    for (const Shot* shot : kind->bakes) names += (names.empty() ? "" : ", ") + page.link(*shot);
+    for (const NightShot* shot : kind->bakes)
+      names += (names.empty() ? "" : ", ") + page.link(*shot);
     const std::size_t count = kind->bakes.size();
     html += html_fold(
         false,

@@ -28,7 +28,7 @@ std::string again(const JsonField& directory, const JsonField& command) {
   return "cd " + command_text(1, &word) + " && " + called;
 }
 
-void read_report(Shot& shot) {
+void read_report(NightShot& shot) {
   const JsonFile file = read_json_file(shot.folder / "report.json", kBakeAgain);
   const JsonField report(file);
   report["thew"].required().text();
@@ -51,7 +51,7 @@ void read_report(Shot& shot) {
 }
 
 // Completed frames of a bake that has not ended, or is still running.
-void read_parts(Shot& shot) {
+void read_parts(NightShot& shot) {
   const fs::path parts = shot.folder / "bake.parts";
   shot.why = shot.has_report() ? "; the report is of a bake before it" : "";
   shot.state = ShotState::kUnfinished;
@@ -68,7 +68,7 @@ void read_parts(Shot& shot) {
              " frames are there: interrupted, or still running" + shot.why;
 }
 
-void read_failure(Shot& shot) {
+void read_failure(NightShot& shot) {
   const JsonFile file = read_json_file(shot.folder / "failure.json", "bake it again");
   const JsonField failure(file);
   shot.state = ShotState::kFailed;
@@ -79,7 +79,7 @@ void read_failure(Shot& shot) {
   if (!called.empty()) shot.again = called;
 }
 
-void read_folder(Shot& shot) {
+void read_folder(NightShot& shot) {
   const bool reported = is_there(shot.folder / "report.json");
   const bool partial = is_there(shot.folder / "bake.parts");
   const bool failed = is_there(shot.folder / "failure.json");
@@ -111,7 +111,7 @@ bool is_bake(const fs::path& folder) {
   return is_there(folder / "report.json") && begin.find(kNightFormat) == std::string::npos;
 }
 
-void read_figures(const JsonField& from, Shot& shot) {
+void read_figures(const JsonField& from, NightShot& shot) {
   for (const JsonField& one : from["bounds"].items()) {
     shot.bounds.push_back({one["quantity"].required().text(), one["measured"].required().number(),
                            one["limit"].required().number()});
@@ -139,8 +139,8 @@ void read_figures(const JsonField& from, Shot& shot) {
   }
 }
 
-Shot read_shot(const fs::path& folder, const std::string& name) {
-  Shot shot;
+NightShot read_shot(const fs::path& folder, const std::string& name) {
+  NightShot shot;
   shot.name = name;
   shot.folder = folder;
   try {
@@ -152,15 +152,15 @@ Shot read_shot(const fs::path& folder, const std::string& name) {
   return shot;
 }
 
-Shot read_chunks(const fs::path& folder, const std::vector<fs::path>& chunks,
-                 const std::string& name) {
-  Shot shot;
+NightShot read_chunks(const fs::path& folder, const std::vector<fs::path>& chunks,
+                      const std::string& name) {
+  NightShot shot;
   shot.name = name;
   shot.folder = folder;
   shot.state = ShotState::kUnfinished;
   shot.why = counted(static_cast<long>(chunks.size()), "chunk") + " not joined yet";
   for (const fs::path& chunk : chunks) {
-    const Shot part = read_shot(chunk, "");
+    const NightShot part = read_shot(chunk, "");
     shot.frames += part.frames;
     shot.wanted_frames += part.wanted_frames;
     if (shot.scene.empty()) shot.scene = part.scene;
@@ -175,19 +175,19 @@ Shot read_chunks(const fs::path& folder, const std::vector<fs::path>& chunks,
   return shot;
 }
 
-const Report::Bound* Shot::bound(const std::string& quantity) const {
+const Report::Bound* NightShot::bound(const std::string& quantity) const {
   const auto found = std::find_if(bounds.begin(), bounds.end(),
                                   [&](const auto& one) { return one.quantity == quantity; });
   return found == bounds.end() ? nullptr : &*found;
 }
 
-const Report::Worst* Shot::worst_of(const std::string& quantity) const {
+const Report::Worst* NightShot::worst_of(const std::string& quantity) const {
   const auto found = std::find_if(worst.begin(), worst.end(),
                                   [&](const auto& one) { return one.quantity == quantity; });
   return found == worst.end() ? nullptr : &*found;
 }
 
-int Shot::rung_frames() const {
+int NightShot::rung_frames() const {
   return std::accumulate(rungs.begin(), rungs.end(), 0, [](int sum, const Report::Rung& rung) {
     return sum + (rung.rung == "substeps" ? 0 : static_cast<int>(rung.frames.size()));
   });

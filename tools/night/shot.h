@@ -31,7 +31,7 @@ struct ShotChange {
 };
 
 /// One bake of many: what its folder holds, in short.
-struct Shot {
+struct NightShot {
   std::string name;              ///< its folder's path below that of all; what runs are matched by
   std::filesystem::path folder;  ///< absolute
   ShotState state = ShotState::kMissing;
@@ -62,20 +62,20 @@ struct Shot {
 /// The bakes in and below some folders, by name, each once. A folder that is named and holds none
 /// is a shot that is missing; what cannot be read is one that says so. Nothing is thrown for what a
 /// folder holds.
-std::vector<Shot> find_shots(const std::vector<std::filesystem::path>& folders);
+std::vector<NightShot> find_shots(const std::vector<std::filesystem::path>& folders);
 
 /// The folder that all these lie in, by which the shots in them are named.
 std::filesystem::path common_folder(const std::vector<std::filesystem::path>& folders);
 
 bool is_bake(const std::filesystem::path& folder);
-Shot read_shot(const std::filesystem::path& folder, const std::string& name);
+NightShot read_shot(const std::filesystem::path& folder, const std::string& name);
 /// A bake that is to be joined from these chunks and is not yet.
-Shot read_chunks(const std::filesystem::path& folder,
-                 const std::vector<std::filesystem::path>& chunks, const std::string& name);
+NightShot read_chunks(const std::filesystem::path& folder,
+                      const std::vector<std::filesystem::path>& chunks, const std::string& name);
 /// "12 bakes", "1 frame"
 std::string counted(long number, const std::string& thing);
 
 /// Bounds, rungs and seconds, which report.json and the JSON of a night have alike.
-void read_figures(const JsonField& from, Shot& shot);
+void read_figures(const JsonField& from, NightShot& shot);
 
 }  // namespace thew::tools

@@ -13,6 +13,7 @@
 #include "tools/base/bake_mesh.h"
 #include "tools/export/formats.h"
 #include "tools/export/gltf/glb.h"
+#include "tools/export/motion.h"
 
 namespace thew::tools {
 namespace {
@@ -26,37 +27,22 @@ std::size_t material(Glb& glb, BakeMesh::Kind kind) {
   for (std::size_t i = 0; i < materials.size(); ++i) {
     if (materials[i]["name"] == name) return i;
   }
-  const ordered_json colour = kind == BakeMesh::Kind::kMuscle ? ordered_json{0.55, 0.12, 0.10, 1}
-                              : kind == BakeMesh::Kind::kBone ? ordered_json{0.80, 0.74, 0.62, 1}
-                                                              : ordered_json{0.78, 0.52, 0.42, 1};
-  materials.push_back(
-      {{"name", name},
-       {"pbrMetallicRoughness",
-        {{"baseColorFactor", colour}, {"metallicFactor", 0}, {"roughnessFactor", 0.6}}}});
+  const auto [red, green, blue] = kind_colour(kind);
+  materials.push_back({{"name", name},
+                       {"pbrMetallicRoughness",
+                        {{"baseColorFactor", {red, green, blue, 1}},
+                         {"metallicFactor", 0},
+                         {"roughnessFactor", 0.6}}}});
   return materials.size() - 1;
 }
 
-/// A mesh's motion as that of its node, by frame; empty where it is not rigid.
-using RigidMotion = std::vector<Transform>;
-
-// The rotations and translations that come closest to the frames (Umeyama 1991), if they come as
-// close as float32 does.
+// Empty where it is not rigid.
 RigidMotion rigid_motion(const std::vector<Vec3>& rest, const std::vector<Shape>& frames) {
-  constexpr double kClose = 2e-7;  // m, rounding at 2 m from the origin
-  using Columns = Eigen::Map<const Eigen::Matrix3Xd>;
-  const auto columns = [](const std::vector<Vec3>& values) {
-    return Columns(values.front().data(), 3, static_cast<Eigen::Index>(values.size()));
-  };
   RigidMotion motion;
   for (const Shape& frame : frames) {
-    const Eigen::Matrix4d fit = Eigen::umeyama(columns(rest), columns(frame.positions), false);
-    Transform transform = Transform::Identity();
-    transform.linear() = Eigen::Quaterniond(fit.topLeftCorner<3, 3>().eval()).normalized().matrix();
-    transform.translation() = fit.topRightCorner<3, 1>();
-    for (std::size_t v = 0; v < rest.size(); ++v) {
-      if (!((transform * rest[v] - frame.positions[v]).norm() <= kClose)) return {};
-    }
-    motion.push_back(transform);
+    const auto fit = rigid_fit(rest, frame.positions);
+    if (!fit) return {};
+    motion.push_back(*fit);
   }
   return motion;
 }
@@ -105,7 +91,7 @@ std::size_t add_mesh(Glb& glb, const Shot& shot, std::size_t m, const std::vecto
   for (std::size_t f = 0; f < frames.size(); ++f) {
     names.push_back("frame " + std::to_string(shot.frame(f)));
   }
-  const Shape rest{mesh.rest.vertices, unit_normals(mesh, mesh.rest.vertices)};
+  const Shape rest{mesh.rest.vertices, unit_normals(shot, m, mesh.rest.vertices)};
   const bool still = is_still(frames);
   const RigidMotion rigid = still ? RigidMotion{} : rigid_motion(rest.positions, frames);
   Morphs morphs;
@@ -212,7 +198,7 @@ Exported export_glb(const Shot& shot, const std::filesystem::path& file, int bas
   for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
     std::vector<Shape> frames;
     for (const ShotFrame& shape : shapes) {
-      frames.push_back({shape.positions[m], unit_normals(shot.mesh(m), shape.positions[m])});
+      frames.push_back({shape.positions[m], unit_normals(shot, m, shape.positions[m])});
     }
     targets = std::max(targets, add_mesh(glb, shot, m, frames, basis, times, deviation));
   }

@@ -33,9 +33,10 @@ TEST_F(OwnExport, ReplacesItsOwnAndNobodyElses) {
   bake(false);
   const struct {
     const char *file, *writes;
-  } cases[] = {{"e/a.pc2", "a.pc2"},      {"e/a.pc2", "a.rest.obj"},    {"e/a.mdd", "a.mdd"},
-               {"e/a.obj", "a.0004.obj"}, {"e/a.###.ply", "a.002.ply"}, {"e/a.glb", "a.glb"},
-               {"e/a.xdmf", "a.xdmf"},    {"e/a.usda", "a.usda"},       {"e/a.abc", "a.abc"}};
+  } cases[] = {{"e/a.pc2", "a.pc2"},      {"e/a.pc2", "a.rest.obj"}, {"e/a.mdd", "a.mdd"},
+               {"e/a.obj", "a.0004.obj"}, {"e/a.obj", "a.mtl"},      {"e/a.###.ply", "a.002.ply"},
+               {"e/a.glb", "a.glb"},      {"e/a.xdmf", "a.xdmf"},    {"e/a.usda", "a.usda"},
+               {"e/a.usdc", "a.usdc"},    {"e/a.usdz", "a.usdz"},    {"e/a.abc", "a.abc"}};
   for (const auto& [file, writes] : cases) {
     SCOPED_TRACE(writes);
     fs::remove_all(folder_ / "e");

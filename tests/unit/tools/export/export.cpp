@@ -7,6 +7,7 @@
 
 #include <sstream>
 
+#include "rig/math.h"
 #include "tools/export/sequence.h"
 
 namespace thew::tests {
@@ -28,6 +29,7 @@ TEST_F(ExportTest, Pc2HoldsEveryFrameAsFloats) {
     for (const float value : as_floats(positions("biceps", i))) EXPECT_EQ(in.take<float>(), value);
   }
   EXPECT_EQ(in.at, in.bytes.size());
+  EXPECT_NE(said_.find("Frame Start to -1, Frame Scale to 0.5"), std::string::npos) << said_;
   for (const char* fact :
        {"units: m", "up_axis: Y", "fps: 24", "first_frame: -2", "vertex_order"}) {
     EXPECT_NE(said_.find(fact), std::string::npos) << fact;
@@ -39,6 +41,7 @@ TEST_F(ExportTest, MddHoldsSecondsAndFloatsHighestByteFirst) {
   bake(false);
   options_.frames = "-2-0x2,4";
   ByteReader in{bytes_of(write("ulna.mdd", {"ulna"}))};
+  EXPECT_NE(said_.find("Time Mode to Time, Frame Start to 0"), std::string::npos) << said_;
   EXPECT_EQ(in.take<std::int32_t>(true), 3);
   EXPECT_EQ(in.take<std::int32_t>(true), 4);
   for (const int frame : {-2, 0, 4})
@@ -58,9 +61,10 @@ TEST_F(ExportTest, Pc2RefusesFramesAtUnevenSteps) {
 
 /// What an OBJ file says, all numbers as doubles.
 struct Obj {
-  std::vector<std::string> names;
+  std::vector<std::string> names, groups, materials;
   std::vector<Vec3> v, vn;
-  std::vector<Triangle> f;
+  std::vector<std::array<float, 2>> vt;
+  std::vector<Triangle> f, of_uvs;  // -1: without
 };
 
 Obj read_obj(const fs::path& file) {
@@ -71,20 +75,29 @@ Obj read_obj(const fs::path& file) {
     std::string key;
     words >> key;
     if (key == "o") obj.names.push_back(line.substr(2));
+    if (key == "g") obj.groups.push_back(line.substr(2));
+    if (key == "usemtl") obj.materials.push_back(line.substr(7));
+    if (key == "vt") {
+      auto& uv = obj.vt.emplace_back();
+      words >> uv[0] >> uv[1];
+    }
     if (key == "v" || key == "vn") {
       Vec3 value;
       words >> value[0] >> value[1] >> value[2];
       (key == "v" ? obj.v : obj.vn).push_back(value);
     }
     if (key == "f") {
-      Triangle triangle;
-      for (int& corner : triangle) {
-        std::string pair;
-        words >> pair;
-        corner = std::stoi(pair) - 1;
-        EXPECT_EQ(pair, std::to_string(corner + 1) + "//" + std::to_string(corner + 1));
+      Triangle& triangle = obj.f.emplace_back();
+      Triangle& uvs = obj.of_uvs.emplace_back();
+      for (int c = 0; c < 3; ++c) {
+        std::string all, uv;
+        words >> all;
+        triangle[c] = std::stoi(all) - 1;
+        const std::size_t first = all.find('/'), last = all.rfind('/');
+        uv = all.substr(first + 1, last - first - 1);
+        uvs[c] = uv.empty() ? -1 : std::stoi(uv) - 1;
+        EXPECT_EQ(std::stoi(all.substr(last + 1)), triangle[c] + 1);
       }
-      obj.f.push_back(triangle);
     }
   }
   return obj;
@@ -98,6 +111,11 @@ TEST_F(ExportTest, ObjHoldsAllMeshesWithAllDigits) {
       const char* numbers[] = {"-02", "000", "002", "004"};
       const Obj obj = read_obj(folder_ / "s" / (std::string("frame.") + numbers[i] + ".obj"));
       EXPECT_EQ(obj.names, (std::vector<std::string>{"biceps", "skin", "ulna"}));
+      EXPECT_EQ(obj.groups, (std::vector<std::string>{"biceps muscle", "skin skin", "ulna bone"}));
+      EXPECT_EQ(obj.materials, (std::vector<std::string>{"muscle", "skin", "bone"}));
+      EXPECT_EQ(obj.vt[obj.of_uvs[0][2]], (std::array{static_cast<float>(0.1 / (2 * kPi) + 0.5),
+                                                      0.5f}));  // the muscle's second vertex
+      EXPECT_EQ(obj.of_uvs.back(), (Triangle{-1, -1, -1}));
       std::size_t vertex = 0, triangle = 0;
       for (const std::string& name : obj.names) {
         const std::size_t before = vertex;
@@ -126,6 +144,19 @@ TEST_F(ExportTest, ObjHoldsAllMeshesWithAllDigits) {
       EXPECT_EQ(obj.f.size(), triangle);
     }
   }
+}
+
+TEST_F(ExportTest, ObjSequenceHasOneLibraryOfMaterials) {
+  bake(false);
+  write("s/all.####.obj", {});
+  EXPECT_NE(bytes_of(folder_ / "s/all.0002.obj").find("mtllib all.mtl\n"), std::string::npos);
+  const std::string library = bytes_of(folder_ / "s/all.mtl");
+  for (const char* name : {"newmtl muscle\nKd 0.55 0.12 0.1\n", "newmtl bone\n", "newmtl skin\n"}) {
+    EXPECT_NE(library.find(name), std::string::npos) << name;
+  }
+  fs::create_directories(folder_ / "t");
+  put_bytes(folder_ / "t/all.mtl", "mine");
+  expect_refused(ErrorCode::kOutput, "not of Thew's making", "t/all.####.obj", {});
 }
 
 TEST_F(ExportTest, PlyHoldsPositionsNormalsAndVelocities) {
@@ -168,7 +199,7 @@ TEST_F(ExportTest, WhatItCannotWriteIsSaid) {
   bake(false);
   expect_refused(ErrorCode::kUsage, "--mesh: biceps, skin, ulna", "all.pc2", {});
   expect_refused(ErrorCode::kUsage, "did you mean \"biceps\"", "a.mdd", {"bicep"});
-  expect_refused(ErrorCode::kUsage, "did you mean .usda", "a.usd", {});
+  expect_refused(ErrorCode::kUsage, "did you mean .usd", "a.usd", {});
   expect_refused(ErrorCode::kUsage, "--basis is for .glb", "a.usda", {}, 3);
   options_.frames = "0-2";
   expect_refused(ErrorCode::kUsage, "frame 1 is not in the bake", "a.glb", {});
@@ -179,7 +210,7 @@ TEST_F(ExportTest, WhatItCannotWriteIsSaid) {
 
 TEST_F(ExportTest, TheSameBytesAgain) {
   bake(false);
-  for (const char* name : {"a.glb", "a.usda", "a.xdmf", "a.abc"}) {
+  for (const char* name : {"a.glb", "a.usda", "a.usdc", "a.usdz", "a.xdmf", "a.abc"}) {
     const std::string once = bytes_of(write(name, {}));
     EXPECT_FALSE(once.empty());
     EXPECT_EQ(bytes_of(write(name, {})), once) << name;
@@ -192,53 +223,6 @@ TEST(ExportSequence, TheLastRunOfMarksIsTheFrame) {
   EXPECT_EQ(sequence_file("a#b.###.obj", 12), fs::path("a#b.012.obj"));
   EXPECT_EQ(sequence_file("#.obj", 120), fs::path("120.obj"));
   EXPECT_EQ(sequence_file("a.####.obj", -2), fs::path("a.-002.obj"));
-}
-
-/// The tuples of one attribute of one prim, by frame.
-std::vector<std::pair<int, std::vector<float>>> usd_samples(const std::string& text,
-                                                            const std::string& prim,
-                                                            const std::string& attribute) {
-  std::vector<std::pair<int, std::vector<float>>> samples;
-  std::size_t at = text.find("def Mesh \"" + prim + "\"");
-  at = text.find(" " + attribute + ".timeSamples = {\n", at);
-  EXPECT_NE(at, std::string::npos) << prim << "." << attribute;
-  std::istringstream in(text.substr(std::min(at, text.size())));
-  std::string line;
-  std::getline(in, line);
-  while (std::getline(in, line) && line.find('}') == std::string::npos) {
-    for (char& c : line) {
-      if (std::string("()[],:").find(c) != std::string::npos) c = ' ';
-    }
-    std::istringstream numbers(line);
-    auto& sample = samples.emplace_back();
-    numbers >> sample.first;
-    for (float value; numbers >> value;) sample.second.push_back(value);
-  }
-  return samples;
-}
-
-TEST_F(ExportTest, UsdaHoldsSamplesByFrameNumber) {
-  bake(false);
-  const std::string text = bytes_of(write("all.usda", {}));
-  for (const char* fact : {"metersPerUnit = 1\n", "upAxis = \"Y\"\n", "timeCodesPerSecond = 24\n",
-                           "startTimeCode = -2\n", "endTimeCode = 4\n"}) {
-    EXPECT_NE(text.find(fact), std::string::npos) << fact;
-  }
-  for (const char* name : {"biceps", "skin", "ulna"}) {
-    const auto points = usd_samples(text, name, "points");
-    const auto normals = usd_samples(text, name, "normals");
-    const auto velocity = usd_samples(text, name, "velocities");
-    ASSERT_EQ(points.size(), 4u);
-    ASSERT_EQ(normals.size(), 4u);
-    ASSERT_EQ(velocity.size(), 4u);
-    for (int i = 0; i < 4; ++i) {
-      EXPECT_EQ(points[i].first, info_.frames[i]);
-      EXPECT_EQ(points[i].second, as_floats(positions(name, i)));
-      EXPECT_EQ(normals[i].second.size(), points[i].second.size());
-    }
-    const std::vector<Vec3> a = positions(name, 0), b = positions(name, 2);
-    EXPECT_EQ(velocity[1].second[1], static_cast<float>((b[0].y() - a[0].y()) / (4 / 24.0)));
-  }
 }
 
 TEST_F(ExportTest, XdmfPointsToEachFramesPlaceInTheBake) {

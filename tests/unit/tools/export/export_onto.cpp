@@ -334,7 +334,7 @@ TEST_F(OntoTest, AnotherCharacterIsRefused) {
   put_bytes(folder_ / "moved.gltf", moved.dump());
   refused(ErrorCode::kInput, "mm from the bake's at rest", {folder_ / "moved.gltf", false});
   for (const auto& [place, word] :
-       {std::pair("/meshes/0/primitives/0/attributes/TEXCOORD_0", "that it does not have"),
+       {std::pair("/meshes/0/primitives/0/attributes/_EXTRA", "that it does not have"),
         std::pair("/meshes/1/primitives/0/indices", "accessors[9999]"),
         std::pair("/bufferViews/0/byteLength", "reaches beyond"),
         std::pair("/nodes/12/mesh", "meshes[9999]")}) {
@@ -350,8 +350,8 @@ TEST_F(OntoTest, AnotherCharacterIsRefused) {
   refused(ErrorCode::kUsage, "is no .gltf, .glb or .vrm", {folder_ / "a.fbx", false});
   refused(ErrorCode::kUsage, "leave one of them out", {character_, false}, {"skin"});
   refused(ErrorCode::kUsage, "--correctives needs", {"none", true});
-  options_.out = folder_ / "onto.usda";
-  refused(ErrorCode::kUsage, "is for .glb only", {character_, false});
+  options_.out = folder_ / "onto.pc2";
+  refused(ErrorCode::kUsage, "is not for", {character_, false});
   put_bytes(folder_ / "out/plain.glb", "");
   options_.out = folder_ / "plain.glb";
   fs::remove(character_);
@@ -359,6 +359,60 @@ TEST_F(OntoTest, AnotherCharacterIsRefused) {
   const Glb glb = read_glb(write("plain.glb", {}));
   EXPECT_EQ(glb.doc["nodes"].size(), 1u);
   EXPECT_NE(said_.find("--onto FILE"), std::string::npos) << said_;
+}
+
+// Formats that hold the bake's meshes take texture coordinates and materials from the character.
+TEST_F(OntoTest, UsdHasItsTextureCoordinates) {
+  bake_character({-0.2, 1.45, 0.0});
+  const std::string usd = bytes_of(write("bent.usda", {}));
+  std::vector<float> expected;
+  for (const MeshPart& part : plain_.parts) {
+    const json& attributes =
+        was_.doc["meshes"][part.mesh_index]["primitives"][part.primitive]["attributes"];
+    if (!attributes.contains("TEXCOORD_0")) {
+      const auto count = was_.doc["accessors"][attributes["POSITION"].get<int>()]["count"];
+      expected.insert(expected.end(), 2 * count.get<std::size_t>(), 0.0f);
+      continue;
+    }
+    const std::vector<float> uv = was_.floats(attributes["TEXCOORD_0"]);
+    for (std::size_t i = 0; i < uv.size(); i += 2) {
+      expected.insert(expected.end(), {uv[i], static_cast<float>(1.0 - uv[i + 1])});
+    }
+    EXPECT_NE(usd.find("def GeomSubset \"" + part.material + "\""), std::string::npos)
+        << part.material;
+  }
+  const auto numbers = [](std::string text) {
+    for (char& c : text) c = std::string("()[],/").find(c) == std::string::npos ? c : ' ';
+    std::istringstream in(text);
+    std::vector<float> values;
+    for (float value; in >> value;) values.push_back(value);
+    return values;
+  };
+  const std::string named = "texCoord2f[] primvars:st = ";
+  const std::size_t at = usd.find(named) + named.size();
+  EXPECT_EQ(numbers(usd.substr(at, usd.find(']', at) - at)), expected);
+  // Where the file has one normal at one place, there is one normal.
+  std::vector<Vec3> split;
+  for (const MeshPart& part : plain_.parts) {
+    const auto& attributes =
+        was_.doc["meshes"][part.mesh_index]["primitives"][part.primitive]["attributes"];
+    const std::vector<float> of = was_.floats(attributes["NORMAL"]);
+    for (std::size_t i = 0; i < of.size(); i += 3) split.emplace_back(of[i], of[i + 1], of[i + 2]);
+  }
+  const std::size_t sample = usd.find(" 3: [", usd.find(" normals.timeSamples")) + 5;
+  const std::vector<float> normals = numbers(usd.substr(sample, usd.find(']', sample) - sample));
+  ASSERT_EQ(normals.size(), 3 * split.size());
+  int pairs = 0;
+  for (std::size_t v = 0; v < split.size(); ++v) {
+    const auto first = static_cast<std::size_t>(plain_.map_back[v]);
+    if (first == v || split[first].dot(split[v]) < 0.9999) continue;
+    ++pairs;
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(normals[3 * v + k], normals[3 * first + k]) << v;
+  }
+  EXPECT_GT(pairs, 0);
+  put_bytes(character_, bytes_of(THEW_SOURCE_DIR "/tests/scenes/figure/figure.gltf"));
+  EXPECT_EQ(bytes_of(write("bent.usda", {})).find("primvars:st"), std::string::npos);
+  EXPECT_NE(said_.find("without texture coordinates"), std::string::npos) << said_;
 }
 
 TEST_F(OntoTest, ABakeWithoutACharacterGoesOntoNone) {

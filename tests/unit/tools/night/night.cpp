@@ -46,7 +46,7 @@ TEST_F(ManyBakes, SaysOfEachFolderWhatItHolds) {
 
   const Night night = read();
   std::vector<std::string> names;
-  for (const Shot& shot : night.shots) names.push_back(shot.name);
+  for (const NightShot& shot : night.shots) names.push_back(shot.name);
   EXPECT_EQ(names, (std::vector<std::string>{"a/good", "a/missed", "b/again", "b/cut", "b/failed",
                                              "c/packed", "c/spoilt", "c/wrong"}));
   EXPECT_EQ(named(night, "a/good").state, ShotState::kDone);
@@ -54,12 +54,12 @@ TEST_F(ManyBakes, SaysOfEachFolderWhatItHolds) {
   EXPECT_EQ(named(night, "a/missed").state, ShotState::kMissed);
   EXPECT_EQ(what_is_wrong(named(night, "a/missed")),
             "penetration is 0.7 mm in frame 2, allowed 0.5 mm");
-  const Shot& failed = named(night, "b/failed");
+  const NightShot& failed = named(night, "b/failed");
   EXPECT_EQ(failed.state, ShotState::kFailed);
   EXPECT_EQ(failed.failed_frame, 12);
   EXPECT_HAS(failed.why, "node 7 is not finite");
   EXPECT_EQ(failed.again, "cd /shots && thew bake b.toml --out b");
-  const Shot& cut = named(night, "b/cut");
+  const NightShot& cut = named(night, "b/cut");
   EXPECT_EQ(cut.state, ShotState::kUnfinished);
   EXPECT_EQ(cut.frames, 3);
   EXPECT_EQ(cut.wanted_frames, 10);
@@ -85,7 +85,7 @@ TEST_F(ManyBakes, AreGoneOnWithByTheCommandThatTheyKeep) {
                Error);
   const Night night = read();
   ASSERT_EQ(night.shots.size(), 1u);
-  const Shot& shot = night.shots[0];
+  const NightShot& shot = night.shots[0];
   EXPECT_EQ(shot.state, ShotState::kUnfinished);
   EXPECT_EQ(shot.scene, scene.name);
   EXPECT_HAS(shot.why, "3 of 5 frames are there");
@@ -120,15 +120,15 @@ TEST_F(ManyBakes, AreMadeOfChunks) {
     }
     ASSERT_EQ(night.shots.size(), 4u);
     EXPECT_EQ(named(night, "joined").state, ShotState::kDone);
-    const Shot& waits = named(night, "waits");
+    const NightShot& waits = named(night, "waits");
     EXPECT_EQ(waits.state, ShotState::kUnfinished);
     EXPECT_EQ(waits.why, "2 chunks not joined yet");
     EXPECT_EQ(waits.frames, 4);
-    const Shot& cut = named(night, "cut");
+    const NightShot& cut = named(night, "cut");
     EXPECT_EQ(cut.state, ShotState::kUnfinished);
     EXPECT_HAS(cut.why, "2 of 2 chunks: 1 of 2 frames are there");
     EXPECT_EQ(cut.again, "thew bake x --chunk --resume");
-    const Shot& broken = named(night, "broken");
+    const NightShot& broken = named(night, "broken");
     EXPECT_EQ(broken.state, ShotState::kFailed);
     EXPECT_EQ(broken.why, "1 of 2 chunks: no way");
     EXPECT_EQ(broken.again, "thew bake y --chunk");
@@ -147,7 +147,7 @@ TEST_F(ManyBakes, AreFoundOnceHoweverTheyAreNamed) {
   put("y/2", some_report(1e-4));
   const auto names = [&](const std::vector<fs::path>& folders) {
     std::string all;
-    for (const Shot& shot : find_shots(folders)) {
+    for (const NightShot& shot : find_shots(folders)) {
       all += shot.name + (shot.state == ShotState::kMissing ? "? " : " ");
     }
     return all;

@@ -49,8 +49,8 @@ class ManyBakes : public TempFolder {
     night.shots = find_shots({folder / "show"});
     return night;
   }
-  static const Shot& named(const Night& night, const std::string& name) {
-    for (const Shot& shot : night.shots) {
+  static const NightShot& named(const Night& night, const std::string& name) {
+    for (const NightShot& shot : night.shots) {
       if (shot.name == name) return shot;
     }
     throw std::out_of_range("no shot " + name);

@@ -263,6 +263,10 @@ std::string read_in_child(const std::filesystem::path& name, std::size_t limit) 
                                      std::to_string(limit >> 20) + " MiB, and its permissions");
 }
 
+std::unique_lock<std::recursive_mutex> keep_from_forking() {
+  return std::unique_lock(one_reader_at_a_time());
+}
+
 Child::Child(std::filesystem::path file, std::string advice, const Answer& answer)
     : file_(std::move(file)), advice_(std::move(advice)) {
   std::error_code error;
@@ -284,6 +288,7 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
     fail_to_start(std::strerror(errno));
   }
   const pid_t parent = ::getpid();
+  auto forking = keep_from_forking();
   process_ = ::fork();
   if (process_ == 0) {
     path_of_child = real_;
@@ -291,6 +296,7 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
     serve(socket_of_child, seconds_, answer);
   }
   const int failure = errno;
+  forking.unlock();
   ::close(sockets[1]);
   socket_ = sockets[0];
   if (process_ > 0) return;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -55,6 +56,10 @@ class Child {
   int process_ = -1;
   Answer answer_;  ///< where it runs in this process; else empty
 };
+
+/// While it is held no child is forked, and no reader works in this process. For what uses HDF5 in
+/// a host with other threads: a child forked meanwhile would wait for its lock for ever.
+std::unique_lock<std::recursive_mutex> keep_from_forking();
 
 // For what runs in the child, or in its place.
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "rig/import/child.h"
 #include "rig/limits.h"
 #include "sim/cache/cache_parts.h"
 #include "sim/cache/durable_file.h"
@@ -327,12 +328,14 @@ std::string BakeWriter::pack(const std::function<void()>& on_frame) {
   remove_file(temporary);  // left by a bake that was killed
   std::string hash;
   try {
+    auto packs = rig::keep_from_forking();
     Packing packing(temporary, data.info, data.parts.size());
     for (const Part& part : data.parts) {
       packing.add(read_part(data.parts_folder, part, data.info, false));
       if (on_frame) on_frame();
     }
     hash = packing.finish();
+    packs.unlock();
     try {
       verify(temporary, packing.frame_hashes());
     } catch (const Error& unread) {

@@ -46,6 +46,18 @@ fi
 "$work/prefix/bin/thew" bake "$scene" --out "$work/command" --no-render --progress none
 hash=$(sed -n 's/^ *"hash": *"\([0-9a-f]*\)".*/\1/p' "$work/command/report.json")
 grep -qx "hash $hash" "$work/consumer.txt"
+# And from Python, which finds the template of `thew new` and the command below the same prefix.
+packages=$(echo "$work"/prefix/lib/python3*/dist-packages)
+if [[ -d $packages ]]; then
+  PYTHONPATH=$packages /usr/bin/python3 - "$scene" "$work/python" "$source/../scenes/figure/figure.gltf" \
+    "$hash" <<'END'
+import sys, subprocess, thew
+scene, out, character, hash = sys.argv[1:]
+assert thew.bake(thew.Scene.read(scene), out).hash == hash
+assert thew.fit(character, out + "/figure.toml", side="left")["muscles"] == 12
+subprocess.run([sys.executable, "-m", "thew", "inspect", out + "/bake.h5"], check=True)
+END
+fi
 # The render test can fail: a stiffness changed by 1 % is found and named.
 status=0
 "$work/prefix/bin/thew" golden check "$scene" --progress none \

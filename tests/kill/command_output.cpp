@@ -335,7 +335,9 @@ TEST_F(Output, AdviceNamesOnlyOptionsOfItsCommand) {
       {"tools/cli/thew.cpp",
        options_in(run({"bake", "--help"}).output + run({"new", "--help"}).output +
                   run({"inspect", "--help"}).output + run({"report", "--help"}).output)},
-      {"tools/lab/base/table.cpp", {"--soft"}}};  // of its style sheet
+      {"tools/cli/self_description.cpp", {"--completion", "--out", "--progress"}},  // no message
+      {"tools/python/module.cpp", {"--overwrite"}},  // which it takes out of messages
+      {"tools/lab/base/table.cpp", {"--soft"}}};     // of its style sheet
   // What is no message of a command: the benches, and the page that says how its figures are
   // measured.
   const auto is_apart = [](const std::string& name) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/base/options.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -124,7 +126,12 @@ std::filesystem::path own_asset(const std::string& name) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path installed = program.parent_path() / ".." / THEW_SHARE / name;
-  for (const fs::path& path : {installed, fs::path(THEW_ASSETS) / name}) {
+  // Where this is a module of Python: PREFIX/lib/python3.11/dist-packages/thew/_thew.so.
+  Dl_info module{};
+  ::dladdr(reinterpret_cast<const void*>(&own_asset), &module);
+  const fs::path beside_module = fs::path(module.dli_fname ? module.dli_fname : "").parent_path() /
+                                 "../../../.." / THEW_SHARE / name;
+  for (const fs::path& path : {installed, beside_module, fs::path(THEW_ASSETS) / name}) {
     if (fs::exists(path, error)) return fs::canonical(path);
   }
   throw Error(ErrorCode::kInput,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,10 @@ struct OntoChoice {
 /// `basis` > 0: glTF with so many morph targets at most.
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
                         int basis, const OntoChoice& onto = {});
+/// The same; returns what the command prints with --json.
+nlohmann::ordered_json export_bake(const CommandOptions& options,
+                                   const std::vector<std::string>& meshes, int basis,
+                                   const OntoChoice& onto);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.
 ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,
@@ -65,5 +71,8 @@ ExitCode farm_command(const CommandOptions& options, const FarmChoice& choice);
 
 /// Character -> a scene with the template's muscles on it.
 ExitCode new_command(const NewOptions& options);
+/// The same; returns what the command prints with --json. `on_warning` is told each as it is found.
+nlohmann::ordered_json new_scene(const NewOptions& options,
+                                 const std::function<void(const std::string&)>& on_warning);
 
 }  // namespace thew::tools

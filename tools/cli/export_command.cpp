@@ -155,29 +155,36 @@ Exported write(const Shot& shot, const CommandOptions& options, int basis, const
   refuse_ending(file);
 }
 
-void tell(const Shot& shot, const Exported& exported, bool as_json) {
+nlohmann::ordered_json told(const Shot& shot, const Exported& exported) {
   std::vector<std::string> files, meshes;
   for (const auto& file : exported.files) files.push_back(file.string());
   for (std::size_t m = 0; m < shot.meshes.size(); ++m) meshes.push_back(shot.mesh(m).name);
-  if (as_json) {
-    nlohmann::ordered_json json = {{"files", files}, {"meshes", meshes}};
-    for (const auto& [name, value] : facts_of(shot)) json[name] = value;
-    if (!exported.note.empty()) json["note"] = exported.note;
-    return print_json(json);
+  nlohmann::ordered_json json = {{"files", files}, {"meshes", meshes}};
+  for (const auto& [name, value] : facts_of(shot)) json[name] = value;
+  if (!exported.note.empty()) json["note"] = exported.note;
+  return json;
+}
+
+// For people.
+std::string as_text(const nlohmann::ordered_json& told) {
+  const auto files = told["files"].get<std::vector<std::string>>();
+  std::string names, facts;
+  for (const auto& name : told["meshes"]) {
+    names += (names.empty() ? "" : ", ") + name.get<std::string>();
   }
-  std::string names;
-  for (const std::string& name : meshes) names += (names.empty() ? "" : ", ") + name;
-  std::string text = files.front() + (files.size() > 1 ? " to " + files.back() : "") +
-                     "\n  meshes: " + names + "\n";
-  for (const auto& [name, value] : facts_of(shot)) text += "  " + name + ": " + value + "\n";
-  if (!exported.note.empty()) text += "  " + exported.note + "\n";
-  print(text);
+  for (const auto& [name, value] : told.items()) {
+    if (name == "files" || name == "meshes") continue;
+    facts += "  " + (name == "note" ? "" : name + ": ") + value.get<std::string>() + "\n";
+  }
+  return files.front() + (files.size() > 1 ? " to " + files.back() : "") + "\n  meshes: " + names +
+         "\n" + facts;
 }
 
 }  // namespace
 
-ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
-                        int basis, const OntoChoice& choice) {
+nlohmann::ordered_json export_bake(const CommandOptions& options,
+                                   const std::vector<std::string>& meshes, int basis,
+                                   const OntoChoice& choice) {
   const BakeReader reader(options.input);
   Shot shot = choose_shot(reader, meshes, options.frames);
   shot.progress = progress_style(options);
@@ -187,11 +194,20 @@ ExitCode export_command(const CommandOptions& options, const std::vector<std::st
     take_looks(choice, onto, shot);
   } else if (!onto.character.empty()) {
     shot.meshes = {skin_mesh(shot.info())};
-    tell(shot, export_glb_onto(shot, {options.out, onto.character, choice.correctives, basis}),
-         options.json);
-    return ExitCode::kDone;
+    return told(shot,
+                export_glb_onto(shot, {options.out, onto.character, choice.correctives, basis}));
   }
-  tell(shot, write(shot, options, basis, onto), options.json);
+  return told(shot, write(shot, options, basis, onto));
+}
+
+ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
+                        int basis, const OntoChoice& choice) {
+  const nlohmann::ordered_json told = export_bake(options, meshes, basis, choice);
+  if (options.json) {
+    print_json(told);
+  } else {
+    print(as_text(told));
+  }
   return ExitCode::kDone;
 }
 

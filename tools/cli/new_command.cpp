@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -109,13 +110,14 @@ void claim_meshes(const Template& from, const std::vector<ArmBodies>& arms, cons
   }
 }
 
-// What is said of the scene: notes to standard output, warnings to standard error.
+// What is said of the scene.
 struct Said {
   std::vector<std::string> notes, warnings;
   nlohmann::ordered_json figures = nlohmann::ordered_json::object();  // for programs
+  const std::function<void(const std::string&)>& on_warning;
 
   void warn(const std::string& warning) {
-    std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
+    on_warning(warning);
     warnings.push_back(warning);
   }
 };
@@ -182,19 +184,22 @@ void say_flesh(const NewArms& written, Said& said) {
             "; the bones may not run within the skin: look at them, and at --map");
 }
 
-void tell(const NewOptions& options, size_t muscles, const Said& said) {
-  if (options.json) {
-    nlohmann::ordered_json json = {{"scene", options.out.string()},
-                                   {"muscles", muscles},
-                                   {"notes", said.notes},
-                                   {"warnings", said.warnings}};
-    json.update(said.figures);
-    return print_json(json);
-  }
+nlohmann::ordered_json told(const NewOptions& options, size_t muscles, const Said& said) {
+  nlohmann::ordered_json json = {{"scene", options.out.string()},
+                                 {"muscles", muscles},
+                                 {"notes", said.notes},
+                                 {"warnings", said.warnings}};
+  json.update(said.figures);
+  return json;
+}
+
+// For people.
+std::string as_text(const nlohmann::ordered_json& told) {
   std::string text;
-  for (const std::string& note : said.notes) text += note + "\n";
-  print(text + options.out.string() + ": " + std::to_string(muscles) +
-        " muscles; next: thew bake " + options.out.string() + " --out FOLDER\n");
+  for (const auto& note : told["notes"]) text += note.get<std::string>() + "\n";
+  const auto scene = told["scene"].get<std::string>();
+  return text + scene + ": " + std::to_string(told["muscles"].get<size_t>()) +
+         " muscles; next: thew bake " + scene + " --out FOLDER\n";
 }
 
 std::string why_threads(const std::vector<std::string>& threads) {
@@ -261,7 +266,8 @@ void check_options(const NewOptions& options) {
 
 }  // namespace
 
-ExitCode new_command(const NewOptions& options) {
+nlohmann::ordered_json new_scene(const NewOptions& options,
+                                 const std::function<void(const std::string&)>& on_warning) {
   check_options(options);
   claim({options.out}, options.force);
   const Template from = read_template();
@@ -269,7 +275,7 @@ ExitCode new_command(const NewOptions& options) {
     throw Error(ErrorCode::kInput, options.character.string() +
                                        ": give a skinned character as glTF, VRM, FBX or Collada");
   }
-  Said said;
+  Said said{{}, {}, nlohmann::ordered_json::object(), on_warning};
   double scale = 1.0;
   std::vector<ArmBodies> arms;
   std::vector<std::string> warnings;
@@ -323,7 +329,18 @@ ExitCode new_command(const NewOptions& options) {
                                       from.scene.contact.settings, written, *views);
   check_scene(options.character, options.out, text);
   write_durably(options.out, text, scene);
-  tell(options, arms.size() * from.scene.muscles.size(), said);
+  return told(options, arms.size() * from.scene.muscles.size(), said);
+}
+
+ExitCode new_command(const NewOptions& options) {
+  const nlohmann::ordered_json told = new_scene(options, [](const std::string& warning) {
+    std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
+  });
+  if (options.json) {
+    print_json(told);
+  } else {
+    print(as_text(told));
+  }
   return ExitCode::kDone;
 }
 

@@ -18,6 +18,7 @@
 #include "tools/base/options.h"
 #include "tools/base/printing.h"
 #include "tools/base/signals.h"
+#include "tools/cli/self_description.h"
 
 namespace thew::tools {
 namespace {
@@ -112,6 +113,13 @@ void parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
+// " (0123456789ab-dirty)"
+std::string commit_text(const std::string& commit) {
+  if (commit == "unknown") return "";
+  const size_t dash = commit.find('-');
+  return " (" + commit.substr(0, 12) + (dash == commit.npos ? "" : commit.substr(dash)) + ")";
+}
+
 // Reads the command line and runs the command.
 int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   if (std::find(call.words.begin(), call.words.end(), "") != call.words.end()) {
@@ -120,7 +128,20 @@ int run(int argc, char** argv, const ProgramParts& parts, Call& call) {
   }
   CLI::App app{"Thew deforms the muscles and skin of animated characters.", "thew"};
   app.footer(kExitCodes);
-  app.set_version_flag("--version", std::string("thew ") + kVersion);
+  const std::string version = "thew " + std::string(kVersion) + commit_text(parts.commit);
+  app.set_version_flag("--version", version);
+  app.set_help_flag("--help,-h", "this help");
+  app.add_flag_callback(
+      "--man",
+      [&] {
+        const std::string name = fs::path(argv[0]).filename().string();
+        throw CLI::CallForVersion(man_page(app, name, version), 0);
+      },
+      "the manual page, for man");
+  app.add_option_function<std::string>(
+      "--completion",
+      [&](const std::string& shell) { throw CLI::CallForVersion(completion(app, shell), 0); },
+      "what makes bash, zsh or fish complete words of the command");
   app.require_subcommand(1);
   CommandOptions options;
   app.add_flag("--json", options.json, kJsonFlag);

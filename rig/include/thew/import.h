@@ -18,7 +18,7 @@ enum class ImportMode {
 };
 
 /// For the whole process, from the next file on; kIsolated until it is called. Any thread may call
-/// it. In kInProcess no file may be read while another thread bakes: HDF5 is not safe for threads.
+/// it.
 void set_import_mode(ImportMode mode);
 
 }  // namespace thew

@@ -32,7 +32,7 @@ struct BakeOptions {
 /// The bytes are those of the command `thew bake`, from every compiler and processor.
 /// Error: kSolver where the solver cannot go on (muscle, vertex, quantity, frame), kOutput for a
 /// full disk or a file that is not Thew's, kRetry where another bake holds the folder, kUsage where
-/// `resume` finds another scene's. One bake at a time in a process: HDF5 is not safe for threads.
+/// `resume` finds another scene's. Several may run in a process, each into a folder of its own.
 std::filesystem::path bake(const Scene& scene, const std::filesystem::path& folder,
                            const BakeOptions& options = {});
 

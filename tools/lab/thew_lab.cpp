@@ -5,13 +5,14 @@
 #include "tools/cli/program_main.h"
 #include "tools/lab/chart/command.h"
 #include "tools/lab/paper/command.h"
+#include "tools/lab/related/command.h"
 #include "tools/lab/results/command.h"
 
 namespace thew::tools {
 namespace {
 
 struct Arguments {
-  bool quick = false, stability = false;
+  bool quick = false, stability = false, related = false;
   std::filesystem::path cow;
   CLI::App *paper = nullptr, *chart = nullptr, *results = nullptr;
 };
@@ -36,6 +37,9 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
   a.paper->add_flag("--quick", a.quick, "within a minute: fewer frames, repetitions and elements");
   a.paper->add_option("--cow", a.cow, "a closed mesh, brought to the cow's 14,136 triangles")
       ->check(CLI::ExistingFile);
+  a.paper->add_flag("--related", a.related,
+                    "the methods that the paper names beside its own, side by side, instead; a "
+                    "quarter of an hour, with --quick two minutes");
   a.chart = add_command(app, "chart",
                         "draws speed against accuracy of a scene's muscles, setting by setting",
                         "folder of the chart", options);
@@ -62,6 +66,7 @@ int main(int argc, char** argv) {
                       thew::tools::CommandOptions& options) { declare(app, options, a); },
        .run =
            [&](thew::tools::CommandOptions& options, thew::tools::Call&) {
+             if (*a.paper && a.related) return thew::tools::related_command(options, a.quick);
              if (*a.results) return thew::tools::results_command(options, a.quick);
              return *a.paper ? thew::tools::paper_command(options, a.quick, a.cow)
                              : thew::tools::chart_command(options, a.stability);

@@ -59,6 +59,7 @@ struct Family {
 };
 Family family_of(const ChartPoint& point) {
   const ChartSetting& setting = point.setting;
+  if (point.colour >= 0) return {point.peer.c_str(), chart_colour(point.colour)};
   if (!point.peer.empty())
     return {point.peer.c_str(), chart_colour(setting.integrator == "FEM" ? 8 : 7)};
   if (setting.integrator == "explicit") return {"explicit", chart_colour(3)};
@@ -149,11 +150,17 @@ std::string draw_legend(const Chart& chart) {
   }
   row("<circle r=\"4.5\" fill=\"#fff\" stroke=\"#5c6670\" stroke-width=\"1.8\"/>",
       "volume not exact");
-  row("<circle r=\"8\" fill=\"none\" stroke=\"#1d2329\" stroke-width=\"2\"/>",
-      "the scene's setting");
+  const auto some = [&](const auto& is) {
+    return std::any_of(chart.points.begin(), chart.points.end(), is);
+  };
+  const bool has_own = some([](const ChartPoint& p) { return p.is_default; });
+  if (has_own)
+    row("<circle r=\"8\" fill=\"none\" stroke=\"#1d2329\" stroke-width=\"2\"/>",
+        "the scene's setting");
   row("<line x1=\"-8\" x2=\"8\" stroke=\"#1d2329\" stroke-dasharray=\"4 3\"/>",
       "none cheaper is better");
-  svg += svg_text(x - 8, y + 4, "labels: substeps × iterations", " class=\"soft\"");
+  if (some([](const ChartPoint& p) { return p.peer.empty(); }))
+    svg += svg_text(x - 8, y + 4, "labels: substeps × iterations", " class=\"soft\"");
   return svg;
 }
 

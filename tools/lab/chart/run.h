@@ -29,6 +29,7 @@ Model solved_as(Scene scene, const ChartSetting& setting);
 struct ChartPoint {
   ChartSetting setting;
   std::string peer, label;    ///< where it is another's method: what it is, and which of them
+  int colour = -1;            ///< of another's method; -1: by what it is
   bool is_default = false;    ///< the scene's own
   bool on_front = false;      ///< none that is cheaper has a smaller largest error
   std::string failure;        ///< empty: it ran; the figures below are 0 where it did not

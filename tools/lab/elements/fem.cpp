@@ -142,21 +142,6 @@ void make_pattern(FemBody& body) {
   }
 }
 
-void add_block(FemBody& body, int element, const Dense& k, double* values) {
-  const int n = body.nodes_per_element();
-  const int* outer = body.matrix.outerIndexPtr();
-  for (int a = 0; a < n; ++a) {
-    for (int b = 0; b < n; ++b) {
-      const int at = body.slot[(element * n + a) * n + b];
-      const int column = 3 * body.elements[element * n + b];
-      for (int c = 0; c < 3; ++c) {
-        double* to = values + outer[column + c] + at;
-        for (int r = 0; r < 3; ++r) to[r] += k(3 * a + r, 3 * b + c);
-      }
-    }
-  }
-}
-
 // The volume's part of gradient and Hessian; returns J.
 double add_volume(FemBody& body, int element, Dense& k, Eigen::VectorXd& gradient) {
   const int n = body.nodes_per_element();
@@ -272,6 +257,21 @@ Eigen::VectorXd solve(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ve
 
 }  // namespace
 
+void add_block(const FemBody& body, int element, const Eigen::MatrixXd& k, double* values) {
+  const int n = body.nodes_per_element();
+  const int* outer = body.matrix.outerIndexPtr();
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b < n; ++b) {
+      const int at = body.slot[(element * n + a) * n + b];
+      const int column = 3 * body.elements[element * n + b];
+      for (int c = 0; c < 3; ++c) {
+        double* to = values + outer[column + c] + at;
+        for (int r = 0; r < 3; ++r) to[r] += k(3 * a + r, 3 * b + c);
+      }
+    }
+  }
+}
+
 void prepare(FemBody& body) {
   if (body.x.empty()) body.x = body.rest;
   body.v.resize(body.rest.size(), Vec3::Zero());
@@ -291,7 +291,7 @@ void prepare(FemBody& body) {
     }
     const Dense k = element_stiffness(body, e);
     add_block(body, e, k, values);
-    if (body.material.neo_hookean) body.stiffness.push_back(k);
+    body.stiffness.push_back(k);
   }
   body.constant = body.matrix;
 }
@@ -313,6 +313,7 @@ struct StepTerms {
 
   // m, outside the planes, along the direction in which that grows.
   Vec3 beyond(int i) const {
+    if (step.obstacle) return step.obstacle(body.x[i]);
     const double x = body.x[i].x(), y = body.x[i].y();
     const double depth = y > step.high ? y - step.high : y < step.low ? y - step.low : 0.0;
     if (depth == 0.0 || x <= step.edge) return {0.0, depth, 0.0};
@@ -339,8 +340,8 @@ struct StepTerms {
     if (depth.isZero(0.0)) return;
     gradient.segment<3>(3 * i) += step.firmness * depth;
     const Vec3 n = depth.normalized();
-    for (int a = 0; a < 2; ++a) {
-      for (int b = 0; b < 2; ++b) {
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) {
         if (n[a] * n[b] == 0.0) continue;
         matrix.coeffRef(3 * i + a, 3 * i + b) += step.firmness * n[a] * n[b];
       }

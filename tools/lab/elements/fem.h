@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -41,7 +42,7 @@ struct FemBody {
   std::vector<double> rest_volume, mass;   ///< by element, m^3; by node, kg
   Eigen::SparseMatrix<double> matrix;      ///< pattern, and room for values
   Eigen::SparseMatrix<double> constant;    ///< K
-  std::vector<Eigen::MatrixXd> stiffness;  ///< K by element; neo-Hookean only
+  std::vector<Eigen::MatrixXd> stiffness;  ///< K by element
   std::vector<int> slot;                   ///< by element and pair of its nodes: place in a column
 
   int nodes_per_element() const { return order == 1 ? 4 : 10; }
@@ -49,6 +50,8 @@ struct FemBody {
 };
 /// Fills what follows from rest, elements and material; x = rest, v = 0 where not given.
 void prepare(FemBody& body);
+/// Adds an element's block to the values of a matrix of body.matrix's pattern.
+void add_block(const FemBody& body, int element, const Eigen::MatrixXd& k, double* values);
 
 struct FemStep {
   double h = 0.0;                                         ///< s, implicit Euler; 0: quasi-static
@@ -57,7 +60,10 @@ struct FemStep {
   double high = std::numeric_limits<double>::infinity();
   /// m, where the planes end along x, in an edge rounded by `rounding` away from the body
   double edge = std::numeric_limits<double>::infinity(), rounding = 0.0;
-  double firmness = 1e5;    ///< N/m of the planes at a node
+  /// In place of the planes: how deep a point is in an obstacle, m, along the direction in which
+  /// that grows; zero outside.
+  std::function<Vec3(const Vec3&)> obstacle = {};
+  double firmness = 1e5;    ///< N/m of planes or obstacle at a node
   bool direct = false;      ///< Cholesky, else conjugate gradients
   int iterations = 10;      ///< of Newton, at most
   double tolerance = 1e-6;  ///< m, of the last correction

@@ -41,6 +41,7 @@ void write_all(const std::filesystem::path& folder) {
   write_obj(folder / "two_rings.obj", "surface of genus 2", paper_two_rings(4000));
   write_obj(folder / "finger.obj", "finger", paper_finger(3600));
   write_obj(folder / "bar.obj", "spindle", bar(BarShape{}));
+  write_obj(folder / "spindle.obj", "ball stretched", scaled(paper_ball(1470), BarShape{}.half));
   write_obj(folder / "two_bellies.obj", "spindle with a neck", bar({.neck = kNeck}));
   write_obj(folder / "plate.obj", "plate with a rounded edge",
             rounded_plate(0.35, 0.3, 0.05, 0.02));

@@ -50,7 +50,7 @@ double steps_to(const Model& model, double time, State& state) {
 
 void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
                         StageSeconds& seconds) {
-  constexpr int kMost = 60;      // the arm takes 10 to 25 steps
+  constexpr int kMost = 60;      // the arm takes 7 to 11 steps
   constexpr double kSlow = 0.7;  // of the step before; a skin that moves more than that swings
   double share = kReturnAtRest, moved_before = 1e9;
   if (!model.has_skin) return;

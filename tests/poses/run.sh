@@ -7,6 +7,7 @@ set -euo pipefail
 thew=$1 root=$2 out=$3 poses=$4 held_out=$5
 python=/usr/bin/python3  # Debian's own
 "$python" -c 'import numpy, h5py' 2>/dev/null || { echo "skipped: no numpy or no h5py"; exit 77; }
+rm -rf "$out"  # of another arm
 mkdir -p "$out"
 sed -e "s|^scene = .*|scene = \"$(realpath -m --relative-to="$out" "$root/assets/arm/arm.toml")\"|" \
     -e "s|^random = .*|random = $poses|" "$root/tools/examples/arm_poses.toml" >"$out/ranges.toml"

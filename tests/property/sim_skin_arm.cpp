@@ -83,20 +83,28 @@ TEST(ArmSkin, SlidesOverTheTipOfTheElbow) {
   EXPECT_LT(slid(), 5e-4);
 }
 
-// m^2, of the skin's rings by their height at rest: nodes of one height in order around.
-std::map<double, double> ring_areas(const Moved& arm, const Points& now) {
-  std::map<double, std::vector<Vec3>> rings;
-  for (size_t i = 0; i < now.size(); ++i) {
-    rings[std::round(1e6 * arm.model.skin.rest[i][1])].push_back(to_vec(now[i]));
-  }
+// m^2, of the skin's sections across the hanging forearm, by Green's theorem over what the plane
+// cuts of each triangle.
+std::map<double, double> section_areas(const Moved& arm, const Points& x) {
+  constexpr double kElbow = -0.33, kWrist = -0.56, kApart = 0.004;  // m, y
   std::map<double, double> areas;
-  for (const auto& [height, ring] : rings) {
-    if (ring.size() < 32) continue;
-    Vec3 sum = Vec3::Zero();
-    for (size_t k = 0; k < ring.size(); ++k) {
-      sum += (ring[k] - ring[0]).cross(ring[(k + 1) % ring.size()] - ring[0]);
+  for (double y = kElbow; y > kWrist; y -= kApart) {
+    double area = 0.0;
+    for (const Triangle& t : arm.model.skin.surface.triangles) {
+      std::vector<Vec3> cut;
+      double turn = 0.0;  // whose sign tells in which direction the edge of the section runs
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 a = to_vec(x[t[k]]), b = to_vec(x[t[(k + 1) % 3]]);
+        if ((a.y() < y) == (b.y() < y)) continue;
+        cut.push_back(a + (y - a.y()) / (b.y() - a.y()) * (b - a));
+      }
+      if (cut.size() != 2) continue;
+      const Vec3 normal =
+          (to_vec(x[t[1]]) - to_vec(x[t[0]])).cross(to_vec(x[t[2]]) - to_vec(x[t[0]]));
+      turn = Vec3::UnitY().cross(normal).dot(cut[1] - cut[0]) < 0.0 ? -1.0 : 1.0;
+      area += 0.5 * turn * Vec3::UnitY().dot(cut[0].cross(cut[1]));
     }
-    areas[height] = 0.5 * sum.norm();
+    areas[y] = area;
   }
   return areas;
 }
@@ -104,13 +112,13 @@ std::map<double, double> ring_areas(const Moved& arm, const Points& now) {
 TEST(ArmSkin, IsNotWrungByTheForearmsTurn) {
   for (const char* angle : {"80", "-80"}) {
     Moved arm(std::string("forearm_rotation = [[1, 0], [30, ") + angle + "]]");
-    const auto before = ring_areas(arm, arm.skin);
+    const auto before = section_areas(arm, arm.skin);
     for (int frame = 2; frame <= 30; ++frame) arm.go_to(frame);
-    double least = 1.0;
-    for (const auto& [height, area] : ring_areas(arm, arm.state.skin.x)) {
+    double least = 1e9;
+    for (const auto& [height, area] : section_areas(arm, arm.state.skin.x)) {
       least = std::min(least, area / before.at(height));
     }
-    std::printf("%s degrees: narrowest ring %.3f of its area at rest\n", angle, least);
+    std::printf("%s degrees: narrowest section %.3f of its area at rest\n", angle, least);
     EXPECT_GT(before.size(), 50u);
     EXPECT_GT(least, 0.9);
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "skin/contact/face_contact.h"
 #include "skin/skin_passes.h"
@@ -186,6 +187,11 @@ void expect_covers(const Flexing& flexing, size_t& found) {
   const SkinState& state = flexing.state;
   const Lengths& lengths = flexing.model.settings.lengths;
   size_t node = 0, covers = 0;
+  std::set<int> crossing;  // where the skin crosses itself a node comes out of it without a trace
+  for (const auto& pair : crossing_triangles(flexing.model.surface, state.bvh, state.x,
+                                             flexing.model.surface, state.bvh, state.x)) {
+    crossing.insert(pair.begin(), pair.end());
+  }
   for (const Collider& flesh : flexing.arm.colliders()) {
     for (const Point& x : *flesh.x) {
       covers += state.covered[node];
@@ -194,8 +200,9 @@ void expect_covers(const Flexing& flexing, size_t& found) {
             by_brute_force(flexing.model.surface, state.bvh, state.x, to_vec(x));
         const bool covered =
             near.distance <= lengths.cover_reach && near.distance >= -lengths.cover_depth;
-        ASSERT_EQ(state.covered[node], covered) << "node " << node;
-        if (covered) {
+        const bool is_clear = !crossing.contains(near.triangle);
+        if (is_clear) ASSERT_EQ(state.covered[node], covered) << "node " << node;
+        if (covered && is_clear) {
           ASSERT_EQ(state.cover_over[node].triangle, near.triangle);
         }
         found += covered;

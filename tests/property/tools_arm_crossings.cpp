@@ -12,8 +12,9 @@ namespace {
 
 // Neither bone and muscle (but where a tendon enters its bone), nor muscles, nor the skin with any
 // of them or with itself: by the exact tests of thew inspect, which share nothing with contact.
-TEST(ArmCrossings, ThereAreNone) {
-  const Model model = build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", {}));
+void expect_none(const std::string& scene) {
+  SCOPED_TRACE(scene);
+  const Model model = build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/" + scene, {}));
   BakeOptions options;
   options.folder =
       std::filesystem::path(testing::TempDir()) / ("thew_crossings_" + std::to_string(getpid()));
@@ -34,6 +35,12 @@ TEST(ArmCrossings, ThereAreNone) {
   EXPECT_EQ(checked, options.frames.size());
   std::filesystem::remove_all(options.folder);
 }
+
+TEST(ArmCrossings, ThereAreNoneInTheFold) { expect_none("arm.toml"); }
+TEST(ArmCrossings, ThereAreNoneInACurl) { expect_none("curl.toml"); }
+TEST(ArmCrossings, ThereAreNoneInATurn) { expect_none("turn.toml"); }
+TEST(ArmCrossings, ThereAreNoneInAReach) { expect_none("reach.toml"); }
+TEST(ArmCrossings, ThereAreNoneInAStill) { expect_none("still.toml"); }
 
 }  // namespace
 }  // namespace thew::tests

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/author/level_grid.h"
+#include "tools/author/remesh.h"
 
 namespace thew::tools {
 namespace {
@@ -67,6 +68,7 @@ TriMesh bone_mesh(const BoneShape& bone) {
   sample([&](const Vec3& p) { return bone_distance(bone, p); }, grid);
   TriMesh mesh = surface_nets(grid);
   relax(bone, mesh);
+  smooth_folds(mesh);
   return mesh;
 }
 

@@ -58,21 +58,38 @@ std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
   text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
   if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
   return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +
-         "\nfibre_length = " + metres(muscle.fibre_length) + "\n\n";
+         "\nfibre_length = " + metres(muscle.fibre_length) + "\n";
 }
 
-// The scene beside the table is ours but for what stands between these two lines.
+// The scenes beside the table are ours but for what stands between these two lines, of which the
+// activations are.
 constexpr const char* kFirstLine = "# Muscles, written by author_arm from muscles.csv:\n";
 constexpr const char* kLastLine = "# end of muscles\n";
 
-std::string scene_text(const fs::path& scene, const std::string& muscles) {
+// The line of a scene that gives a muscle's activation, or nothing.
+std::string activation_line(const std::string& scene, const std::string& muscle) {
+  const std::string key = "\nactivation = ";
+  const size_t from = scene.find("\nname = \"" + muscle + "\"\n");
+  const size_t at = scene.find(key, from);
+  if (from == std::string::npos || at == std::string::npos || at > scene.find("\n\n", from)) {
+    return "";
+  }
+  return scene.substr(at + 1, scene.find('\n', at + 1) - at);
+}
+
+std::string scene_text(const fs::path& scene, const std::vector<TableMuscle>& muscles,
+                       const Skeleton& skeleton) {
   const std::string text = read_whole(scene, 1 << 20);
   const size_t first = text.find(kFirstLine), last = text.find(kLastLine);
   if (first == std::string::npos || last == std::string::npos || last < first) {
     throw Error(ErrorCode::kInput, scene.string() + ": the lines \"" + kFirstLine + "\" and \"" +
                                        kLastLine + "\" are not in it; add them");
   }
-  return text.substr(0, first) + kFirstLine + "\n" + muscles + text.substr(last);
+  std::string blocks;
+  for (const TableMuscle& muscle : muscles) {
+    blocks += muscle_text(muscle, skeleton) + activation_line(text, muscle.name) + "\n";
+  }
+  return text.substr(0, first) + kFirstLine + "\n" + blocks + text.substr(last);
 }
 
 }  // namespace
@@ -95,20 +112,20 @@ void write_arm(const fs::path& table, const fs::path& folder) {
         obj_text(bone.body + " in its own frame" + kMadeBy, in_order_of_use(below.back()), shift));
   }
   const std::vector<TriMesh> meshes = pack_muscles(muscles, skeleton, bones);
-  std::string blocks;
   for (size_t m = 0; m < muscles.size(); ++m) {
     const std::string& name = muscles[m].name;
     replace_durably(
         folder / "muscles" / (name + ".obj"),
         obj_text(name + " at rest in the root's frame" + std::string(kMadeBy), meshes[m], humerus));
-    blocks += muscle_text(muscles[m], skeleton);
   }
   below.insert(below.end(), meshes.begin(), meshes.end());
   replace_durably(folder / "skin.obj",
                   obj_text("skin at rest in the root's frame" + std::string(kMadeBy),
                            arm_skin(below, kSkinClearance), humerus));
   replace_durably(folder / "arm.urdf", urdf_text(skeleton));
-  replace_durably(folder / "arm.toml", scene_text(table.parent_path() / "arm.toml", blocks));
+  for (const char* scene : {"arm.toml", "curl.toml", "turn.toml", "reach.toml", "still.toml"}) {
+    replace_durably(folder / scene, scene_text(table.parent_path() / scene, muscles, skeleton));
+  }
 }
 
 }  // namespace thew::tools

@@ -12,6 +12,7 @@ Vec3 in_arm(double distal, double little, double palmar) {
   return Vec3(0.028, -0.572, 0.035) - 1e-3 * Vec3(little, distal, palmar);
 }
 
+// The fingers are spread by 5 to 9 degrees more than measured, so that a grid tells them apart.
 // Radii (m) of a finger's skin at the base of its metacarpal, its joints, its tip; those of its
 // bones at the joints and the tip. Breadths of men's fingers 18 to 20 mm, palm 28 mm thick.
 std::array<Finger, 5> make_fingers() {
@@ -28,23 +29,23 @@ std::array<Finger, 5> make_fingers() {
             1.15,
             thumb_bends},
            {"index",
-            at({{-3, -14, 2}, {67, -19, 3}, {106, -26, 9}, {125, -29, 22}, {139, -28, 33}}),
-            {0.0130, 0.0106, 0.0092, 0.0081, 0.0068},
+            at({{-3, -14, 2}, {67, -19, 3}, {106, -32, 9}, {125, -38, 22}, {139, -39, 33}}),
+            {0.0130, 0.0098, 0.0090, 0.0081, 0.0068},
             1.0,
             palm},
            {"middle",
             at({{0, 0, 0}, {64, 1, 1}, {106, 1, 12}, {133, 2, 23}, {146, 4, 35}}),
-            {0.0130, 0.0107, 0.0094, 0.0082, 0.0069},
+            {0.0130, 0.0099, 0.0091, 0.0082, 0.0069},
             1.0,
             palm},
            {"ring",
-            at({{-2, 11, 1}, {57, 19, 0}, {97, 24, 9}, {122, 28, 22}, {132, 29, 33}}),
-            {0.0128, 0.0103, 0.0088, 0.0078, 0.0066},
+            at({{-2, 11, 1}, {57, 19, 0}, {97, 28, 9}, {122, 35, 22}, {132, 38, 33}}),
+            {0.0128, 0.0095, 0.0086, 0.0078, 0.0066},
             0.95,
             palm},
            {"little",
-            at({{-3, 20, 4}, {49, 36, 3}, {81, 45, 8}, {101, 51, 15}, {113, 55, 21}}),
-            {0.0125, 0.0097, 0.0080, 0.0071, 0.0060},
+            at({{-3, 20, 4}, {49, 36, 3}, {81, 53, 8}, {101, 63, 15}, {113, 69, 21}}),
+            {0.0125, 0.0090, 0.0078, 0.0071, 0.0060},
             0.85,
             palm}}};
 }
@@ -73,16 +74,16 @@ const std::array<Finger, 5>& fingers() {
 
 std::vector<FingerBone> finger_bones() {
   std::vector<FingerBone> bones;
-  for (int f = 0; f < 5; ++f) {
-    const Finger& finger = fingers()[f];
-    const bool is_thumb = f == 0;
-    const std::array<const char*, 3> parts = {is_thumb ? "metacarpal" : "proximal",
-                                              is_thumb ? "proximal" : "middle", "distal"};
-    const std::array<const char*, 3> joints = {is_thumb ? "cmc" : "mcp", is_thumb ? "mcp" : "pip",
-                                               is_thumb ? "ip" : "dip"};
-    const std::array<double, 3> lower = {-30, is_thumb ? -10.0 : 0.0, -10};
-    const std::array<double, 3> upper = {is_thumb ? 40.0 : 75.0, is_thumb ? 55.0 : 85.0, 60};
-    for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k) {
+    for (int f = 0; f < 5; ++f) {
+      const Finger& finger = fingers()[f];
+      const bool is_thumb = f == 0;
+      const std::array<const char*, 3> parts = {is_thumb ? "metacarpal" : "proximal",
+                                                is_thumb ? "proximal" : "middle", "distal"};
+      const std::array<const char*, 3> joints = {is_thumb ? "cmc" : "mcp", is_thumb ? "mcp" : "pip",
+                                                 is_thumb ? "ip" : "dip"};
+      const std::array<double, 3> lower = {-30, is_thumb ? -10.0 : 0.0, -10};
+      const std::array<double, 3> upper = {is_thumb ? 40.0 : 75.0, is_thumb ? 55.0 : 85.0, 60};
       const int part = is_thumb ? k : k + 1;
       const Vec3 along = finger.points[part + 1] - finger.points[part];
       bones.push_back({finger.name + "_" + parts[k], finger.name + "_" + joints[k], f, part,
@@ -93,7 +94,7 @@ std::vector<FingerBone> finger_bones() {
 }
 
 BoneShape hand_bone() {
-  BoneShape hand{"hand", 0.006, {0.0045, 0.0050, 0.0040}, {}, {}};
+  BoneShape hand{"hand", 0.008, {0.0040, 0.0045, 0.0035}, {}, {}};
   hand.strokes = {{{0.0150, -0.5465, 0.0320}, {0.0370, -0.5465, 0.0340}, 0.0085, 0.0085},  // carpus
                   {{0.0120, -0.5600, 0.0330}, {0.0410, -0.5600, 0.0340}, 0.0085, 0.0085}};
   for (int f = 1; f < 5; ++f) add_bone(fingers()[f], 0, hand);
@@ -108,13 +109,13 @@ BoneShape shape_of(const FingerBone& bone) {
 
 double hand_level(const Vec3& p) {
   // m, over which a finger melts into the palm, its parts into each other, fingers between them
-  constexpr double kWeb = 0.010, kKnuckle = 0.006, kSkinWeb = 0.004;
+  constexpr double kWeb = 0.010, kKnuckle = 0.006, kSkinWeb = 0.005;
   BoneShape palm{"", 0.014, {}, {}, {}};
   palm.strokes = {{in_arm(-30, -9, 3), in_arm(-12, -9, 4), 0.0150, 0.0150},
                   {in_arm(-30, 9, 3), in_arm(-12, 9, 4), 0.0150, 0.0150},
                   {in_arm(0, -15, 13), in_arm(30, -33, 22), 0.0150, 0.0120},  // ball of the thumb
                   {in_arm(5, 20, 11), in_arm(42, 33, 9), 0.0135, 0.0115},    // of the little finger
-                  {in_arm(52, -22, 8), in_arm(47, 30, 8), 0.0095, 0.0095}};  // below the fingers
+                  {in_arm(58, -19, 5), in_arm(52, 33, 5), 0.0100, 0.0095}};  // below the fingers
   double level = 1e9;
   for (const Finger& finger : fingers()) {
     BoneShape shape{"", kKnuckle, {}, {}, {}};

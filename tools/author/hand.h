@@ -27,7 +27,7 @@ struct FingerBone {
   Vec3 axis;                        ///< unit vector, flexion positive
   double lower = 0.0, upper = 0.0;  ///< degrees
 };
-/// From the thumb's to the little finger's, each from the hand outwards.
+/// The nearest to the hand first, of these from the thumb's to the little finger's.
 std::vector<FingerBone> finger_bones();
 
 /// The hand without them: carpus and four metacarpals.
@@ -35,7 +35,7 @@ BoneShape hand_bone();
 BoneShape shape_of(const FingerBone& bone);
 
 /// Level of the hand's skin: palm, balls of thumb and little finger, fingers. Strokes of one finger
-/// melt into each other and into the palm; fingers do not melt into fingers.
+/// melt into each other, into the palm and, between them, into those of the next finger.
 double hand_level(const Vec3& p);
 
 }  // namespace thew::tools

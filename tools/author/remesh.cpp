@@ -208,4 +208,34 @@ TriMesh remeshed(const TriMesh& mesh, const Level& wanted, const Level& level) {
   return out;
 }
 
+void smooth_folds(TriMesh& mesh) {
+  constexpr int kPasses = 50;
+  constexpr double kSharpest = 0.34, kShare = 0.3;  // cosine; of the way to the neighbours' middle
+  Work work;
+  work.x = mesh.vertices;
+  work.around.resize(work.x.size());
+  for (const Triangle& t : mesh.triangles) work.add(t);
+  const std::vector<std::array<int, 2>> edges = work.edges();
+  for (int pass = 0; pass < kPasses; ++pass) {
+    std::vector<char> folded(work.x.size(), 0);
+    for (const auto& [a, b] : edges) {
+      const auto [left, right] = work.sides(a, b);
+      const Vec3 u = work.area(work.triangles[left]), v = work.area(work.triangles[right]);
+      if (u.dot(v) >= kSharpest * u.norm() * v.norm()) continue;
+      for (int t : {left, right}) {
+        for (int node : work.triangles[t]) folded[node] = 1;
+      }
+    }
+    if (std::find(folded.begin(), folded.end(), 1) == folded.end()) break;
+    for (size_t v = 0; v < folded.size(); ++v) {
+      if (!folded[v]) continue;
+      const std::vector<int> near = work.neighbours(static_cast<int>(v));
+      Vec3 mean = Vec3::Zero();
+      for (int n : near) mean += work.x[n] / static_cast<double>(near.size());
+      work.x[v] += kShare * (mean - work.x[v]);
+    }
+  }
+  mesh.vertices = work.x;
+}
+
 }  // namespace thew::tools

@@ -10,4 +10,8 @@ namespace thew::tools {
 /// of edges, and shifts along the surface in turn (Botsch, Kobbelt 2004).
 TriMesh remeshed(const TriMesh& mesh, const Level& wanted, const Level& level);
 
+/// Smooths a closed mesh where triangles meet at more than 70 degrees, until none do or it has done
+/// so 50 times.
+void smooth_folds(TriMesh& mesh);
+
 }  // namespace thew::tools

@@ -37,8 +37,8 @@ constexpr std::array<Outline, 27> kLimb = {
      {-0.328, 0.004, 0.001, 0.0395, 0.0450},  {-0.354, 0.004, 0.005, 0.0410, 0.0460},
      {-0.379, 0.006, 0.008, 0.0415, 0.0440},  {-0.405, 0.008, 0.011, 0.0395, 0.0400},
      {-0.430, 0.010, 0.014, 0.0365, 0.0360},  {-0.455, 0.011, 0.017, 0.0330, 0.0315},
-     {-0.481, 0.014, 0.021, 0.0300, 0.0265},  {-0.515, 0.018, 0.026, 0.0290, 0.0220},
-     {-0.545, 0.022, 0.030, 0.0295, 0.0200},  {-0.575, 0.026, 0.034, 0.0320, 0.0180},
+     {-0.481, 0.014, 0.021, 0.0300, 0.0265},  {-0.515, 0.018, 0.026, 0.0296, 0.0223},
+     {-0.545, 0.022, 0.030, 0.0278, 0.0190},  {-0.575, 0.026, 0.034, 0.0320, 0.0180},
      {-0.600, 0.027, 0.035, 0.0330, 0.0160}}};
 
 // Cubic through four values at four heights (Hermite, slopes by differences), between the middle
@@ -205,6 +205,7 @@ TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
   LevelGrid grid = skin_level(below, clearance + 0.0002);
   const Level level = [&](const Vec3& p) { return level_at(grid, p); };
   TriMesh mesh = remeshed(surface_nets(grid), edge_length, level);
+  smooth_folds(mesh);
   for (int pass = 0; pass < 40 && keep_clear(below, clearance, mesh); ++pass) {
   }
   return in_order_of_use(mesh);

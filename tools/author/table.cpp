@@ -2,6 +2,7 @@
 #include "tools/author/table.h"
 
 #include <algorithm>
+#include <array>
 
 #include "rig/math.h"
 #include "rig/text.h"
@@ -141,15 +142,14 @@ void add_fingers(Skeleton& skeleton) {
   const int hand = find_body(skeleton, "hand");
   const Pose rest = rest_pose(skeleton);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
-  Vec3 before = Vec3::Zero();
-  int finger = -1;
+  std::array<int, 5> last;  // body of each finger
+  last.fill(hand);
   for (const FingerBone& bone : finger_bones()) {
-    const bool is_first = bone.finger != finger;
-    finger = bone.finger;
-    const Vec3 at = humerus + fingers()[finger].points[bone.part];
-    add_body(is_first ? hand : skeleton.size() - 1, bone,
-             at - (is_first ? rest[hand].translation() : before), skeleton);
-    before = at;
+    const std::vector<Vec3>& points = fingers()[bone.finger].points;
+    const bool is_first = last[bone.finger] == hand;
+    const Vec3 from = is_first ? Vec3(rest[hand].translation()) : humerus + points[bone.part - 1];
+    add_body(last[bone.finger], bone, humerus + points[bone.part] - from, skeleton);
+    last[bone.finger] = skeleton.size() - 1;
   }
 }
 

@@ -316,7 +316,7 @@ TEST(ArmAssets, AuthorWritesTheCommittedBytesAgain) {
     EXPECT_TRUE(bytes(entry.path()) == bytes(kArm / name)) << name << ": run author_arm again";
     ++files;
   }
-  EXPECT_EQ(files, 12 + 20 + 3);
+  EXPECT_EQ(files, 12 + 20 + 7);
   fs::remove_all(folder);
 }
 

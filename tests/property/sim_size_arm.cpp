@@ -135,9 +135,10 @@ TEST_F(SizedArm, MovesAsTheArmDoes) {
   for (size_t k = 1; k < sizes.size(); ++k) {
     std::printf("size %g: muscles %.2g mm, skin %.2g mm off\n", sizes[k], 1e3 * muscles[k],
                 1e3 * skin[k]);
-    // Bellies that touch all along are parted by exact tests of crossing, which notice rounding.
+    // Bellies that touch all along are parted by exact tests of crossing, which notice rounding; the
+    // skin follows them.
     EXPECT_LT(muscles[k], 1e-4);
-    EXPECT_LT(skin[k], 5e-5);
+    EXPECT_LT(skin[k], 1e-4);
     const State& state = runs[k].state;
     const SkinModel& model = runs[k].model.skin;
     EXPECT_TRUE(crossing_triangles(model.surface, state.skin.bvh, state.skin.x, model.surface,

@@ -65,7 +65,7 @@ double limb_level(const Vec3& p) {
   };
   const double a = at(&Outline::half_x), b = at(&Outline::half_z);
   const double u = (p.x() - at(&Outline::x)) / a, v = (p.z() - at(&Outline::z)) / b;
-  return std::max(std::min(a, b) * (std::hypot(u, v) - 1.0), std::abs(p.y() - y));
+  return std::max(std::min(a, b) * (std::sqrt(u * u + v * v) - 1.0), std::abs(p.y() - y));
 }
 
 // Strokes from point to point (x, y, z) with the radius there, all m.

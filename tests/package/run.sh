@@ -25,8 +25,8 @@ echo "the stripped command has $bytes bytes"
 
 # Debian once, kept as a file; of it a root for each run.
 bare=$work/bare.tar root=$work/root
-mirror=$(grep -rhoE 'https?://[^ ]*debian\.org/debian/? *$|https?://[^ ]*debian\.org/debian ' \
-  /etc/apt/sources.list /etc/apt/sources.list.d 2>/dev/null | head -1 | tr -d ' ' || true)
+mirror=$(grep -rhoE 'https?://[^ ]*/debian/? ' /etc/apt/sources.list /etc/apt/sources.list.d \
+  2>/dev/null | head -1 | tr -d ' ' || true)  # where this machine's own packages come from
 clear_root() {
   umount "$root/proc" 2>/dev/null || true
   rm -rf --one-file-system "$root" "$root.bundle"
@@ -35,7 +35,7 @@ trap clear_root EXIT
 clear_root
 if [[ ! -f $bare ]]; then
   debootstrap --variant=minbase --include=ca-certificates bookworm "$root" \
-    "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.txt" 2>&1 ||
+    ${mirror:+"$mirror"} >"$work/debootstrap.txt" 2>&1 ||
     skip "debootstrap did not come through; see $work/debootstrap.txt"
   tar -C "$root" -cf "$bare.part" . && mv "$bare.part" "$bare"
 else

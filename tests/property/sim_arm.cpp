@@ -432,8 +432,8 @@ TEST(Arm, NothingJumps) {
       find_jumps(run.skin[0].size(), [&](size_t f, size_t i) { return to_vec(run.skin[f][i]); });
   std::printf("skin: %d nodes jump, by %.2f mm at most, %s\n", jumps.nodes, 1e3 * jumps.farthest,
               jumps.where.c_str());
-  EXPECT_LE(jumps.nodes, 40);
-  EXPECT_LT(jumps.farthest, 2e-3);
+  EXPECT_LE(jumps.nodes, 17);
+  EXPECT_LT(jumps.farthest, 1.9e-3);
 }
 
 TEST(Arm, WithoutTheMultiplierVolumeIsLost) {

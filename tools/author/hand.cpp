@@ -65,6 +65,34 @@ void add_bone(const Finger& finger, size_t part, BoneShape& bone) {
   bone.strokes.push_back({middle, end, waist, to});
 }
 
+struct HandFlesh {
+  BoneShape palm;
+  std::array<BoneShape, 5> fingers;
+};
+
+HandFlesh make_flesh() {
+  constexpr double kPalm = 0.014, kKnuckle = 0.006;  // m, over which strokes melt
+  HandFlesh flesh;
+  flesh.palm.blend = kPalm;
+  flesh.palm.strokes = {
+      {in_arm(-30, -9, 3), in_arm(-12, -9, 4), 0.0150, 0.0150},
+      {in_arm(-30, 9, 3), in_arm(-12, 9, 4), 0.0150, 0.0150},
+      {in_arm(0, -15, 13), in_arm(30, -33, 22), 0.0150, 0.0120},  // ball of the thumb
+      {in_arm(5, 20, 11), in_arm(42, 33, 9), 0.0135, 0.0115},     // of the little finger
+      {in_arm(58, -19, 5), in_arm(52, 33, 5), 0.0100, 0.0095}};   // below the fingers
+  for (size_t f = 0; f < flesh.fingers.size(); ++f) {
+    const Finger& finger = fingers()[f];
+    flesh.fingers[f].blend = kKnuckle;
+    for (size_t k = 0; k + 1 < finger.points.size(); ++k) {
+      const bool is_in_palm = f > 0 && k == 0;
+      (is_in_palm ? flesh.palm : flesh.fingers[f])
+          .strokes.push_back(
+              {finger.points[k], finger.points[k + 1], finger.flesh[k], finger.flesh[k + 1]});
+    }
+  }
+  return flesh;
+}
+
 }  // namespace
 
 const std::array<Finger, 5>& fingers() {
@@ -108,29 +136,13 @@ BoneShape shape_of(const FingerBone& bone) {
 }
 
 double hand_level(const Vec3& p) {
-  // m, over which a finger melts into the palm, its parts into each other, fingers between them
-  constexpr double kWeb = 0.010, kKnuckle = 0.006, kSkinWeb = 0.005;
-  BoneShape palm{"", 0.014, {}, {}, {}};
-  palm.strokes = {{in_arm(-30, -9, 3), in_arm(-12, -9, 4), 0.0150, 0.0150},
-                  {in_arm(-30, 9, 3), in_arm(-12, 9, 4), 0.0150, 0.0150},
-                  {in_arm(0, -15, 13), in_arm(30, -33, 22), 0.0150, 0.0120},  // ball of the thumb
-                  {in_arm(5, 20, 11), in_arm(42, 33, 9), 0.0135, 0.0115},    // of the little finger
-                  {in_arm(58, -19, 5), in_arm(52, 33, 5), 0.0100, 0.0095}};  // below the fingers
+  constexpr double kWeb = 0.010, kSkinWeb = 0.005;  // m, from finger to palm, between fingers
+  static const HandFlesh flesh = make_flesh();
   double level = 1e9;
-  for (const Finger& finger : fingers()) {
-    BoneShape shape{"", kKnuckle, {}, {}, {}};
-    const bool is_thumb = &finger == fingers().data();
-    for (size_t k = is_thumb ? 0 : 1; k + 1 < finger.points.size(); ++k) {
-      shape.strokes.push_back(
-          {finger.points[k], finger.points[k + 1], finger.flesh[k], finger.flesh[k + 1]});
-    }
-    if (!is_thumb) {
-      palm.strokes.push_back(
-          {finger.points[0], finger.points[1], finger.flesh[0], finger.flesh[1]});
-    }
-    level = melt(level, bone_distance(shape, p), kSkinWeb);
+  for (const BoneShape& finger : flesh.fingers) {
+    level = melt(level, bone_distance(finger, p), kSkinWeb);
   }
-  return melt(level, bone_distance(palm, p), kWeb);
+  return melt(level, bone_distance(flesh.palm, p), kWeb);
 }
 
 }  // namespace thew::tools

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/base/obj_text.h"
+
 namespace thew::tools {
 namespace {
 
@@ -192,20 +194,8 @@ TriMesh remeshed(const TriMesh& mesh, const Level& wanted, const Level& level) {
     flip(work);
     for (int k = 0; k < 3; ++k) shift(level, 0.6, work);
   }
-  TriMesh out;
-  std::vector<int> number(work.x.size(), -1);
-  for (Triangle t : work.triangles) {
-    if (t[0] < 0) continue;
-    for (int& v : t) {
-      if (number[v] < 0) {
-        number[v] = static_cast<int>(out.vertices.size());
-        out.vertices.push_back(work.x[v]);
-      }
-      v = number[v];
-    }
-    out.triangles.push_back(t);
-  }
-  return out;
+  std::erase_if(work.triangles, [](const Triangle& t) { return t[0] < 0; });
+  return in_order_of_use({work.x, work.triangles});
 }
 
 void smooth_folds(TriMesh& mesh) {

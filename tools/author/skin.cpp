@@ -11,7 +11,6 @@
 #include "tools/author/level_grid.h"
 #include "tools/author/remesh.h"
 #include "tools/author/smoothing.h"
-#include "tools/base/obj_text.h"
 
 namespace thew::tools {
 namespace {
@@ -208,7 +207,7 @@ TriMesh arm_skin(const std::vector<TriMesh>& meshes, double clearance) {
   smooth_folds(mesh);
   for (int pass = 0; pass < 40 && keep_clear(below, clearance, mesh); ++pass) {
   }
-  return in_order_of_use(mesh);
+  return mesh;
 }
 
 }  // namespace thew::tools

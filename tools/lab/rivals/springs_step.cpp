@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lab/rivals/springs_step.h"
 
+#include <memory>
+
 #include "muscles/volume.h"
 
 namespace thew::tools {
@@ -69,6 +71,20 @@ double volume_correction(const Surroundings& around, double time, double rest, b
     if (!stop_at_obstacles(around, time, s, body, direction)) break;
   }
   return s;
+}
+
+Stepper corrected_stepper(const RivalBody& body, double drag, bool by_mass, bool reaction) {
+  const auto springs = std::make_shared<const SurfaceSprings>(prepare_springs(body, drag));
+  return [=, rest = volume_of(body), f = Points(), direction = Points()](
+             const Surroundings& around, double time, double h, RivalBody& now) mutable {
+    spring_forces(*springs, now, f, nullptr);
+    free_step(around, time, h, springs->drag, f, now);
+    const double s = volume_correction(around, time, rest, by_mass, now, direction);
+    for (size_t i = 0; i < now.x.size(); ++i) {
+      now.x[i] += s * direction[i];
+      if (reaction) now.v[i] += s / h * direction[i];
+    }
+  };
 }
 
 }  // namespace thew::tools

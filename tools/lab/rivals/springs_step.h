@@ -31,4 +31,8 @@ void free_step(const Surroundings& around, double time, double h, double drag, c
 double volume_correction(const Surroundings& around, double time, double rest, bool by_mass,
                          const RivalBody& body, Points& direction);
 
+/// The springs' free step, then s times the direction of volume_correction(); `reaction`: added to
+/// the velocities too.
+Stepper corrected_stepper(const RivalBody& body, double drag, bool by_mass, bool reaction);
+
 }  // namespace thew::tools

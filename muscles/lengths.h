@@ -89,22 +89,8 @@ struct Lengths {
   double fat_reach = 0.03;
 
   // A character's own skin.
-  /// Below this length the offset of a point from its muscle, as the weights turn it, is too short
-  /// to give a direction.
-  double least_offset = 1e-5;
-  /// Distance from the line along a point's normal, within which a sample of a muscle lifts it.
-  double sample_reach = 0.008;
-  /// Width over which the displacement by the muscles is smoothed.
-  double smoothing_width = 0.01;
-  /// The displacement is smoothed in a least number of passes, unless these would smooth over more
-  /// than this width, which would flatten it.
-  double max_spread = 0.02;
-  /// Width over which a crease that is much sharper than that of the weights is smoothed.
-  double crease_width = 0.05;
-  /// Distance between points of a triangle of the skin.
+  /// Longest edge of the triangles that its layer is divided into.
   double point_spacing = 0.01;
-  /// Longest edge of the piece of a muscle that one sample represents.
-  double sample_edge = 0.008;
 };
 
 /// All lengths multiplied by the size of a body [1].

@@ -14,10 +14,8 @@ namespace {
 constexpr int kMaxHalvings = 4;
 constexpr int kMaxSubsteps = 1024;  // of a frame
 
-// A character's own skin depends on bodies and muscles alone, so one step of it is enough.
 int skin_steps_of(const Model& model, double time, State& state) {
-  if (model.skinned && state.way) return 0;  // it is stepped where the way ends
-  if (!model.has_skin || model.skinned) return 1;
+  if (!model.has_skin) return 1;
   const double angle = turn_until(model, time, state);
   return std::max(1, static_cast<int>(std::ceil(angle / model.skin.settings.max_turn)));
 }

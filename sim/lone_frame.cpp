@@ -54,13 +54,10 @@ void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
   constexpr double kSlow = 0.7;  // of the step before; a skin that moves more than that swings
   double share = kReturnAtRest, moved_before = 1e9;
   if (!model.has_skin) return;
-  if (model.skinned) {  // it has no memory
-    return rest_skin(model, kReturnAtRest, parallel, state, seconds);
-  }
   for (int k = 0; k < kMost; ++k) {
-    const Points before = state.skin.x;
+    const Points before = layer_of(model, state).x;
     rest_skin(model, share, parallel, state, seconds);
-    const double moved = mean_distance(before, state.skin.x);
+    const double moved = mean_distance(before, layer_of(model, state).x);
     if (moved < model.lengths.skin_at_rest) return;
     if (moved > kSlow * moved_before) share *= 0.5;
     moved_before = moved;

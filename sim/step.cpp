@@ -69,8 +69,9 @@ std::optional<StepDiagnosis> step_skin(const Model& model, double share_of_retur
   const StageClock clock(seconds.skin, parallel);
   refit_all(model, parallel, state);
   if (model.skinned) {
-    set_muscles(model, state, state.colliders);
-    step_skinned(*model.skinned, state.bodies, state.colliders, state.skin);
+    set_felt(model, state, state.colliders);
+    step_skinned(*model.skinned, state.bodies, state.colliders, parallel.loop(), state.layer,
+                 state.skin, share_of_return);
   } else {
     set_colliders(model, state, state.colliders);
     step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin,
@@ -99,7 +100,7 @@ std::optional<StepDiagnosis> try_frame(const Model& model, const FrameDivision& 
 void solve_frame(const Model& model, FrameDivision division, Parallel& parallel, State& state,
                  StageSeconds& seconds) {
   while (auto diagnosis = try_frame(model, division, parallel, state, seconds)) {
-    undo_frame(state);
+    undo_frame(model, state);
     if (!prepare_retry(model, *diagnosis, division, state)) {
       throw StepFailure(model, state.way ? state.way->clip_time : division.end, *diagnosis,
                         division.substeps);

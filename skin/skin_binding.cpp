@@ -20,10 +20,10 @@ struct Edges {
 // Edges with weights of half the sum of the cotangents of the two opposite angles (Pinkall and
 // Polthier 1993). With these the Laplacian of evenly stretched skin is zero, whatever the
 // directions of the diagonals. Weights are clamped to stay positive.
-Edges weighted_edges(const SkinModel& model) {
+Edges weighted_edges(const SkinModel& model, const std::vector<Triangle>& triangles) {
   constexpr double kLeast = 0.02, kMost = 5.0;  // chosen by trial
   std::map<std::array<int, 2>, double> weights;
-  for (const Triangle& t : model.surface.triangles) {
+  for (const Triangle& t : triangles) {
     for (int k = 0; k < 3; ++k) {
       const int a = t[(k + 1) % 3], b = t[(k + 2) % 3];
       const Vec3 p = to_vec(model.rest[t[k]]);
@@ -165,6 +165,11 @@ void measure_fat(const std::vector<Collider>& below, SkinModel& model) {
   }
 }
 
+double anchoring(const Edges& edges, const SkinModel& model) {
+  const double ratio = edges.mean_length / model.settings.lengths.anchor_length;
+  return ratio * ratio;
+}
+
 void build_elasticity(const Edges& edges, SkinModel& model) {
   const double stiffness = 2.0 * model.settings.smoothing;
   std::vector<std::vector<std::pair<int, double>>> across(model.rest.size());
@@ -181,12 +186,6 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
     }
     model.first_neighbour.push_back(static_cast<int>(model.neighbours.size()));
   }
-  // Skin is anchored where it belongs to one body alone, and slides over the joints.
-  const double anchoring = edges.mean_length / model.settings.lengths.anchor_length;
-  for (const auto& share : model.shares) {
-    const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
-    model.anchor.push_back(anchoring * anchoring * pure * pure);
-  }
   for (size_t i = 0; i < model.rest.size(); ++i) {
     double weight = model.anchor[i];
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
@@ -197,6 +196,52 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
   model.matrix = laplacian(
       edges, [&](int, int) { return stiffness; }, model.anchor);
   model.factor = factor_of(model.matrix);
+}
+
+// How deep each node of the flesh lies below the skin at rest, where that is less than it keeps
+// elsewhere.
+void find_rest_covers(const std::vector<Collider>& below, SkinModel& model) {
+  const Lengths& lengths = model.settings.lengths;
+  const Bvh bvh = build_bvh(model.surface, model.rest);
+  for (const Collider& flesh : below) {
+    for (const Point& x : *flesh.x) {
+      const ClosestPoint near =
+          closest_point(model.surface, bvh, model.rest, to_vec(x), lengths.fat_reach);
+      model.cover.push_back(near.triangle < 0 ? lengths.cover
+                                              : std::min(lengths.cover, -near.distance));
+    }
+  }
+}
+
+void find_pieces(SkinModel& model) {
+  model.piece.assign(model.rest.size(), -1);
+  std::vector<int> stack;
+  int pieces = 0;
+  for (size_t start = 0; start < model.rest.size(); ++start) {
+    if (model.piece[start] >= 0) continue;
+    model.piece[start] = pieces;
+    stack.push_back(static_cast<int>(start));
+    while (!stack.empty()) {
+      const int i = stack.back();
+      stack.pop_back();
+      for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
+        int& piece = model.piece[model.neighbours[k]];
+        if (piece >= 0) continue;
+        piece = pieces;
+        stack.push_back(model.neighbours[k]);
+      }
+    }
+    ++pieces;
+  }
+}
+
+void find_rest_crossings(SkinModel& model) {
+  const Bvh bvh = build_bvh(model.surface, model.rest);
+  model.crosses_at_rest.assign(model.surface.triangles.size(), 0);
+  for (const auto& pair :
+       crossing_triangles(model.surface, bvh, model.rest, model.surface, bvh, model.rest)) {
+    for (const int t : pair) model.crosses_at_rest[t] = 1;
+  }
 }
 
 }  // namespace
@@ -210,13 +255,30 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
   model.bind_pose = bind_pose;
   model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
-  const Edges edges = weighted_edges(model);
+  const Edges edges = weighted_edges(model, model.surface.triangles);
   diffuse_shares(nearest_bodies(model, below, bodies_of, skeleton.size()), edges, skeleton.size(),
                  model);
   measure_fat(below, model);
+  // Skin is anchored where it belongs to one body alone, and slides over the joints.
+  for (const auto& share : model.shares) {
+    const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
+    model.anchor.push_back(anchoring(edges, model) * pure * pure);
+  }
   build_elasticity(edges, model);
   find_wall_levels(model);
   return model;
+}
+
+void finish_binding(const std::vector<Triangle>& triangles, const std::vector<double>& hold,
+                    const std::vector<Collider>& below, SkinModel& model) {
+  const Edges edges = weighted_edges(model, triangles);
+  for (const double weight : hold) model.anchor.push_back(anchoring(edges, model) + weight);
+  measure_fat(below, model);
+  build_elasticity(edges, model);
+  find_pieces(model);
+  find_wall_levels(model);
+  find_rest_covers(below, model);
+  find_rest_crossings(model);
 }
 
 }  // namespace thew::skin

@@ -23,6 +23,23 @@ SkinSettings times(const SkinSettings& settings, double size) {
   return out;
 }
 
+namespace {
+
+// Nodes of no triangle are elastic, and meet nothing.
+std::vector<NodeGroup> groups_that_meet(const SkinModel& model, const Bvh& bvh) {
+  std::vector<NodeGroup> groups = groups_of(model.surface, bvh);
+  for (NodeGroup& group : groups) {
+    const auto end = group.nodes.begin() + group.count;
+    const auto meets = [&](int node) { return !model.surface.vertex_triangles[node].empty(); };
+    group.count = static_cast<int>(std::stable_partition(group.nodes.begin(), end, meets) -
+                                   group.nodes.begin());
+  }
+  std::erase_if(groups, [](const NodeGroup& group) { return group.count == 0; });
+  return groups;
+}
+
+}  // namespace
+
 SkinState initial_skin(const SkinModel& model) {
   const size_t nodes = model.rest.size();
   SkinState state;
@@ -45,16 +62,21 @@ SkinState initial_skin(const SkinModel& model) {
   state.planes.count.resize(nodes);
   state.solution.resize(nodes);
   state.bvh = build_bvh(model.surface, state.x);
-  state.groups = groups_of(model.surface, state.bvh);
-  state.walls.resize(nodes);
+  state.groups = groups_that_meet(model, state.bvh);
+  state.walls.assign(nodes, {-1, {}, Vec3::Zero(), 0.0});
   state.normal_boxes.resize(state.bvh.nodes.size());
   return state;
 }
 
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
                const Loop& loop, SkinState& state, double share_of_return) {
-  constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   bind_to_pose(model, pose, state);
+  step_bound_skin(model, below, loop, state, share_of_return);
+}
+
+void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                     SkinState& state, double share_of_return) {
+  constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   solve_elastic(model, loop, state);
   predict_skin(model, share_of_return, state);
   find_normals(model, loop, state);  // with which the first search finds the walls of folds

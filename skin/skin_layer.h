@@ -27,6 +27,16 @@ inline constexpr double kReturn = 0.1, kReturnAtRest = 0.3;
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
                const Loop& loop, SkinState& state, double share_of_return = kReturn);
 
+/// The same for a skin whose turns and bound shape are set in the state (bind_to_pose() in
+/// skin_passes.h sets them in step_skin()).
+void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
+                     SkinState& state, double share_of_return);
+/// Sets what step_bound_skin() needs of a model whose rest, surface and settings are set. The
+/// elastic `triangles` are of all nodes; those of the surface, which meet flesh and each other, may
+/// be fewer. `hold` [1] is the weight by which each node is anchored to the bound shape besides.
+void finish_binding(const std::vector<Triangle>& triangles, const std::vector<double>& hold,
+                    const std::vector<Collider>& below, SkinModel& model);
+
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state);
 

@@ -51,6 +51,14 @@ struct SkinModel {
   /// m, by node, what it keeps from the other wall of a fold: the fold gap, or less where a wall
   /// lies nearer to it at rest, as between two fingers.
   std::vector<double> wall_level;
+  /// m, by node of the flesh, all colliders in turn: the depth below the skin that it keeps, less
+  /// than Lengths::cover or negative where it is so at rest. Empty: Lengths::cover.
+  std::vector<double> cover;
+  /// By triangle, whether it crosses another at rest; two such are not parted. Empty: none.
+  std::vector<char> crosses_at_rest;
+  /// By node, which of the pieces of the surface it is of; two pieces may go through each other, as
+  /// those of armour or of a wooden mannequin do. Empty: there is one.
+  std::vector<int> piece;
   // Elastic energy: sum over edges of w_ij |x_i - x_j - e_ij|^2, and over nodes of a_i |x_i -
   // b_i|^2, with e the rotated rest vector of an edge and b the bound position of a node.
   std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
@@ -84,41 +92,9 @@ struct SkinFold {
 
 /// Scratch of step_skinned (skinned_skin.h), kept so that a step does not allocate.
 struct SkinnedWork {
-  /// The plane that a point of the skin stays beyond, over the site of the muscle below it. Levels
-  /// are along the normal.
-  struct PlaneConstraint {
-    Vec3 normal = Vec3::Zero();  ///< unit, from the site of the muscle to the point at rest, as the
-                                 ///< weights rotate it
-    double rest_height = 0.0;    ///< m, distance of the point from the site at rest
-    double level = 0.0;          ///< m, level of the site now
-    double carried_level = 0.0;  ///< m, level of the point as the weights alone carry it
-    double least_level = 0.0;    ///< m, least level of the point
-    double strength = 0.0;       ///< 0..1, lower where the muscle is far away or has slid aside
-  };
-  /// A sample of a muscle in its present position, with its cell of a grid. The cells are as wide
-  /// as the radius of the search from a point.
-  struct PlacedSample {
-    std::array<int, 3> cell;
-    Vec3 position, normal;
-  };
   std::vector<Affine> of_links;
-  Points carried;                       ///< m, positions by the weights alone
-  Points displacement;                  ///< m, displacement of x from `carried`
-  Points before;                        ///< m, the displacement before a pass
-  std::vector<double> weight_sum;       ///< by vertex, sum of the weights of its points
-  std::vector<PlaneConstraint> planes;  ///< by point
-  std::vector<PlacedSample> placed;
-  /// The angle between two triangles.
-  struct Fold {
-    double cosine = 1.0, sine = 0.0;
-  };
-  std::vector<Fold> folds;     ///< by edge, in `carried`
-  std::vector<Vec3> normals;   ///< by triangle
-  std::vector<double> shares;  ///< 0..1 by edge, how much sharper it is
-  /// 0..1 by vertex, sharpness of the edges of the neighbours, and of its own.
-  std::vector<double> sharp, own_sharp;
-  std::vector<int> sharp_edges, sharp_vertices, moved_triangles, moved_edges;
-  std::vector<char> seen, seen_edges;  ///< triangles and edges
+  std::vector<Eigen::Vector4d> turns;  ///< by link, quaternion of its rotation since the rest pose
+  Points carried;                      ///< m, positions by the weights alone
 };
 
 /// State of a skin that goes from step to step; a step that fails restores it.

@@ -53,6 +53,29 @@ void group_flesh(const std::vector<Collider>& below, SkinState& state) {
   state.covered.resize(begin.back());
 }
 
+// Whether a point of an open surface lies on its border: what is nearest to that lies beside the
+// surface, not under it.
+bool is_on_border(const Surface& surface, const ClosestPoint& near) {
+  const double* b = near.barycentric;
+  const auto is_border = [&](int triangle, int edge) {
+    return surface.neighbours[triangle][edge] < 0;
+  };
+  for (int k = 0; k < 3; ++k) {
+    if (b[k] >= 1.0) {  // a corner
+      const int node = surface.triangles[near.triangle][k];
+      for (const int t : surface.vertex_triangles[node]) {
+        for (int edge = 0; edge < 3; ++edge) {
+          const Triangle& c = surface.triangles[t];
+          if ((c[edge] == node || c[(edge + 1) % 3] == node) && is_border(t, edge)) return true;
+        }
+      }
+    } else if (b[k] <= 0.0 && is_border(near.triangle, (k + 1) % 3)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // Sets cover_over of the nodes of a group that the skin may have come near since they were last
 // looked for, and how far it may move until it comes near again. `reach` is as far as it may be
 // out, `radius` (m) as far as is searched. A node below the skin does not come out of it without
@@ -81,7 +104,9 @@ void find_covers_over(const SkinModel& model, const Collider& flesh, const Flesh
     state.cover_hints[node] = near.triangle;
     state.cover_slack[node] = std::max(-near.distance - depth, near.distance - reach);
     if (near.distance < -depth || near.distance > reach) continue;
-    const double level = near.normal.dot(points.at[i]) + model.settings.lengths.cover;
+    if (is_on_border(model.surface, near)) continue;
+    const double cover = model.cover.empty() ? model.settings.lengths.cover : model.cover[node];
+    const double level = near.normal.dot(points.at[i]) + cover;
     state.cover_over[node] = plane_at(near, level);
     state.covered[node] = 1;
   }
@@ -121,6 +146,7 @@ void find_normal_boxes(const SkinModel& model, SkinState& state) {
 bool may_be_wall(const SkinModel& model, const SkinState& state, int triangle, int node) {
   const Triangle& c = model.surface.triangles[triangle];
   if (c[0] == node || c[1] == node || c[2] == node) return false;
+  if (!model.piece.empty() && model.piece[c[0]] != model.piece[node]) return false;
   return !(to_vec(sum_of_normals(state, c)).dot(to_vec(state.normals[node])) > 0.0);
 }
 

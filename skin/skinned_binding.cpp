@@ -1,41 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Binds a character's own skin in the rest pose: its points, and the sites of the muscles below
-// them.
+// Binds a character's own skin in the rest pose: which part of it is a layer, and its nodes.
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 
-#include "rig/math.h"
+#include "muscles/volume.h"
 #include "skin/skinned_skin.h"
 
 namespace thew::skin {
 namespace {
 
-constexpr int kMaxPasses = 50;         // bounds the time
-constexpr int kMaxCreasePasses = 200;  // bounds the time
-// With fewer the mesh is so coarse that it needs its creases to enclose the muscles.
-constexpr int kMinCreasePasses = 10;
-constexpr int kMinPasses = 4;             // neighbours may be tied to muscles that move apart
-constexpr double kMinDeterminant = 1e-6;  // least determinant of a blend that is inverted
-constexpr int kMaxAlong = 16;             // most parts of an edge of a triangle; bounds the time
-
-void find_neighbours(SkinnedSkin& skin) {
-  std::vector<std::set<int>> around(skin.mesh.vertices.size());
-  for (const Triangle& t : skin.mesh.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = skin.map_back[t[k]], b = skin.map_back[t[(k + 1) % 3]];
-      if (a == b) continue;
-      around[a].insert(b);
-      around[b].insert(a);
-    }
-  }
-  skin.first_neighbour.push_back(0);
-  for (const std::set<int>& one : around) {
-    skin.neighbours.insert(skin.neighbours.end(), one.begin(), one.end());
-    skin.first_neighbour.push_back(static_cast<int>(skin.neighbours.size()));
-  }
-}
+// Vertices farther from the muscles at rest than this, in multiples of SkinSettings::reach, are no
+// nodes of the layer. Chosen by trial.
+constexpr double kLayerReach = 2.0;
+// Weight of the anchors of the layer's rim, which keeps what the weights give: a force of as many
+// edges moves it by a ten-thousandth of what it would move one of them.
+constexpr double kHeld = 1e4;
+constexpr int kMaxDivisions = 6;  // of an edge; bounds the time
 
 Surface surface_of(const SkinnedSkin& skin) {
   TriMesh welded;
@@ -50,215 +32,228 @@ Surface surface_of(const SkinnedSkin& skin) {
   return make_surface(std::move(welded.triangles), static_cast<int>(skin.rest.size()));
 }
 
-void find_edges(SkinnedSkin& skin) {
-  const auto is_near = [&](int t) {
+// Share of the weights of a vertex on the bodies of limbs.
+double share_of(const SkinWeights& weights, const std::vector<char>& limbs, size_t vertex) {
+  double share = 0.0;
+  for (int k = weights.first[vertex]; k < weights.first[vertex + 1]; ++k) {
+    if (limbs[weights.links[weights.link[k]].body]) share += weights.weight[k];
+  }
+  return share;
+}
+
+std::vector<char> find_near(const SkinnedSkin& skin, const std::vector<Collider>& below,
+                            int muscles, const std::vector<char>& limbs) {
+  std::vector<char> near(skin.rest.size(), 0);
+  const double reach = kLayerReach * skin.settings.reach;
+  for (size_t i = 0; i < skin.rest.size(); ++i) {
+    if (skin.map_back[i] != static_cast<int>(i) || share_of(skin.weights, limbs, i) < 0.5) continue;
+    for (int m = 0; m < muscles && !near[i]; ++m) {
+      near[i] =
+          closest_point(*below[m].surface, *below[m].bvh, *below[m].x, to_vec(skin.rest[i]), reach)
+              .triangle >= 0;
+    }
+  }
+  return near;
+}
+
+// The triangles of the layer as they are divided, and its nodes.
+struct Division {
+  std::vector<SkinnedSkin::Node> nodes;
+  Points rest;
+  std::vector<Triangle> triangles;
+  std::vector<int> of;  // by triangle, the triangle of the skin's surface that it is a part of
+};
+
+Division undivided(const SkinnedSkin& skin, const std::vector<char>& near) {
+  Division out;
+  std::vector<int> node(skin.rest.size(), -1);
+  const std::vector<Triangle>& all = skin.surface.triangles;
+  for (int t = 0; t < static_cast<int>(all.size()); ++t) {
+    if (!near[all[t][0]] && !near[all[t][1]] && !near[all[t][2]]) continue;
+    Triangle corners;
+    for (int k = 0; k < 3; ++k) {
+      const int v = all[t][k];
+      if (node[v] < 0) {
+        node[v] = static_cast<int>(out.nodes.size());
+        out.nodes.push_back({{v, v, v}, {1.0, 0.0, 0.0}});
+        out.rest.push_back(skin.rest[v]);
+      }
+      corners[k] = node[v];
+    }
+    out.triangles.push_back(corners);
+    out.of.push_back(t);
+  }
+  return out;
+}
+
+// The node in the middle between two of one triangle of the skin.
+SkinnedSkin::Node middle_of(const SkinnedSkin::Node& a, const SkinnedSkin::Node& b) {
+  std::map<int, double> shares;
+  for (const SkinnedSkin::Node* one : {&a, &b}) {
+    for (int k = 0; k < 3; ++k) {
+      if (one->shares[k] > 0.0) shares[one->corners[k]] += 0.5 * one->shares[k];
+    }
+  }
+  const int first = shares.begin()->first;
+  SkinnedSkin::Node out{{first, first, first}, {0.0, 0.0, 0.0}};
+  int k = 0;
+  for (const auto& [vertex, share] : shares) out.corners[k] = vertex, out.shares[k++] = share;
+  return out;
+}
+
+// Halves all edges that are longer than `longest` (m). Returns whether there was one.
+bool divide(double longest, Division& it) {
+  std::map<std::array<int, 2>, int> middles;
+  const auto middle = [&](int a, int b) {
+    const std::array<int, 2> edge = {std::min(a, b), std::max(a, b)};
+    if (const auto found = middles.find(edge); found != middles.end()) return found->second;
+    int node = -1;
+    if (norm(it.rest[a] - it.rest[b]) > longest) {
+      node = static_cast<int>(it.nodes.size());
+      it.nodes.push_back(middle_of(it.nodes[edge[0]], it.nodes[edge[1]]));
+      it.rest.push_back(0.5 * (it.rest[edge[0]] + it.rest[edge[1]]));
+    }
+    return middles[edge] = node;
+  };
+  std::vector<Triangle> parts;
+  std::vector<int> of;
+  bool divided = false;
+  for (size_t t = 0; t < it.triangles.size(); ++t) {
+    Triangle c = it.triangles[t];
+    int m[3];
+    for (int k = 0; k < 3; ++k) m[k] = middle(c[k], c[(k + 1) % 3]);
+    const int count = (m[0] >= 0) + (m[1] >= 0) + (m[2] >= 0);
+    const auto add = [&](int a, int b, int d) {
+      parts.push_back({a, b, d});
+      of.push_back(it.of[t]);
+    };
+    divided |= count > 0;
+    // Turned so that the edge that is halved alone, or that alone is not, is the first.
+    int turn = 0;
+    while ((count == 1 && m[turn] < 0) || (count == 2 && m[turn] >= 0)) ++turn;
+    const int a = c[turn], b = c[(turn + 1) % 3], d = c[(turn + 2) % 3];
+    const int ab = m[turn], bd = m[(turn + 1) % 3], da = m[(turn + 2) % 3];
+    if (count == 0) {
+      add(a, b, d);
+    } else if (count == 1) {
+      add(a, ab, d), add(ab, b, d);
+    } else if (count == 2) {
+      add(bd, d, da);
+      if (norm(it.rest[a] - it.rest[bd]) <= norm(it.rest[b] - it.rest[da])) {
+        add(a, b, bd), add(a, bd, da);
+      } else {
+        add(a, b, da), add(b, bd, da);
+      }
+    } else {
+      add(a, ab, da), add(ab, b, bd), add(da, bd, d), add(ab, bd, da);
+    }
+  }
+  it.triangles.swap(parts);
+  it.of.swap(of);
+  return divided;
+}
+
+void find_carriers(SkinnedSkin& skin) {
+  const SkinWeights& weights = skin.weights;
+  for (const SkinnedSkin::Node& node : skin.nodes) {
+    std::map<int, double> shares;
+    for (int k = 0; k < 3; ++k) {
+      if (node.shares[k] <= 0.0) continue;
+      for (int i = weights.first[node.corners[k]]; i < weights.first[node.corners[k] + 1]; ++i) {
+        shares[weights.link[i]] += node.shares[k] * weights.weight[i];
+      }
+    }
+    std::vector<std::pair<int, double>> carriers(shares.begin(), shares.end());
+    std::stable_sort(carriers.begin(), carriers.end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    skin.carriers.push_back(std::move(carriers));
+  }
+}
+
+// By vertex, which connected piece of the surface it is of.
+std::vector<int> pieces_of(const Surface& surface) {
+  std::vector<int> piece(surface.vertex_triangles.size(), -1), stack;
+  for (size_t start = 0; start < piece.size(); ++start) {
+    if (piece[start] >= 0) continue;
+    piece[start] = static_cast<int>(start);
+    stack.push_back(static_cast<int>(start));
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      for (const int t : surface.vertex_triangles[v]) {
+        for (const int other : surface.triangles[t]) {
+          if (piece[other] >= 0) continue;
+          piece[other] = static_cast<int>(start);
+          stack.push_back(other);
+        }
+      }
+    }
+  }
+  return piece;
+}
+
+// Pieces of a limb that go through each other at rest are hard, as those of armour, of a robot or
+// of a wooden mannequin are: between them there is no skin that could stretch. They keep what the
+// weights give.
+void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
+  const Bvh bvh = build_bvh(skin.surface, skin.rest);
+  const std::vector<int> piece = pieces_of(skin.surface);
+  std::vector<char> hard(near.size(), 0);
+  for (const auto& [a, b] :
+       crossing_triangles(skin.surface, bvh, skin.rest, skin.surface, bvh, skin.rest)) {
+    const int at_a = skin.surface.triangles[a][0], at_b = skin.surface.triangles[b][0];
+    if (near[at_a] && near[at_b] && piece[at_a] != piece[at_b]) {
+      hard[piece[at_a]] = hard[piece[at_b]] = 1;
+    }
+  }
+  for (size_t i = 0; i < near.size(); ++i) near[i] &= !hard[piece[i]];
+}
+
+void build_layer(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,
+                 SkinnedSkin& skin) {
+  std::vector<char> near = find_near(skin, below, muscles, limbs);
+  leave_out_hard_pieces(skin, near);
+  Division division = undivided(skin, near);
+  for (int k = 0; k < kMaxDivisions; ++k) {
+    if (!divide(skin.settings.lengths.point_spacing, division)) break;
+  }
+  skin.nodes = division.nodes;
+  if (skin.nodes.empty()) return;
+  SkinModel& layer = skin.layer;
+  layer.rest = division.rest;
+  layer.settings = skin.settings;
+  const auto is_seen = [&](int t) {
     const Triangle& c = skin.surface.triangles[t];
-    return skin.near[c[0]] || skin.near[c[1]] || skin.near[c[2]];
+    return std::all_of(c.begin(), c.end(), [&](int v) { return near[v] && skin.seen[v]; });
   };
-  skin.edges_of.resize(skin.surface.triangles.size());
-  for (int t = 0; t < static_cast<int>(skin.surface.triangles.size()); ++t) {
-    for (const int u : skin.surface.neighbours[t]) {
-      if (u < 0 || !is_near(t) || (u < t && is_near(u))) continue;  // the edge is listed already
-      for (const int one : {t, u}) {
-        skin.edges_of[one].push_back(static_cast<int>(skin.edges.size()));
-      }
-      skin.edges.push_back({t, u});
-    }
+  std::vector<Triangle> outer;
+  for (size_t t = 0; t < division.triangles.size(); ++t) {
+    if (is_seen(division.of[t])) outer.push_back(division.triangles[t]);
   }
-}
-
-// Mean length (m) of the edges near the muscles; 0 if there are none.
-double mean_edge(const SkinnedSkin& skin) {
-  double sum = 0.0;
-  int count = 0;
-  for (size_t i = 0; i < skin.rest.size(); ++i) {
-    for (int k = skin.first_neighbour[i]; k < skin.first_neighbour[i + 1]; ++k) {
-      if (skin.share[i] <= 0.0) continue;
-      sum += to_vec(skin.rest[i] - skin.rest[skin.neighbours[k]]).norm();
-      ++count;
-    }
+  layer.surface = make_surface(std::move(outer), static_cast<int>(layer.rest.size()));
+  std::vector<double> hold;
+  for (SkinnedSkin::Node& node : skin.nodes) {
+    node.is_held = std::none_of(node.corners.begin(), node.corners.end(),
+                                [&](int corner) { return near[corner] != 0; });
+    hold.push_back(node.is_held ? kHeld : 0.0);
   }
-  return count > 0 ? sum / count : 0.0;
-}
-
-// Number of smoothing passes for a width (m). n passes, each half the own value and half the mean
-// of the neighbours, spread a value over edge sqrt(n / 2); 0 if the mesh is coarser than that.
-int passes_over(double width, double edge, int most) {
-  if (edge <= 0.0) return 0;
-  const double ratio = width / edge;
-  return static_cast<int>(std::min(2.0 * ratio * ratio, 1.0 * most));
-}
-
-// Adds all vertices, then points between them: those of a triangle lie on a grid whose spacing
-// follows from its longest edge. Points on an edge are added by one of its two triangles.
-void add_points(SkinnedSkin& skin) {
-  const auto add = [&](const Triangle& corners, const std::array<double, 3>& shares) {
-    skin.points.push_back({corners, shares});
-  };
-  for (size_t i = 0; i < skin.rest.size(); ++i) {
-    const int v = static_cast<int>(i);
-    if (skin.map_back[i] == v) add({v, v, v}, {1.0, 0.0, 0.0});
-  }
-  for (const Triangle& t : skin.mesh.triangles) {
-    const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
-    if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
-    double longest = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      longest = std::max(longest, to_vec(skin.rest[c[k]] - skin.rest[c[(k + 1) % 3]]).norm());
-    }
-    const int along = std::min(
-        static_cast<int>(std::ceil(longest / skin.settings.lengths.point_spacing)), kMaxAlong);
-    for (int i = 0; i < along; ++i) {
-      for (int j = 0; i + j <= along; ++j) {
-        const int k = along - i - j;
-        const int zeros = (i == 0) + (j == 0) + (k == 0);
-        const bool theirs =
-            (i == 0 && c[1] > c[2]) || (j == 0 && c[2] > c[0]) || (k == 0 && c[0] > c[1]);
-        if (zeros == 2 || theirs) continue;
-        add(c, {1.0 * i / along, 1.0 * j / along, 1.0 * k / along});
-      }
-    }
-  }
-}
-
-// Halves a triangle across its longest side again and again, until all pieces are small enough.
-void add_samples(const Vec3 (&corner)[3], const std::array<Vec3, 3>& shares,
-                 const SkinnedSkin::SurfaceSite& of, double longest_edge,
-                 std::vector<SkinnedSkin::SurfaceSite>& samples) {
-  Vec3 position[3];
-  for (int k = 0; k < 3; ++k) {
-    position[k] = shares[k][0] * corner[0] + shares[k][1] * corner[1] + shares[k][2] * corner[2];
-  }
-  int longest = 0;
-  const auto length = [&](int k) { return (position[(k + 1) % 3] - position[k]).norm(); };
-  for (int k = 1; k < 3; ++k) {
-    if (length(k) > length(longest)) longest = k;
-  }
-  if (length(longest) <= longest_edge) {
-    const Vec3 middle = (shares[0] + shares[1] + shares[2]) / 3.0;
-    samples.push_back({of.muscle, of.triangle, {middle[0], middle[1], middle[2]}});
-    return;
-  }
-  const int a = longest, b = (longest + 1) % 3, c = (longest + 2) % 3;
-  const Vec3 half = 0.5 * (shares[a] + shares[b]);
-  add_samples(corner, {shares[a], half, shares[c]}, of, longest_edge, samples);
-  add_samples(corner, {half, shares[b], shares[c]}, of, longest_edge, samples);
-}
-
-void sample_muscles(const std::vector<Collider>& below, SkinnedSkin& skin) {
-  const std::array<Vec3, 3> whole = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
-  for (size_t m = 0; m < below.size(); ++m) {
-    const std::vector<Triangle>& triangles = below[m].surface->triangles;
-    for (size_t t = 0; t < triangles.size(); ++t) {
-      Vec3 corner[3];
-      for (int k = 0; k < 3; ++k) corner[k] = to_vec((*below[m].x)[triangles[t][k]]);
-      add_samples(corner, whole, {static_cast<int>(m), static_cast<int>(t), {}},
-                  skin.settings.lengths.sample_edge, skin.muscle_samples);
-    }
-  }
-}
-
-// Ties each point to the nearest site of a muscle at rest, and drops points that no muscle can
-// reach.
-void bind_anchors(const std::vector<Affine>& rest, const std::vector<Collider>& below,
-                  SkinnedSkin& skin) {
-  std::vector<Affine> of_links;
-  link_transforms(skin.weights, rest, of_links);
-  skin.from_rest.assign(skin.rest.size(), Mat3::Identity());
-  std::vector<char> known(skin.rest.size(), 0);  // 2: the blend has no inverse
-  std::vector<SkinnedSkin::SkinPoint> anchored;
-  for (SkinnedSkin::SkinPoint& point : skin.points) {
-    const double reach = skin.settings.reach;
-    double nearest = kAnchorReach * reach;
-    SkinnedSkin::Anchor& anchor = point.anchor;
-    for (size_t m = 0; m < below.size(); ++m) {
-      const ClosestPoint near = closest_point(*below[m].surface, *below[m].bvh, *below[m].x,
-                                              position_of(point, skin.rest), nearest);
-      if (near.triangle < 0) continue;
-      nearest = std::abs(near.distance);
-      anchor.muscle = static_cast<int>(m), anchor.triangle = near.triangle;
-      std::copy(near.barycentric, near.barycentric + 3, anchor.share.begin());
-    }
-    if (anchor.muscle < 0) continue;
-    point.share = 1.0 - smoothstep(0.5 * reach, reach, nearest);
-    anchor.out = position_of(point, skin.rest) - position_of(anchor, below);
-    for (const int v : point.corners) {
-      if (known[v] == 0) {
-        const Mat3 blend = blended_transform(skin.weights, of_links, v).linear();
-        known[v] = std::abs(blend.determinant()) < kMinDeterminant ? 2 : 1;
-        if (known[v] == 1) skin.from_rest[v] = blend.inverse();
-      }
-      if (known[v] == 2) anchor.muscle = -1;
-    }
-    if (anchor.muscle >= 0) anchored.push_back(point);
-  }
-  skin.points.swap(anchored);
-}
-
-// The marked vertices and all that edges lead to from them, in so many steps.
-std::vector<int> with_rings(const SkinnedSkin& skin, std::vector<char> marked, int rings) {
-  std::vector<int> all;
-  for (size_t i = 0; i < marked.size(); ++i) {
-    if (marked[i]) all.push_back(static_cast<int>(i));
-  }
-  for (size_t from = 0; rings > 0; --rings) {
-    const size_t end = all.size();
-    for (; from < end; ++from) {
-      for (int k = skin.first_neighbour[all[from]]; k < skin.first_neighbour[all[from] + 1]; ++k) {
-        const int other = skin.neighbours[k];
-        if (marked[other]) continue;
-        marked[other] = 1;
-        all.push_back(other);
-      }
-    }
-  }
-  std::sort(all.begin(), all.end());
-  return all;
-}
-
-void find_reached(SkinnedSkin& skin) {
-  std::vector<char> displaced(skin.rest.size(), 0);
-  for (const SkinnedSkin::SkinPoint& point : skin.points) {
-    for (int k = 0; k < 3; ++k) {
-      if (point.share > 0.0 && point.shares[k] > 0.0) displaced[point.corners[k]] = 1;
-    }
-  }
-  skin.reached = with_rings(skin, displaced, skin.passes);
-  skin.near_vertices = with_rings(skin, skin.near, 0);
-  skin.round_near = with_rings(skin, skin.near, 1);
+  finish_binding(division.triangles, hold, below, layer);
+  find_carriers(skin);
 }
 
 }  // namespace
 
 SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const SkinWeights& weights, const std::vector<Affine>& rest,
-                         const std::vector<Collider>& below, const SkinSettings& settings) {
+                         const std::vector<Collider>& below, int muscles,
+                         const std::vector<char>& limbs, const SkinSettings& settings) {
   SkinnedSkin skin;
   skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
   skin.bodies = rest;
   skin_vertices(weights, mesh, rest, skin.rest);
-  find_neighbours(skin);
   skin.surface = surface_of(skin);
   find_seen(skin);
-  add_points(skin);
-  bind_anchors(rest, below, skin);
-  sample_muscles(below, skin);
-  find_rest_lacks(below, skin);
-  skin.share.assign(skin.rest.size(), 0.0);
-  for (const SkinnedSkin::SkinPoint& point : skin.points) {
-    if (point.corners[0] == point.corners[1]) skin.share[point.corners[0]] = point.share;
-  }
-  skin.near.assign(skin.rest.size(), 0);
-  for (const SkinnedSkin::SkinPoint& point : skin.points) {
-    for (const int v : point.corners) skin.near[v] = 1;
-  }
-  find_edges(skin);
-  const double edge = mean_edge(skin);
-  skin.passes = std::max(passes_over(settings.lengths.smoothing_width, edge, kMaxPasses),
-                         passes_over(settings.lengths.max_spread, edge, kMinPasses));
-  skin.crease_passes = passes_over(settings.lengths.crease_width, edge, kMaxCreasePasses);
-  if (skin.crease_passes < kMinCreasePasses) skin.crease_passes = 0;
-  find_reached(skin);
+  build_layer(below, muscles, limbs, skin);
   return skin;
 }
 

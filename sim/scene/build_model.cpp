@@ -73,7 +73,7 @@ size_t collider_named(const Model& model, const char* key, const std::string& na
   for (const ContactSurface& surface : model.surfaces) names.push_back(surface.name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<size_t>(found - names.begin());
-  throw Error(ErrorCode::kUsage, model.source + ": [contact] " + key + " names \"" + name +
+  throw Error(ErrorCode::kUsage, model.source + ": " + key + " names \"" + name +
                                      "\", which is no muscle or bone" + did_you_mean(name, names));
 }
 
@@ -81,13 +81,14 @@ std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Mo
   std::vector<std::vector<char>> ignore(model.muscles.size(),
                                         std::vector<char>(model.colliders(), 0));
   for (const auto& [a, b] : contact.ignore) {
-    const size_t i = collider_named(model, "ignore", a), j = collider_named(model, "ignore", b);
+    const size_t i = collider_named(model, "[contact] ignore", a),
+                 j = collider_named(model, "[contact] ignore", b);
     if (i < ignore.size()) ignore[i][j] = 1;
     if (j < ignore.size()) ignore[j][i] = 1;
   }
   for (size_t m = 0; m < ignore.size(); ++m) ignore[m][m] = 1;
   for (const std::string& name : contact.self) {
-    const size_t i = collider_named(model, "self", name);
+    const size_t i = collider_named(model, "[contact] self", name);
     if (i >= ignore.size()) {
       throw Error(ErrorCode::kUsage, model.source + ": [contact] self names \"" + name +
                                          "\", which is a bone and does not fold; remove it");
@@ -124,6 +125,19 @@ struct Below {
   }
 };
 
+std::vector<char> felt_by_skin(const SkinDef& skin, const Model& model) {
+  std::vector<char> feels(model.surfaces.size(), 1);
+  for (const std::string& name : skin.ignore) {
+    const size_t c = collider_named(model, "[skin] ignore", name);
+    if (c < model.muscles.size()) {
+      throw Error(ErrorCode::kUsage, model.source + ": [skin] ignore names \"" + name +
+                                         "\", which is a muscle; give bones");
+    }
+    feels[c] = 0;
+  }
+  return feels;
+}
+
 void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   std::vector<Points> rest;
   for (const Muscle& muscle : model.muscles) rest.push_back(to_points(muscle.rest.vertices));
@@ -137,6 +151,62 @@ void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   model.has_skin = true;
 }
 
+// By body of the character, whether it has a bone or hangs on one that has.
+std::vector<char> limbs_of(const Model& model) {
+  std::vector<char> limbs(model.skeleton.size(), 0);
+  for (const Bone& bone : model.bones) limbs[bone.body] = 1;
+  for (int b = 0; b < model.skeleton.size(); ++b) {
+    const int parent = model.skeleton.parent[b];
+    if (parent >= 0 && limbs[parent]) limbs[b] = 1;
+  }
+  return limbs;
+}
+
+// The muscles as their paths carry them, and the bones, in a pose of the joints of a character.
+struct CarriedPose {
+  Pose pose;
+  std::vector<Points> muscles;
+  std::vector<Affine> bodies;
+
+  CarriedPose(const Model& model, const std::vector<double>& joints) {
+    const CharacterRig& rig = *model.character;
+    forward_kinematics(model.skeleton, joints, pose);
+    pose_limbs(model.skeleton, rig.forearms, rig.scapulae, pose);
+    for (const Muscle& muscle : model.muscles) {
+      carried_positions(muscle.shape, carry_pose(muscle.shape, pose), muscle.swells,
+                        muscles.emplace_back());
+    }
+    for (size_t b = 0; b < rig.stretch.size(); ++b) bodies.push_back(pose[b] * rig.stretch[b]);
+  }
+};
+
+std::vector<Collider> felt_of(const Model& model, const Below& below) {
+  std::vector<Collider> felt;
+  for (int c = 0; c < model.colliders(); ++c) {
+    if (model.skin_feels[c]) felt.push_back(below.colliders[c]);
+  }
+  return felt;
+}
+
+// Brings the layer from the pose in which it is tied to the muscles to the one in which they are
+// made and every simulation begins.
+void find_start(Model& model) {
+  SkinnedSkin& skin = *model.skinned;
+  const std::vector<double>& from = model.character->skin_pose;
+  double farthest = 0.0;
+  for (const double angle : from) farthest = std::max(farthest, std::abs(angle));
+  const int steps = static_cast<int>(std::ceil(farthest / skin.settings.max_turn));
+  SkinState layer = initial_layer(skin), shown = initial_skinned(skin);
+  for (int k = 1; k <= steps; ++k) {
+    std::vector<double> joints = from;
+    for (double& angle : joints) angle *= 1.0 - static_cast<double>(k) / steps;
+    const CarriedPose at(model, joints);
+    const Below below(model, model.colliders(), at.pose, at.muscles);
+    step_skinned(skin, at.bodies, felt_of(model, below), {}, layer, shown);
+  }
+  skin.start = layer;
+}
+
 // The character's own skin, with the muscles under it. It is tied to them with its shoulders as it
 // was modelled: where the arm hangs, the weights alone may have folded it into the muscles.
 void build_skinned(const SkinDef& skin, Model& model) {
@@ -146,22 +216,15 @@ void build_skinned(const SkinDef& skin, Model& model) {
     throw Error(ErrorCode::kInput,
                 skin.location + ": has no skin; export the character with its mesh");
   }
-  Pose pose;
-  forward_kinematics(model.skeleton, rig.skin_pose, pose);
-  pose_limbs(model.skeleton, rig.forearms, rig.scapulae, pose);
-  std::vector<Points> carried;
-  for (const Muscle& muscle : model.muscles) {
-    carried_positions(muscle.shape, carry_pose(muscle.shape, pose), muscle.swells,
-                      carried.emplace_back());
-  }
-  const Below muscles(model, static_cast<int>(carried.size()), pose, carried);
-  std::vector<Affine> bodies;
-  for (size_t b = 0; b < rig.stretch.size(); ++b) bodies.push_back(pose[b] * rig.stretch[b]);
-  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, bodies,
-                               muscles.colliders, skin.settings);
+  const CarriedPose at(model, rig.skin_pose);
+  const Below below(model, model.colliders(), at.pose, at.muscles);
+  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, at.bodies,
+                               felt_of(model, below), static_cast<int>(at.muscles.size()),
+                               limbs_of(model), skin.settings);
   model.skin.surface.triangles = character.mesh.triangles;
   model.skin.rest = model.skinned->rest;
   model.has_skin = true;
+  find_start(model);
 }
 
 }  // namespace
@@ -186,8 +249,9 @@ Model build_model(const ModelDef& def) {
   build_surfaces(model);
   model.ignore = ignored_pairs(def.contact, model);
   for (const auto& [name, metres] : def.contact.thickness) {
-    model.surfaces[collider_named(model, "thickness", name)].thickness = metres;
+    model.surfaces[collider_named(model, "[contact] thickness", name)].thickness = metres;
   }
+  model.skin_feels = felt_by_skin(def.skin, model);
   if (!def.skin.mesh.triangles.empty()) build_layer(def.skin, bind_pose, model);
   if (def.skin.skinned) build_skinned(def.skin, model);
   hash_model(def, model);

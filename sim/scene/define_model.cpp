@@ -164,6 +164,7 @@ ModelDef define_model(const Scene& scene) {
   def.bones = bones_of(def.skeleton);
   for (Bone& bone : character_bones(scene, def.skeleton)) def.bones.push_back(std::move(bone));
   def.skin.skinned = scene.skin.skinned;
+  def.skin.ignore = scene.skin.ignore;
   def.skin.settings = scene.skin.settings;
   def.skin.location = scene.skin.skinned ? scene.rig.string() : scene.skin.mesh.string();
   if (!scene.skin.mesh.empty()) def.skin.mesh = import_closed_mesh(scene.skin.mesh);

@@ -35,6 +35,7 @@ struct Model : World {
   bool has_skin = false;
   std::optional<SkinnedSkin>
       skinned;  ///< set: it moves in place of `skin`, whose triangles and rest it has
+  std::vector<char> skin_feels;  ///< by collider: whether the skin is kept out of it
   SolverSettings solver;
   ContactOptions contact;
   /// [muscle][collider]: pairs left out of contact.

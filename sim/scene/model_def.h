@@ -96,8 +96,9 @@ struct CharacterRig {
 };
 
 struct SkinDef {
-  TriMesh mesh;          ///< of a layer; empty: none
-  bool skinned = false;  ///< the character's own mesh by its own weights; no `mesh`
+  TriMesh mesh;                          ///< of a layer; empty: none
+  bool skinned = false;                  ///< the character's own mesh by its own weights; no `mesh`
+  std::vector<std::string> ignore = {};  ///< bones that it does not feel
   SkinSettings settings;
   std::string location = {};  ///< its file, for messages
 };

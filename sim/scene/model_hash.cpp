@@ -56,7 +56,11 @@ void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
   numbers(model.skinned->weights.link);
   numbers(model.skinned->weights.weight);
   const SkinSettings& settings = def.skin.settings;
-  for (double value : {settings.reach, settings.bridging}) hash.add(&value, sizeof value);
+  for (double value : {settings.reach, settings.bridging, settings.thickness, settings.smoothing,
+                       settings.fold_gap}) {
+    hash.add(&value, sizeof value);
+  }
+  hash.add(&settings.iterations, sizeof settings.iterations);
 }
 
 // One hash of all, and one of each part.

@@ -177,6 +177,14 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read(table, kSkin["iterations"], settings.iterations);
   read(table, kSkin["fold_gap"], settings.fold_gap);
   read(table, kSkin["reach"], settings.reach);
+  if (TomlValue* ignore = find(table, kSkin["ignore"])) {
+    for (TomlValue& item : items_of(*ignore, kSkin["ignore"].form, 0, kMostNames)) {
+      scene.skin.ignore.push_back(text_of(item));
+    }
+    if (!scene.skin.skinned) {
+      refuse(*ignore, "remove it, or take kind = \"skinned\"", ", but a layer feels all bones");
+    }
+  }
   settings.keeps_volume = read_word(table, kSkin["volume"]) == "exact";
   if (settings.keeps_volume && scene.skin.skinned) {
     refuse(*find(table, kSkin["volume"]), "remove it, or give a layer's mesh",

@@ -150,9 +150,10 @@ struct SceneCharacter {
 };
 
 struct SceneSkin {
-  std::filesystem::path mesh;  ///< empty: no skin
-  bool skinned = false;        ///< the character's own mesh by its own weights; no `mesh`
-  bool enabled = true;         ///< false: it is read and checked, and then left out
+  std::filesystem::path mesh;       ///< empty: no skin
+  bool skinned = false;             ///< the character's own mesh by its own weights; no `mesh`
+  bool enabled = true;              ///< false: it is read and checked, and then left out
+  std::vector<std::string> ignore;  ///< bones that it does not feel
   SkinSettings settings;
   Location location;
 };

@@ -50,6 +50,15 @@ void set_colliders(const Model& model, const State& state, std::vector<Collider>
   }
 }
 
+void set_felt(const Model& model, const State& state, std::vector<Collider>& colliders) {
+  set_colliders(model, state, colliders);
+  size_t kept = 0;
+  for (size_t c = 0; c < colliders.size(); ++c) {
+    if (model.skin_feels[c]) colliders[kept++] = colliders[c];
+  }
+  colliders.resize(kept);
+}
+
 namespace {
 
 // Refits the tree of a collider.

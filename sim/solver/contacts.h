@@ -15,6 +15,8 @@ void set_colliders(const Model& model, const State& state, std::vector<Collider>
 /// The muscles alone.
 std::vector<Collider> muscles_of(const Model& model, const State& state);
 void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders);
+/// Muscles and bones that the skin is kept out of.
+void set_felt(const Model& model, const State& state, std::vector<Collider>& colliders);
 /// Refits the tree of bone b if the bone has moved since it was fitted.
 void fit_bone(const Model& model, int b, State& state);
 /// Refits the trees of all muscles and bones.

@@ -302,17 +302,17 @@ void begin_frame(const Model& model, State& state) {
     muscle.unreached = muscle.weight_fallbacks = muscle.zone_fallbacks = 0;
     remember(muscle);
   }
-  state.skin_before = state.skin;
+  state.layer_before = layer_of(model, state);
   state.frame_pose = state.pose;
 }
 
-void undo_frame(State& state) {
+void undo_frame(const Model& model, State& state) {
   for (MuscleState& muscle : state.muscles) {
     static_cast<MuscleMotion&>(muscle) = muscle.frame_before;
     muscle.followed.x.clear();  // the next search must not assume how far it has moved
     muscle.posed = false;
   }
-  static_cast<SkinMotion&>(state.skin) = state.skin_before;
+  static_cast<SkinMotion&>(layer_of(model, state)) = state.layer_before;
   state.pose = state.frame_pose;
   state.undone = true;
 }
@@ -343,7 +343,7 @@ std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const S
 
 std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& state) {
   const double reach = kBox * extent_of(model, state);
-  const SkinMotion& skin = state.skin;
+  const SkinMotion& skin = layer_of(model, state);
   for (size_t i = 0; i < skin.x.size(); ++i) {
     const auto is_beyond = [&](double value) { return !(value <= reach); };
     for (const Points* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {

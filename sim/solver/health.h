@@ -23,7 +23,7 @@ class StepFailure : public Error {
 /// of muscles, skin and bodies for undo_frame().
 void begin_frame(const Model& model, State& state);
 /// Restores the motion that begin_frame() kept, after a failed try. The rungs stay as they are.
-void undo_frame(State& state);
+void undo_frame(const Model& model, State& state);
 
 /// Calls the step and returns its diagnosis. NoSolution of the solver becomes a diagnosis too;
 /// other exceptions are passed on.

@@ -126,11 +126,20 @@ struct State {
   CandidatePairs near_pairs;        ///< of the colliders
   PartingWork parting;
   SkinState skin;
-  SkinMotion skin_before;  ///< when the frame began, for undo_frame()
-  Pose frame_pose;         ///< when the frame began, for undo_frame()
-  bool undone = false;     ///< the bones' surfaces are still where a failed try has moved them
+  SkinState layer;          ///< of a character: the layer by which its skin moves
+  SkinMotion layer_before;  ///< of the layer that moves, when the frame began, for undo_frame()
+  Pose frame_pose;          ///< when the frame began, for undo_frame()
+  bool undone = false;      ///< the bones' surfaces are still where a failed try has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }
 };
+
+/// The skin layer that moves, and is remembered from step to step.
+inline SkinState& layer_of(const Model& model, State& state) {
+  return model.skinned ? state.layer : state.skin;
+}
+inline const SkinState& layer_of(const Model& model, const State& state) {
+  return model.skinned ? state.layer : state.skin;
+}
 
 }  // namespace thew::sim

@@ -171,6 +171,7 @@ void walk(Archive& archive, State& state) {
   }
   for (BoneState& bone : state.bones) walk(archive, bone.followed);
   walk(archive, static_cast<SkinMotion&>(state.skin));
+  walk(archive, static_cast<SkinMotion&>(state.layer));
 }
 
 }  // namespace
@@ -201,6 +202,7 @@ State initial_state(const Model& model) {
   }
   if (model.skinned) {
     state.skin = initial_skinned(*model.skinned);
+    state.layer = initial_layer(*model.skinned);
   } else if (model.has_skin) {
     state.skin = initial_skin(model.skin);
   }
@@ -252,13 +254,12 @@ bool fits(const State& state, const Model& model) {
       return false;
     }
   }
-  const SkinState rest = model.skinned    ? initial_skinned(*model.skinned)
-                         : model.has_skin ? initial_skin(model.skin)
-                                          : SkinState{};
-  const SkinState& skin = state.skin;
-  return skin.x.size() == rest.x.size() && skin.offset.size() == rest.offset.size() &&
-         skin.force.size() == rest.force.size() && skin.slip.size() == rest.slip.size() &&
-         skin.correction.size() == rest.correction.size();
+  const size_t vertices = model.skin.rest.size();
+  const size_t nodes = model.skinned ? model.skinned->nodes.size() : vertices;
+  const SkinMotion& layer = layer_of(model, state);
+  return state.skin.x.size() == vertices && layer.x.size() == nodes &&
+         layer.offset.size() == nodes && layer.force.size() == nodes &&
+         layer.slip.size() == nodes && layer.correction.size() == nodes;
 }
 
 }  // namespace

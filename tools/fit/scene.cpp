@@ -97,6 +97,7 @@ void add_bones(const Target& to, NewArms& out) {
         out.handless.push_back(to.side);
         continue;
       }
+      if (body == to.arm.hand) out.hands += (out.hands.empty() ? "" : ", ") + quoted(name);
       for (Vec3& p : mesh.vertices) p = to.rest[body].inverse() * p;
       const fs::path file = fs::path("bones") / (name + ".obj");
       out.files.push_back(
@@ -235,7 +236,9 @@ std::string contact_text(const ContactSettings& of_template, const NewArms& writ
 // them its skin would be drawn off it.
 std::string skin_text(const NewArms& written) {
   const std::string text =
-      "[skin]  # the character's own, with the muscles' displacement on top\nkind = \"skinned\"\n";
+      "[skin]  # the character's own, moved by the muscles\nkind = \"skinned\"\n" +
+      (written.hands.empty() ? ""
+                             : "ignore = [" + written.hands + "]  # fingers bend, it does not\n");
   if (!written.slender) return text + "\n";
   return text + "reach = " + metres(SkinSettings{}.reach * written.thickness) +
          "  # by the thinnest segment\n\n";

@@ -70,6 +70,7 @@ struct NewFile {
 struct NewArms {
   std::vector<NewFile> files;
   std::string rig, muscles, ignore, keys;
+  std::string hands;                      ///< names of their bones, quoted, with commas between
   std::vector<std::string> outside;       ///< muscles that stand out of the skin
   std::vector<std::string> threads;       ///< muscles too thin to be any, with why
   std::vector<std::string> handless;      ///< sides on which no hand's bones have room

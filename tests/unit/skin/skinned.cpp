@@ -51,17 +51,17 @@ struct Sheet {
     }
     surface = make_surface(muscle.triangles, static_cast<int>(muscle.vertices.size()));
     skin = with_muscle(Vec3::Zero(), [&](const std::vector<Collider>& below) {
-      return bind_skinned(mesh, map_back, weights, {Affine::Identity()}, below, {});
+      return bind_skinned(mesh, map_back, weights, {Affine::Identity()}, below, 1, {1}, {});
     });
   }
 
   // The sheet after the body and then the muscle have moved.
   Points moved(const Vec3& body, const Vec3& by) const {
-    SkinState state = initial_skinned(skin);
+    SkinState state = initial_skinned(skin), layer = initial_layer(skin);
     Affine place = Affine::Identity();
     place.translation() = body;
     with_muscle(body + by, [&](const std::vector<Collider>& below) {
-      step_skinned(skin, {place}, below, state);
+      step_skinned(skin, {place}, below, {}, layer, state);
       return 0;
     });
     return state.x;
@@ -136,7 +136,8 @@ TEST(SkinnedSkin, WallsWithinTheBodyAreNotSeen) {
   weights.first.push_back(static_cast<int>(mesh.vertices.size()));
   weights.links.push_back({0, Affine::Identity()});
   const auto seen = [&](const TriMesh& of) {
-    const SkinnedSkin skin = bind_skinned(of, map_back, weights, {Affine::Identity()}, below, {});
+    const SkinnedSkin skin =
+        bind_skinned(of, map_back, weights, {Affine::Identity()}, below, 1, {1}, {});
     Points points;
     for (size_t i = 0; i < skin.rest.size(); ++i) {
       if (skin.seen[i]) points.push_back(skin.rest[i]);
@@ -165,56 +166,6 @@ TEST(SkinnedSkin, IsDeepInAMuscleOnlyWhereThatGoesRoundIt) {
   EXPECT_EQ(depth(Vec3(0.011, 0.05, 0.0)), 0.0);
   EXPECT_EQ(depth(Vec3(0.004, 0.098, 0.008)), 0.0);
   EXPECT_EQ(depth(Vec3(0.004, 0.13, 0.0)), 0.0);
-}
-
-// What even_creases() says, by looking at all edges and vertices in each pass.
-void even_all(const SkinnedSkin& skin, const Points& carried, Points& x) {
-  const auto fold = [&](const std::array<int, 2>& edge, const Points& at) {
-    const Vec3 a = face_normal(skin.surface, at, edge[0]),
-               b = face_normal(skin.surface, at, edge[1]);
-    return arc_tan2(a.cross(b).norm(), a.dot(b));
-  };
-  Points displacement;
-  for (size_t i = 0; i < x.size(); ++i) displacement.push_back(x[i] - carried[i]);
-  for (int pass = 0; pass < skin.crease_passes; ++pass) {
-    std::vector<double> own(x.size(), 0.0);
-    for (const auto& edge : skin.edges) {
-      const double share =
-          smoothstep(25.0 * kDegree, 40.0 * kDegree, fold(edge, x) - fold(edge, carried));
-      for (const int t : edge) {
-        for (const int v : skin.surface.triangles[t]) own[v] = std::max(own[v], share);
-      }
-    }
-    const Points before = displacement;
-    for (size_t i = 0; i < x.size(); ++i) {
-      const int first = skin.first_neighbour[i], end = skin.first_neighbour[i + 1];
-      double sharp = own[i];
-      Point sum{};
-      for (int k = first; k < end; ++k) {
-        sharp = std::max(sharp, 0.5 * own[skin.neighbours[k]]);
-        sum += before[skin.neighbours[k]];
-      }
-      if (sharp <= 0.0) continue;
-      displacement[i] = (1.0 - 0.5 * sharp) * before[i] + (0.5 * sharp / (end - first)) * sum;
-      x[i] = carried[i] + displacement[i];
-    }
-  }
-}
-
-TEST(SkinnedSkin, CreasesAreEvenedOutAsByLookingAtAllOfIt) {
-  const Sheet sheet;
-  ASSERT_GT(sheet.skin.crease_passes, 10);
-  Points creased = sheet.skin.rest;
-  for (size_t i = 0; i < creased.size(); ++i) {
-    if (i % 29 < 3 && i < creased.size() / 2) creased[i][1] += 0.002 * static_cast<double>(i % 7);
-  }
-  Points expected = creased;
-  SkinnedWork work;
-  work.carried = sheet.skin.rest;
-  even_all(sheet.skin, work.carried, expected);
-  EXPECT_GT(largest_distance(creased, expected), 1e-3);
-  even_creases(sheet.skin, work, creased);
-  EXPECT_TRUE(same_bytes(creased, expected));
 }
 
 }  // namespace

@@ -316,7 +316,9 @@ TEST_F(NewScene, SkinMovesContinuouslyIntoTheFold) {
           x[i] = (1.0 - share) * from[m].x[i] + share * state.muscles[m].x[i];
         }
       }
-      step_skinned(*model.skinned, between.bodies, muscles_of(model, between), between.skin);
+      std::vector<Collider> felt;
+      set_felt(model, between, felt);
+      step_skinned(*model.skinned, between.bodies, felt, {}, between.layer, between.skin);
       skin_vertices(model.skinned->weights, model.skinned->mesh, between.bodies, carried);
       Points now = between.skin.x;
       for (size_t i = 0; i < now.size(); ++i) now[i] -= carried[i];

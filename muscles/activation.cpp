@@ -2,6 +2,7 @@
 #include "muscles/activation.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace thew::muscles {
 namespace {
@@ -49,6 +50,24 @@ double force_velocity(double velocity, double max_velocity) {
 double muscle_tension(double f_max, double activation, double length, double velocity) {
   return f_max * (activation * active_force_length(length) * force_velocity(velocity) +
                   passive_force_length(length));
+}
+
+std::vector<std::array<double, 2>> activation_preset(const std::string& kind) {
+  // The weight of a limb that hangs from its hinge has the moment m g l sin q about it, which the
+  // flexor holds. An extensor only goes along to steady the joint, with a fifth of that. The
+  // amplitudes and the tone at rest are chosen, not measured.
+  constexpr double kTone = 0.05, kFlexor = 0.45, kExtensor = 0.09;
+  if (kind != "flexor" && kind != "extensor") {
+    throw std::invalid_argument("activation \"" + kind + "\" is not known; use flexor or extensor");
+  }
+  constexpr std::array<double, 2> kSines[] = {{0.0, 0.0},  {30.0, 0.5},        {60.0, 0.8660254},
+                                              {90.0, 1.0}, {120.0, 0.8660254}, {150.0, 0.5},
+                                              {180.0, 0.0}};
+  std::vector<std::array<double, 2>> curve;
+  for (const auto& [angle, sine] : kSines) {
+    curve.push_back({angle, kTone + (kind == "flexor" ? kFlexor : kExtensor) * sine});
+  }
+  return curve;
 }
 
 }  // namespace thew::muscles

@@ -26,7 +26,8 @@ void check_arrays(const MuscleDef& def, const Pose& rest_pose) {
   const auto count = [](size_t n) { return std::to_string(n); };
   if (nodes == 0) refuse(def, "its mesh is empty; give vertices and triangles");
   for (const auto& [size, what] :
-       {std::pair(def.weights.size(), "weights"), std::pair(def.fixed_to.size(), "fixed_to")}) {
+       {std::pair(def.weights.size(), "weights"), std::pair(def.stiffness.size(), "stiffness"),
+        std::pair(def.fixed_to.size(), "fixed_to")}) {
     if (size == 0 || size == nodes) continue;
     refuse(def, std::string(what) + " has " + count(size) + " values for a mesh of " +
                     count(nodes) + " nodes; give one per node");
@@ -168,9 +169,10 @@ std::vector<Vec3> fibres_of(const Muscle& muscle, const Pose& rest_pose) {
   return fibres;
 }
 
-void make_forces(const std::vector<Vec3>& fibres, Muscle& muscle) {
+void make_forces(const std::vector<Vec3>& fibres, const std::vector<double>& stiffness,
+                 Muscle& muscle) {
   const SpringMaterial& material = muscle.settings.material;
-  muscle.springs = make_springs(muscle.rest, fibres, material);
+  muscle.springs = make_springs(muscle.rest, fibres, material, stiffness);
   muscle.rings = make_ring_springs(muscle.rest.triangles, muscle.driven, muscle.springs);
   for (size_t k = 0; k < muscle.springs.nodes.size(); ++k) {
     auto [node, other] = muscle.springs.nodes[k];
@@ -216,6 +218,11 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   muscle.name = def.name;
   muscle.location = def.location;
   muscle.settings = def;
+  if (!def.stiffness.empty()) {  // where one number has to stand for all, it is the mean
+    double sum = 0.0;
+    for (const double stiffness : def.stiffness) sum += stiffness;
+    muscle.settings.material.stiffness = sum / static_cast<double>(def.stiffness.size());
+  }
   muscle.rest = def.mesh;
   if (def.zone) muscle.zone_links = surface_links(muscle.rest);
   muscle.order = def.order;
@@ -231,7 +238,7 @@ Muscle build_muscle(const MuscleDef& def, const Pose& rest_pose, const Lengths& 
   const Points x = to_points(muscle.rest.vertices);
   muscle.rest_volume = enclosed_volume(x, muscle.rest.triangles);
   try {
-    make_forces(fibres_of(muscle, rest_pose), muscle);
+    make_forces(fibres_of(muscle, rest_pose), def.stiffness, muscle);
     muscle.weights = multiplier_weights(muscle);
     spread_weights(x, muscle);
     if (def.zones > 1) divide(def.zones, muscle);

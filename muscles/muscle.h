@@ -15,6 +15,26 @@
 
 namespace thew::muscles {
 
+/// How hard a muscle pulls by what the rig does: the sum of its curves, clamped to 0..1.
+struct JointActivation {
+  /// A mass that hangs at a point of a body.
+  struct Load {
+    double mass = 0.0;  ///< kg
+    std::string body;
+    Vec3 at = Vec3::Zero();  ///< m, in the body's frame
+    int index = -1;          ///< of the body; a model sets it
+  };
+  std::string joint;
+  std::vector<std::array<double, 2>> curve;  ///< (degrees, or m of a slider; activation)
+  std::vector<std::array<double, 2>> speed;  ///< (degrees/s, or m/s; activation)
+  /// Held by all muscles that have this load, in equal parts of what each can.
+  std::optional<Load> load;
+  int body = -1;  ///< that the joint moves; a model sets it
+  /// (rad or m, moment arm in m) at joint values, the other joints at rest; a model sets it where
+  /// there is a load.
+  std::vector<std::array<double, 2>> moment_arm;
+};
+
 /// Material and drive of a muscle. The defaults were chosen by trial on the arm.
 struct MuscleSettings {
   /// 1/s^2: stiffness towards the carried shape over mass; 0 for a soft body.
@@ -24,6 +44,7 @@ struct MuscleSettings {
   double f_max = 0.0;     ///< N, maximal isometric force; 0: a passive muscle
   double fibre_length = 0.1;                      ///< m, optimal fibre length
   std::vector<std::array<double, 2>> activation;  ///< keys (frame, activation 0..1); empty: 0
+  std::optional<JointActivation> by_joint = {};   ///< in place of keys
   SpringMaterial material;
   std::optional<ZoneSettings> zone;  ///< if given, the weights follow the load (eq. 15)
 };
@@ -37,6 +58,7 @@ struct MuscleDef : MuscleSettings {
   /// By node, 0 or more, in any unit: each node's part in the swelling of the belly and in the
   /// volume correction. Empty: all 1.
   std::vector<double> weights;
+  std::vector<double> stiffness = {};  ///< N/m, by node; empty: material.stiffness everywhere
   /// Line of action from origin to insertion. Empty for a soft body, which is shaped by springs and
   /// volume alone and may be fixed to bodies.
   MusclePath path;

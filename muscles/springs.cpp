@@ -51,6 +51,7 @@ struct SpringAdder {
   const TriMesh& mesh;
   const std::vector<Vec3>& fibres;
   const SpringMaterial& material;
+  const std::vector<double>& by_node;
   Springs& springs;
 
   // Adds a spring of stiffness k = (share Y(a) + bending / L^2) A / L^2.
@@ -63,7 +64,8 @@ struct SpringAdder {
                                          " of one spring are in the same place; weld the mesh");
     }
     const double fibre = fibre_share(fibres, a, b, along);
-    const double Y = material.stiffness * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
+    const double across = by_node.empty() ? material.stiffness : 0.5 * (by_node[a] + by_node[b]);
+    const double Y = across * (1.0 + (material.anisotropy - 1.0) * fibre * fibre);
     springs.nodes.push_back({a, b});
     springs.stiffness.push_back((share * Y + bending / length2) * area / length2);
     springs.rest_length.push_back(std::sqrt(length2));
@@ -79,10 +81,10 @@ struct SpringAdder {
 }  // namespace
 
 Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
-                     const SpringMaterial& material) {
+                     const SpringMaterial& material, const std::vector<double>& by_node) {
   const std::vector<Side> sides = sorted_sides(mesh);
   Springs springs;
-  const SpringAdder adder{mesh, fibres, material, springs};
+  const SpringAdder adder{mesh, fibres, material, by_node, springs};
   for (bool structural : {true, false}) {
     for (size_t i = 0; i < sides.size();) {
       size_t end = i + 1;

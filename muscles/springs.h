@@ -35,13 +35,14 @@ struct Springs {
 /// Springs of a mesh (after Van Gelder 1998). Edges: k = Y(a) A / L^2, with A a third of the area
 /// of the two triangles of the edge, L its length, a its angle with the fibres, and Y(a) =
 /// stiffness (1
-/// + (anisotropy - 1) cos^4 a). Opposite vertices: k = (shear Y(a) + bending / L^2) A / L^2. The
-/// bending part grows as 1/h^2 with the edge length h; because distances change only to second
-/// order as a flat plate bends, its energy still falls as h^2 (as h^4 for shear alone). `fibres`:
-/// unit direction by vertex, or empty for an isotropic material. Throws Error(kInput) if a spring
-/// has length 0.
+/// + (anisotropy - 1) cos^4 a), where `stiffness` is the mean of its two nodes' if `by_node` (N/m)
+/// is not empty, and the material's otherwise. Opposite vertices: k = (shear Y(a) + bending / L^2)
+/// A / L^2. The bending part grows as 1/h^2 with the edge length h; because distances change only
+/// to second order as a flat plate bends, its energy still falls as h^2 (as h^4 for shear alone).
+/// `fibres`: unit direction by vertex, or empty for an isotropic material. Throws Error(kInput) if
+/// a spring has length 0.
 Springs make_springs(const TriMesh& mesh, const std::vector<Vec3>& fibres,
-                     const SpringMaterial& material);
+                     const SpringMaterial& material, const std::vector<double>& by_node = {});
 
 /// Mass (kg) by node: density (kg/m^3) times enclosed volume, distributed by a third of the area of
 /// each triangle.

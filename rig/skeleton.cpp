@@ -62,6 +62,19 @@ void forward_kinematics(const Skeleton& skeleton, const std::vector<double>& joi
   }
 }
 
+double joint_value(const Skeleton& skeleton, const Pose& pose, int body) {
+  const int parent = skeleton.parent[body];
+  if (parent < 0 || skeleton.joint_types[body] == Skeleton::JointType::kFixed) return 0.0;
+  const Transform in_joint = (pose[parent] * skeleton.joint_in_parent[body]).inverse() * pose[body];
+  const Vec3& axis = skeleton.joint_axes[body];
+  if (skeleton.joint_types[body] == Skeleton::JointType::kPrismatic) {
+    return axis.dot(in_joint.translation());
+  }
+  const Eigen::Quaterniond turn(in_joint.linear());
+  const double sign = turn.w() < 0.0 ? -1.0 : 1.0;
+  return 2.0 * arc_tan2(sign * axis.dot(turn.vec()), sign * turn.w());
+}
+
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names) {
   std::string nearest;
   // A third of the letters may be wrong; at least one, so that short names are helped too.

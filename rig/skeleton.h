@@ -42,6 +42,10 @@ using Pose = std::vector<Transform>;
 void forward_kinematics(const Skeleton& skeleton, const std::vector<double>& joint_values,
                         Pose& pose);
 
+/// The value (rad from -pi to pi, or m) of a body's joint in a pose, whatever posed it; of a turn
+/// about other axes as well, the part about its own. 0 of a fixed joint.
+double joint_value(const Skeleton& skeleton, const Pose& pose, int body);
+
 /// The name nearest to `word` by edit distance, for "did you mean"; "" if more than a third of the
 /// letters differ in all of them.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names);

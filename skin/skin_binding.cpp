@@ -187,14 +187,16 @@ void build_elasticity(const Edges& edges, SkinModel& model) {
     model.first_neighbour.push_back(static_cast<int>(model.neighbours.size()));
   }
   for (size_t i = 0; i < model.rest.size(); ++i) {
-    double weight = model.anchor[i];
+    double weight = model.anchor[i] + (model.stick.empty() ? 0.0 : model.stick[i]);
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       weight += model.weights[k];
     }
     model.weight.push_back(weight);
   }
+  std::vector<double> held = model.anchor;
+  for (size_t i = 0; i < model.stick.size(); ++i) held[i] += model.stick[i];
   model.matrix = laplacian(
-      edges, [&](int, int) { return stiffness; }, model.anchor);
+      edges, [&](int, int) { return stiffness; }, held);
   model.factor = factor_of(model.matrix);
 }
 
@@ -248,13 +250,14 @@ void find_rest_crossings(SkinModel& model) {
 
 SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& bind_pose,
                     const std::vector<Collider>& below, const std::vector<int>& bodies_of,
-                    const SkinSettings& settings) {
+                    const SkinSettings& settings, const SkinMaps& maps) {
   SkinModel model;
   model.surface = make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size()));
   model.rest = to_points(mesh.vertices);
   model.bind_pose = bind_pose;
-  model.volume = enclosed_volume(model.rest, model.surface.triangles);
   model.settings = settings;
+  shape_fat(below, maps.fat, vertex_normals(mesh), model);
+  model.volume = enclosed_volume(model.rest, model.surface.triangles);
   const Edges edges = weighted_edges(model, model.surface.triangles);
   diffuse_shares(nearest_bodies(model, below, bodies_of, skeleton.size()), edges, skeleton.size(),
                  model);
@@ -264,6 +267,7 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
     const double pure = std::max(2.0 * share[0] - 1.0, 0.0);
     model.anchor.push_back(anchoring(edges, model) * pure * pure);
   }
+  bind_slide(below, maps.slide, edges.mean_length, model);
   build_elasticity(edges, model);
   find_wall_levels(model);
   return model;

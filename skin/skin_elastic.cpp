@@ -131,6 +131,7 @@ void turn_edges(const SkinModel& model, int first, int last, SkinState& state) {
     Point anchored = state.bound[i];
     if (far > yield) anchored += (1.0 - yield / far) * slip;
     Point sum = model.anchor[i] * anchored;
+    if (!model.stick.empty()) sum += model.stick[i] * state.stuck[i];
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
       const Point edge = model.rest[i] - model.rest[j], bound = state.bound[i] - state.bound[j];
@@ -197,13 +198,14 @@ void store_motion(const SkinModel& model, SkinState& state) {
   for (size_t i = 0; i < state.x.size(); ++i) {
     const Point d = state.x[i] - state.elastic[i];
     Point sum = model.anchor[i] * d;
+    if (!model.stick.empty()) sum += model.stick[i] * d;
     for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
       const int j = model.neighbours[k];
       sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
     }
-    // There is no friction. Of the force that the sweeps have left unbalanced, the flesh bears the
-    // part along its outward direction, and the other wall of a fold bears the part that pulls the
-    // node towards it.
+    // There is no friction. Of the force that the sweeps have left
+    // unbalanced, the flesh bears the part along its outward direction, and the other wall of a
+    // fold bears the part that pulls the node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
     const Point out = flesh.found

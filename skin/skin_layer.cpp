@@ -43,7 +43,7 @@ std::vector<NodeGroup> groups_that_meet(const SkinModel& model, const Bvh& bvh) 
 SkinState initial_skin(const SkinModel& model) {
   const size_t nodes = model.rest.size();
   SkinState state;
-  state.x = state.bound = state.elastic = state.searched_at = model.rest;
+  state.x = state.bound = state.elastic = state.stuck = state.searched_at = model.rest;
   state.normals.resize(nodes);
   state.own_normals.resize(nodes);
   state.areas.resize(model.surface.triangles.size());
@@ -71,6 +71,7 @@ SkinState initial_skin(const SkinModel& model) {
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
                const Loop& loop, SkinState& state, double share_of_return) {
   bind_to_pose(model, pose, state);
+  find_stuck(model, below, state);
   step_bound_skin(model, below, loop, state, share_of_return);
 }
 

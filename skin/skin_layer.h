@@ -10,10 +10,11 @@ namespace thew::skin {
 
 /// Binds a skin mesh to a skeleton. `below` are bones and muscles in the bind pose, and `bodies_of`
 /// tells the body of each of these colliders (-1 for muscles). Each node belongs to the body of its
-/// nearest bone; these shares are then smoothed over the surface.
+/// nearest bone; these shares are then smoothed over the surface. Fat that is given moves the rest
+/// shape.
 SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& bind_pose,
                     const std::vector<Collider>& below, const std::vector<int>& bodies_of,
-                    const SkinSettings& settings);
+                    const SkinSettings& settings, const SkinMaps& maps = {});
 SkinState initial_skin(const SkinModel& model);
 
 /// Share [1] of the distance to its equilibrium with the forces of the step before that the skin

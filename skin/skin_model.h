@@ -37,6 +37,20 @@ struct SkinSettings {
 /// All lengths multiplied by the size of a body [1].
 SkinSettings times(const SkinSettings& settings, double size);
 
+/// What may be given by node of a skin layer; empty: nowhere.
+struct SkinMaps {
+  std::vector<double> fat = {};  ///< m, how far the rest shape lies over the flesh
+  std::vector<double> slide =
+      {};  ///< 0..1: 0 sticks to the flesh below it at rest, 1 slides freely
+};
+
+/// The point of the flesh that is nearest to a node at rest.
+struct SkinSite {
+  int collider = -1, triangle = -1;  ///< -1: none is within reach
+  std::array<double, 3> barycentric{};
+  Vec3 offset = Vec3::Zero();  ///< m, of the node from it, in the frame of the surface there
+};
+
 /// Constant data of a skin layer: topology, rest shape, binding to the bodies.
 struct SkinModel {
   Surface surface;
@@ -59,12 +73,15 @@ struct SkinModel {
   /// By node, which of the pieces of the surface it is of; two pieces may go through each other, as
   /// those of armour or of a wooden mannequin do. Empty: there is one.
   std::vector<int> piece;
+  std::vector<SkinSite> sites;  ///< by node; empty: all slide freely
   // Elastic energy: sum over edges of w_ij |x_i - x_j - e_ij|^2, and over nodes of a_i |x_i -
-  // b_i|^2, with e the rotated rest vector of an edge and b the bound position of a node.
+  // b_i|^2 + s_i |x_i - t_i|^2, with e the rotated rest vector of an edge, b the bound position of
+  // a node, and t where its flesh carries it.
   std::vector<int> first_neighbour, neighbours;  ///< neighbours of i: first[i] to first[i + 1]
   std::vector<double> weights;                   ///< w, by neighbour
   std::vector<double> anchor;                    ///< a
-  std::vector<double> weight;                    ///< by node, a and the sum of its w
+  std::vector<double> stick;                     ///< s; empty: 0
+  std::vector<double> weight;                    ///< by node, a, s and the sum of its w
   Skyline matrix;
   SkylineFactor factor;
 };
@@ -119,6 +136,7 @@ struct SkinState : SkinMotion {
   // Scratch, kept so that a step does not allocate.
   Points bound;    ///< m, as the bodies alone carry the nodes
   Points elastic;  ///< m, positions of least elastic energy, without the flesh
+  Points stuck;    ///< m, where the flesh would carry a node that sticks to it
   /// By neighbour: m, rotated rest vector e of an edge, and m^2, what the vector of the edge times
   /// e is at least if the edge is surely longer than the least length (kMinEdge).
   Points turned;

@@ -11,6 +11,8 @@ namespace thew::skin {
 /// Sets turns and bound: the rotation and position of each node as its bodies carry it, by dual
 /// quaternion blending (Kavan et al. 2008).
 void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state);
+/// Sets stuck of the nodes that do not slide freely.
+void find_stuck(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 /// Least length of an edge along its rotated direction, over its rest length; by trial.
 inline constexpr double kMinEdge = 0.1;
 /// Sets turned and elastic, the latter to the positions of least elastic energy, and force to the
@@ -32,6 +34,13 @@ void find_covers(const SkinModel& model, const std::vector<Collider>& below, dou
 /// Finds nodes of the skin that are near the other wall of a fold or have come through it.
 void find_folds(const SkinModel& model, const Loop& loop, SkinState& state);
 
+/// Moves the rest shape to the fat (m, by node; empty: nothing) over the flesh, along `normals`
+/// where the flesh gives no direction.
+void shape_fat(const std::vector<Collider>& below, const std::vector<double>& fat,
+               const std::vector<Vec3>& normals, SkinModel& model);
+/// Sets stick and sites of the model, whose edges have this mean length (m).
+void bind_slide(const std::vector<Collider>& below, const std::vector<double>& slide,
+                double mean_edge, SkinModel& model);
 /// Sets wall_level of the model, with all else of it set.
 void find_wall_levels(SkinModel& model);
 

@@ -22,7 +22,7 @@ find rig muscles skin sim tools tests \
     count = split("rig muscles skin sim tools tests", order, " ")
     for (i = 1; i <= count; ++i) rank[order[i]] = i
     count = split("rig rig/import rig/api muscles muscles/api skin/surface skin/contact skin " \
-        "sim/cache sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
+        "sim/cache sim/maps sim/scene sim/solver sim sim/fidelity sim/bake sim/api tools/examples " \
         "tools/base tools/render tools/report tools/night tools/export tools/export/gltf tools/export/usd " \
         "tools/compare tools/inspect tools/fit tools/poses tools/farm tools/cli tools/python tools/author " \
         "tools/lab/base " \

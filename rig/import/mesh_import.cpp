@@ -282,6 +282,10 @@ ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3
   ImportedMesh imported = import_mesh(file);
   if (!to_world.matrix().isIdentity(0.0)) {
     for (Vec3& p : imported.mesh.vertices) p = to_world * p;
+    if (to_world.linear().determinant() < 0.0) {  // it mirrors
+      for (Triangle& t : imported.mesh.triangles) std::swap(t[1], t[2]);
+      for (Triangle& t : imported.order.triangles) std::swap(t[1], t[2]);
+    }
   }
   check_positions(file, imported.mesh.vertices);
   const std::vector<Defect> defects = find_defects(imported.mesh);

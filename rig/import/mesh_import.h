@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "rig/mesh.h"
 
@@ -22,6 +23,11 @@ struct ImportedMesh {
 /// process with limits, and welds them. Throws Error(kInput) with the file, the cause and what the
 /// user can do.
 ImportedMesh import_mesh(const std::filesystem::path& file);
+
+/// A number for each vertex of a PLY or glTF file, in its order: a property of the points of the
+/// one, a custom attribute ("_THEW_FAT") of the other. Throws Error(kInput), which lists what there
+/// is.
+std::vector<double> import_attribute(const std::filesystem::path& file, const std::string& name);
 
 /// Throws Error(kInput) with file and vertex if a coordinate is beyond kMaxCoordinate.
 void check_positions(const std::filesystem::path& file, const std::vector<Vec3>& positions);

@@ -6,9 +6,11 @@
 #include <set>
 
 #include "rig/api/arrays.h"
+#include "rig/limits.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "sim/api/scene_data.h"
+#include "sim/maps/node_map.h"
 #include "sim/scene/model_def.h"
 
 namespace thew::sim {
@@ -115,6 +117,37 @@ TriMesh closed_mesh(const Mesh& mesh, const std::string& what) {
   return closed_mesh(to_tri_mesh(mesh.positions, mesh.triangles), what);
 }
 
+// A map by name, its values within the bounds; empty where it is not given.
+std::vector<double> map_of(const Maps& maps, const std::string& name,
+                           const std::array<double, 2>& bounds, const std::string& what) {
+  const auto found = maps.find(name);
+  if (found == maps.end()) return {};
+  for (const double value : found->second) {
+    if (value >= bounds[0] && value <= bounds[1]) continue;
+    refuse(what + ": its map \"" + name + "\" holds " + number_text(value) + "; give " +
+           number_text(bounds[0]) + " to " + number_text(bounds[1]));
+  }
+  return found->second;
+}
+
+void check_map_names(const Maps& maps, const std::vector<std::string>& known,
+                     const std::string& what) {
+  for (const auto& [name, values] : maps) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    refuse(what + ": there is no map \"" + name + "\"" + did_you_mean(name, known) +
+           "; it may have: " + names_text(known));
+  }
+}
+
+// Of a mesh that was welded: the first vertex of a place counts. Sizes that do not fit stay, for
+// the one who builds to tell.
+std::vector<double> by_node(const std::vector<double>& given, const WeldResult& welded) {
+  if (given.size() != welded.map_back.size()) return given;
+  std::vector<double> values(welded.mesh.vertices.size(), 0.0);
+  for (size_t i = given.size(); i-- > 0;) values[welded.map_back[i]] = given[i];
+  return values;
+}
+
 // Joined, and the order in which it was given where that differs; weights likewise.
 void define_shape(const thew::Muscle& given, const std::string& what, MuscleDef& muscle) {
   const TriMesh mesh = to_tri_mesh(given.mesh.positions, given.mesh.triangles);
@@ -123,17 +156,42 @@ void define_shape(const thew::Muscle& given, const std::string& what, MuscleDef&
   const size_t nodes = welded.mesh.vertices.size();
   muscle.mesh = closed_mesh(welded.mesh, what);
   muscle.weights = given.weights;
+  muscle.stiffness = map_of(given.maps, "stiffness", {1e-12, 1e12}, what);
   if (nodes == mesh.vertices.size()) return;
   muscle.order.node = welded.map_back;
   for (const Triangle& t : mesh.triangles) {
     const int a = welded.map_back[t[0]], b = welded.map_back[t[1]], c = welded.map_back[t[2]];
     if (a != b && b != c && c != a) muscle.order.triangles.push_back(t);
   }
-  if (given.weights.size() != mesh.vertices.size()) return;  // build_muscle says so
-  muscle.weights.assign(nodes, 0.0);
-  for (size_t i = mesh.vertices.size(); i-- > 0;) {  // the first vertex of a place counts
-    muscle.weights[welded.map_back[i]] = given.weights[i];
+  muscle.weights = by_node(muscle.weights, welded);
+  muscle.stiffness = by_node(muscle.stiffness, welded);
+}
+
+void check_curve(const std::vector<std::array<double, 2>>& curve, const std::string& wrong) {
+  for (size_t i = 0; i < curve.size(); ++i) {
+    const auto [at, value] = curve[i];
+    if (value >= 0.0 && value <= 1.0 && (i == 0 ? std::isfinite(at) : at > curve[i - 1][0]))
+      continue;
+    refuse(wrong);
   }
+}
+
+void define_by_joint(const thew::Muscle& given, const std::string& what, MuscleDef& muscle) {
+  const thew::JointActivation& by = given.by_joint;
+  if (by.joint.empty()) return;
+  muscle.by_joint.emplace();
+  muscle.by_joint->joint = by.joint;
+  muscle.by_joint->curve = by.curve;
+  muscle.by_joint->speed = by.speed;
+  const std::string wrong = " of its activation by joint is not (value, 0 to 1) with rising values";
+  check_curve(by.curve, what + ": the curve" + wrong);
+  check_curve(by.speed, what + ": the speed" + wrong);
+  if (!(by.load >= 0.0 && by.load <= 1e6)) refuse(what + ": its load is not 0 to 1e6 kg");
+  if (by.load_body.empty()) return;
+  muscle.by_joint->load.emplace();
+  muscle.by_joint->load->mass = by.load;
+  muscle.by_joint->load->body = by.load_body;
+  muscle.by_joint->load->at = to_vec3(by.load_at, what + ": its load");
 }
 
 MuscleDef define_muscle(const Skeleton& skeleton, const thew::Muscle& given) {
@@ -159,17 +217,17 @@ MuscleDef define_muscle(const Skeleton& skeleton, const thew::Muscle& given) {
   }
   muscle.belly = given.belly;
   muscle.material.stiffness = given.stiffness;
+  take_constant(muscle.stiffness, muscle.material.stiffness);
   muscle.f_max = given.f_max;
   muscle.activation = given.activation;
   if (!(given.stiffness > 0.0 && given.f_max >= 0.0) ||
       !std::isfinite(given.stiffness + given.f_max)) {
     refuse(what + ": stiffness has to be above 0 and f_max not below");
   }
-  for (size_t i = 0; i < given.activation.size(); ++i) {
-    const auto [frame, value] = given.activation[i];
-    if (value >= 0.0 && value <= 1.0 && (i == 0 || frame > given.activation[i - 1][0])) continue;
-    refuse(what + ": its activation is not (frame, 0 to 1) with rising frames");
-  }
+  check_curve(given.activation,
+              what + ": its activation is not (frame, 0 to 1) with rising frames");
+  define_by_joint(given, what, muscle);
+  check_map_names(given.maps, {"stiffness", "thickness"}, what);
   return muscle;
 }
 
@@ -226,6 +284,16 @@ ModelDef define_model(const SceneDefinition& scene) {
   def.clip_location = "clip";
   for (const thew::Muscle& muscle : scene.muscles) {
     def.muscles.push_back(define_muscle(def.skeleton, muscle));
+    std::vector<double> thickness =
+        map_of(muscle.maps, "thickness", {0.0, kMaxCoordinate}, quoted("muscle", muscle.name));
+    double everywhere = 0.0;
+    if (take_constant(thickness, everywhere)) {
+      def.contact.thickness.push_back({muscle.name, everywhere});
+    }
+    if (thickness.empty()) continue;
+    def.contact.thicknesses.push_back(
+        {muscle.name,
+         by_node(thickness, weld(to_tri_mesh(muscle.mesh.positions, muscle.mesh.triangles)))});
   }
   for (const thew::Bone& bone : scene.bones) {
     const std::string what = quoted("bone", bone.name);
@@ -236,6 +304,9 @@ ModelDef define_model(const SceneDefinition& scene) {
   def.skin.location = "skin";
   def.skin.settings = times(def.skin.settings, scene.size);
   def.skin.settings.keeps_volume = scene.skin.keeps_volume;
+  check_map_names(scene.skin.maps, {"fat", "slide"}, "skin");
+  def.skin.maps.fat = map_of(scene.skin.maps, "fat", {0.0, 0.03}, "skin");
+  def.skin.maps.slide = map_of(scene.skin.maps, "slide", {0.0, 1.0}, "skin");
   def.contact.settings = times(def.contact.settings, scene.size);
   def.solver = define_solver(scene.solver);
   check_names(def);

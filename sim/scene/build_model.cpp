@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "rig/math.h"
 #include "rig/text.h"
 #include "sim/scene/model_hash.h"
 #include "skin/contact/face_contact.h"
@@ -29,10 +30,67 @@ void check_memory(const ModelDef& def, const std::vector<Muscle>& muscles) {
                                      "; use coarser meshes or fewer muscles");
 }
 
+// Moment arm -dL/dq at values all over a joint's range, by central differences, with the other
+// joints at rest.
+std::vector<std::array<double, 2>> moment_arms(const Model& model, const MusclePath& path,
+                                               int body) {
+  constexpr int kValues = 65;
+  constexpr double kStep = 1e-4;  // rad or m
+  const double low = std::max(model.skeleton.lower[body], -kPi);
+  const double high = std::min(model.skeleton.upper[body], kPi);
+  std::vector<double> joints(model.skeleton.size(), 0.0);
+  Pose pose;
+  const auto length_at = [&](double value) {
+    joints[body] = value;
+    forward_kinematics(model.skeleton, joints, pose);
+    if (model.character) {
+      pose_limbs(model.skeleton, model.character->forearms, model.character->scapulae, pose);
+    }
+    return trace_path(path, pose).length;
+  };
+  std::vector<std::array<double, 2>> arms;
+  for (int k = 0; k < kValues; ++k) {
+    const double q = low + (high - low) * k / (kValues - 1);
+    arms.push_back({q, (length_at(q - kStep) - length_at(q + kStep)) / (2.0 * kStep)});
+    if (!(high > low)) break;
+  }
+  return arms;
+}
+
+// Finds what an activation by a joint names.
+void tie_to_joint(const Model& model, Muscle& muscle) {
+  if (!muscle.settings.by_joint) return;
+  JointActivation& by = *muscle.settings.by_joint;
+  const std::string begin = (muscle.location.empty() ? "" : muscle.location + ": ") + "muscle \"" +
+                            muscle.name + "\": its activation ";
+  by.body = find_joint(model.skeleton, by.joint);
+  if (by.body < 0 || model.skeleton.joint_types[by.body] == Skeleton::JointType::kFixed) {
+    throw Error(ErrorCode::kUsage, begin + "goes by joint \"" + by.joint +
+                                       "\", which the rig does not have or which is fixed" +
+                                       did_you_mean(by.joint, model.skeleton.joint_names));
+  }
+  if (!by.speed.empty() && model.solver.integrator == Integrator::kQuasiStatic &&
+      !model.solver.tolerance) {
+    throw Error(ErrorCode::kUsage,
+                begin +
+                    "goes by speed, which a pose by itself does not have; give a curve, or "
+                    "take another integrator than \"quasi_static\"");
+  }
+  if (!by.load) return;
+  by.load->index = find_body(model.skeleton, by.load->body);
+  if (by.load->index < 0) {
+    throw Error(ErrorCode::kUsage, begin + "has a load on body \"" + by.load->body +
+                                       "\", which is not in the rig" +
+                                       did_you_mean(by.load->body, model.skeleton.body_names));
+  }
+  by.moment_arm = moment_arms(model, muscle.shape.path, by.body);
+}
+
 void build_muscles(const ModelDef& def, const Pose& bind_pose, Model& model) {
   for (const MuscleDef& muscle : def.muscles) {
     model.muscles.push_back(build_muscle(muscle, bind_pose, model.lengths));
     check_memory(def, model.muscles);
+    tie_to_joint(model, model.muscles.back());
     if (!(model.muscles.back().weight_floor > 0.0)) continue;
     model.warnings.push_back(
         muscle.location + ": muscle \"" + muscle.name +
@@ -44,7 +102,8 @@ void build_muscles(const ModelDef& def, const Pose& bind_pose, Model& model) {
 ContactSurface contact_surface(const std::string& name, int body, const TriMesh& mesh,
                                const std::vector<char>* free_nodes, double spacing) {
   ContactSurface out{
-      name, body, make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size())), {}, 0.0};
+      name, body, make_surface(mesh.triangles, static_cast<int>(mesh.vertices.size())),
+      {},   0.0,  {}};
   const Points x = to_points(mesh.vertices);
   out.rigid_points = rigid_points(out.surface, x, free_nodes, spacing);
   if (body >= 0) out.surface.convex = is_convex(out.surface, x);
@@ -138,13 +197,22 @@ std::vector<char> felt_by_skin(const SkinDef& skin, const Model& model) {
   return feels;
 }
 
+void check_size(const std::vector<double>& map, size_t nodes, const std::string& what) {
+  if (map.empty() || map.size() == nodes) return;
+  throw Error(ErrorCode::kUsage, what + " has " + std::to_string(map.size()) +
+                                     " values for a mesh of " + std::to_string(nodes) +
+                                     " nodes; give one per node");
+}
+
 void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   std::vector<Points> rest;
   for (const Muscle& muscle : model.muscles) rest.push_back(to_points(muscle.rest.vertices));
   const Below below(model, model.colliders(), bind_pose, rest);
+  check_size(skin.maps.fat, skin.mesh.vertices.size(), skin.location + ": fat");
+  check_size(skin.maps.slide, skin.mesh.vertices.size(), skin.location + ": slide");
   try {
     model.skin = bind_skin(skin.mesh, model.skeleton, bind_pose, below.colliders, below.bodies,
-                           skin.settings);
+                           skin.settings, skin.maps);
   } catch (const std::length_error& error) {
     throw Error(ErrorCode::kInput, skin.location + ": " + error.what());
   }
@@ -250,6 +318,11 @@ Model build_model(const ModelDef& def) {
   model.ignore = ignored_pairs(def.contact, model);
   for (const auto& [name, metres] : def.contact.thickness) {
     model.surfaces[collider_named(model, "[contact] thickness", name)].thickness = metres;
+  }
+  for (const auto& [name, by_node] : def.contact.thicknesses) {
+    ContactSurface& surface = model.surfaces[collider_named(model, "[contact] thickness", name)];
+    check_size(by_node, surface.surface.vertex_triangles.size(), "thickness of \"" + name + "\"");
+    surface.thicknesses = by_node;
   }
   model.skin_feels = felt_by_skin(def.skin, model);
   if (!def.skin.mesh.triangles.empty()) build_layer(def.skin, bind_pose, model);

@@ -8,8 +8,8 @@
 #include "rig/import/mesh_import.h"
 #include "rig/import/urdf_import.h"
 #include "rig/text.h"
+#include "sim/maps/node_map.h"
 #include "sim/scene/define_character.h"
-#include "sim/scene/muscle_weights.h"
 
 namespace thew::sim {
 namespace {
@@ -78,7 +78,7 @@ std::vector<int> held_nodes(const Skeleton& skeleton, const SceneMuscle& scene,
 }
 
 MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const SceneMuscle& scene,
-                        const Lengths& lengths) {
+                        const Lengths& lengths, ImportedMesh& imported) {
   const std::string location = scene.location + ": muscle \"" + scene.name + "\"";
   MuscleDef def;
   static_cast<MuscleSettings&>(def) = scene;
@@ -90,7 +90,6 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
   def.twist_from = scene.twist_from;
   const bool has_path = !def.path.points.empty();
   if (has_path) def.belly = belly_of(def, bind_pose);
-  ImportedMesh imported;
   if (scene.mesh.empty()) {
     def.mesh = make_tube(trace_path(def.path, bind_pose), scene.profile.around, scene.profile.rings,
                          scene.profile.radius);
@@ -102,9 +101,59 @@ MuscleDef define_muscle(const Skeleton& skeleton, const Pose& bind_pose, const S
   // Without a path there is no axis: all nodes are at its beginning.
   std::vector<double> u(def.mesh.vertices.size(), 0.0);
   if (has_path) u = belly_coordinates(def.mesh, def.path, bind_pose, def.belly, lengths);
-  def.weights = authored_weights(scene, def.mesh, u, imported, location);
+  const MappedMesh mapped{def.mesh, imported, scene.mesh, scene.mesh_to_rest, &u};
+  NodeMap weights = scene.weights;
+  if (!weights.given()) weights.location = location;
+  def.weights = map_values(weights, mapped);
+  if (scene.stiffness.given()) {
+    def.stiffness = map_values(scene.stiffness, mapped);
+    take_constant(def.stiffness, def.material.stiffness);
+  }
   if (!has_path) def.fixed_to = held_nodes(skeleton, scene, def.mesh);
   return def;
+}
+
+// What contact keeps free over muscles and bones, by node.
+void define_thickness(const Scene& scene, const std::vector<ImportedMesh>& imported,
+                      ModelDef& def) {
+  for (const auto& [name, map] : scene.contact.thickness_maps) {
+    std::vector<double> values;
+    for (size_t m = 0; m < def.muscles.size(); ++m) {
+      const SceneMuscle& muscle = scene.muscles[m];
+      if (muscle.name != name) continue;
+      NodeMap own = map;
+      if (muscle.mirror) mirror_map(own);
+      values = map_values(
+          own, {def.muscles[m].mesh, imported[m], muscle.mesh, muscle.mesh_to_rest, nullptr});
+    }
+    for (const Bone& bone : def.bones) {
+      if (bone.name == name) values = map_values(map, {bone.in_body, {}});
+    }
+    double constant = 0.0;
+    const bool everywhere = take_constant(values, constant);
+    if (everywhere || values.empty()) {  // a name that is none is told of as a number's is
+      def.contact.thickness.push_back({name, constant});
+    } else {
+      def.contact.thicknesses.push_back({name, std::move(values)});
+    }
+  }
+}
+
+void define_skin(const Scene& scene, SkinDef& def) {
+  const SceneSkin& skin = scene.skin;
+  def.skinned = skin.skinned;
+  def.ignore = skin.ignore;
+  def.settings = skin.settings;
+  def.location = skin.skinned ? scene.rig.string() : skin.mesh.string();
+  if (skin.mesh.empty()) return;
+  const ImportedMesh imported = import_closed_mesh_whole(skin.mesh, Eigen::Affine3d::Identity());
+  def.mesh = imported.mesh;
+  const auto by_node = [&](double number, const NodeMap& map) {
+    if (map.given()) return map_values(map, {def.mesh, imported, skin.mesh});
+    return std::vector<double>(def.mesh.vertices.size(), number);
+  };
+  if (skin.fat >= 0.0 || skin.fat_map.given()) def.maps.fat = by_node(skin.fat, skin.fat_map);
+  def.maps.slide = by_node(skin.slide, skin.slide_map);
 }
 
 std::vector<Bone> bones_of(const Skeleton& skeleton) {
@@ -156,18 +205,17 @@ ModelDef define_model(const Scene& scene) {
   def.clip_location = scene.clip_location;
   Pose bind_pose;
   forward_kinematics(def.skeleton, std::vector<double>(def.skeleton.size(), 0.0), bind_pose);
-  for (const SceneMuscle& muscle : scene.muscles) {
+  std::vector<ImportedMesh> imported(scene.muscles.size());
+  for (size_t m = 0; m < scene.muscles.size(); ++m) {
+    const SceneMuscle& muscle = scene.muscles[m];
     def.muscles.push_back(
-        define_muscle(def.skeleton, bind_pose, muscle, times(Lengths{}, scene.size)));
+        define_muscle(def.skeleton, bind_pose, muscle, times(Lengths{}, scene.size), imported[m]));
     if (scene.solver.volume == "zonal") def.muscles.back().zones = muscle.zones;
   }
   def.bones = bones_of(def.skeleton);
   for (Bone& bone : character_bones(scene, def.skeleton)) def.bones.push_back(std::move(bone));
-  def.skin.skinned = scene.skin.skinned;
-  def.skin.ignore = scene.skin.ignore;
-  def.skin.settings = scene.skin.settings;
-  def.skin.location = scene.skin.skinned ? scene.rig.string() : scene.skin.mesh.string();
-  if (!scene.skin.mesh.empty()) def.skin.mesh = import_closed_mesh(scene.skin.mesh);
+  define_thickness(scene, imported, def);
+  define_skin(scene, def.skin);
   return def;
 }
 

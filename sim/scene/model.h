@@ -19,6 +19,7 @@ struct ContactSurface {
   Surface surface;
   std::vector<SurfacePoint> rigid_points;  ///< points that contact keeps out of the faces of others
   double thickness = 0.0;                  ///< m, what contact keeps free over it
+  std::vector<double> thicknesses;         ///< m, the same by node; empty: alike
 };
 
 /// What does not change while a scene is simulated.

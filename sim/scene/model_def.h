@@ -68,6 +68,7 @@ struct ContactOptions {
 struct ContactDef : ContactOptions {
   std::vector<std::pair<std::string, std::string>> ignore;
   std::vector<std::string> self;
+  std::vector<std::pair<std::string, std::vector<double>>> thicknesses;  ///< m, by name, by node
 };
 
 /// A rigid mesh, fixed to a body.
@@ -100,6 +101,7 @@ struct SkinDef {
   bool skinned = false;                  ///< the character's own mesh by its own weights; no `mesh`
   std::vector<std::string> ignore = {};  ///< bones that it does not feel
   SkinSettings settings;
+  SkinMaps maps = {};
   std::string location = {};  ///< its file, for messages
 };
 

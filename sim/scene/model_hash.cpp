@@ -181,6 +181,17 @@ void add_muscle(const Muscle& muscle, PartedHash& hash) {
     hash.list({zone->smallest_radius, zone->largest_radius, zone->per_impulse, zone->along_load});
   }
   for (const auto& key : muscle.settings.activation) hash.list({key[0], key[1]});
+  if (const auto& by = muscle.settings.by_joint) {
+    hash.number(by->body);
+    for (const auto* curve : {&by->curve, &by->speed}) {
+      hash.number(static_cast<double>(curve->size()));
+      for (const auto& key : *curve) hash.list({key[0], key[1]});
+    }
+    if (by->load) {
+      hash.list({by->load->mass, 1.0 * by->load->index});
+      hash.point(by->load->at);
+    }
+  }
   hash.list(muscle.shape.bulge);
   if (!muscle.shape.fixed_to.empty()) {
     hash.add(muscle.shape.fixed_to.data(), muscle.shape.fixed_to.size() * sizeof(int));
@@ -202,9 +213,13 @@ void hash_model(const ModelDef& def, Model& model) {
   hash.end_part("the clip", model);
   add_rig(model.skeleton, hash);
   hash.end_part("the rig", model);
-  for (const Muscle& muscle : model.muscles) {
-    add_muscle(muscle, hash);
-    hash.end_part("muscle \"" + muscle.name + "\"", model);
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    const std::string name = "muscle \"" + model.muscles[m].name + "\"";
+    add_muscle(model.muscles[m], hash);
+    hash.end_part(name, model);
+    if (def.muscles[m].stiffness.empty()) continue;
+    hash.list(def.muscles[m].stiffness);
+    hash.end_part("material.stiffness of " + name, model);
   }
   for (size_t b = 0; b < model.bones.size(); ++b) {
     hash.add(&model.bones[b].body, sizeof(int));
@@ -219,6 +234,19 @@ void hash_model(const ModelDef& def, Model& model) {
     hash.number(metres);
   }
   hash.end_part("contact.thickness", model);
+  for (const ContactSurface& surface : model.surfaces) {
+    if (surface.thicknesses.empty()) continue;
+    hash.list(surface.thicknesses);
+    hash.end_part("contact.thickness of \"" + surface.name + "\", by node", model);
+  }
+  if (!model.skin.stick.empty()) {
+    hash.list(model.skin.stick);
+    hash.end_part("skin.slide", model);
+  }
+  if (!def.skin.maps.fat.empty()) {
+    hash.list(def.skin.maps.fat);
+    hash.end_part("skin.fat", model);
+  }
   for (const Point& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   hash.faces(model.skin.surface.triangles);
   hash.end_part("the skin's mesh", model);

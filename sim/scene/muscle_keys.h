@@ -30,40 +30,41 @@ inline constexpr Key kMuscleKeys[] = {
     {.name = "path",
      .type = KeyType::kForm,
      .meaning = "The line along which it pulls, origin first: a body and a point in its frame "
-                "each. Without a "
-                "path it is a soft body; a profile has to have one.",
+                "each. Without a path it is a soft body; a profile has to have one.",
      .unit = "m",
      .need = Need::kConditional,
      .range = kPlace,
      .form = "two points or more, [[\"body\", x, y, z], ...]"},
+    {.name = "mirror",
+     .type = KeyType::kTruth,
+     .meaning = "Takes the mesh of the other side's muscle, with its maps: all is reflected at "
+                "the plane x = 0 of the rest pose. Path and wraps are this side's.",
+     .standard = default_of<&SceneMuscle::mirror>},
     {.name = "wrap", .type = KeyType::kTables, .meaning = "Cylinders around which the path bends."},
     {.name = "belly",
      .type = KeyType::kForm,
      .meaning = "First and last ring of the belly along the rest path; where left out, a tenth of "
-                "the path "
-                "from its ends.",
+                "the path from its ends.",
      .unit = "m",
      .range = kLength,
      .form = "metres along the path, [from, to]"},
     {.name = "twist_from",
      .type = KeyType::kNumber,
      .meaning = "Length along the rest path beyond which the muscle takes the twist of its "
-                "insertion; 0 gives "
-                "the twist to all of it.",
+                "insertion; 0 gives the twist to all of it.",
      .unit = "m",
      .standard = default_of<&SceneMuscle::twist_from>,
      .range = kLength},
     {.name = "shape",
      .type = KeyType::kWord,
      .meaning = "\"target\" draws the muscle to the shape that its path carries along; with "
-                "\"weights\" only "
-                "the rest lengths follow the path, and the weights alone shape the belly.",
+                "\"weights\" only the rest lengths follow the path, and the weights alone shape "
+                "the belly.",
      .words = {"target", "weights"}},
     {.name = "weights",
      .type = KeyType::kForm,
-     .meaning = "Where the belly swells and takes the correction of its volume: a word for the end "
-                "towards "
-                "which it does (left: the origin), or a table.",
+     .meaning = "Where the belly swells and takes the correction of its volume: a word for the "
+                "end towards which it does (left: the origin), or a table.",
      .standard =
          [] {
            const bool even = preset_profile("even").keys == WeightProfile{}.keys;
@@ -80,8 +81,7 @@ inline constexpr Key kMuscleKeys[] = {
     {.name = "damping",
      .type = KeyType::kNumber,
      .meaning = "Rate at which the velocity fades to that of the carried shape; of a soft body, "
-                "whose default "
-                "is 0, drag that keeps its momentum.",
+                "whose default is 0, drag that keeps its momentum.",
      .unit = "1/s",
      .standard = default_of<&SceneMuscle::damping>,
      .range = kNotNegative},
@@ -98,11 +98,11 @@ inline constexpr Key kMuscleKeys[] = {
      .standard = [] { return sized_text(SceneMuscle{}.fibre_length); },
      .range = kSize},
     {.name = "activation",
-     .type = KeyType::kPairs,
-     .meaning = "How hard it pulls, by frame; where left out, not at all.",
+     .type = KeyType::kForm,
+     .meaning = "How hard it pulls, by frame or by what a joint does; where left out, not at all.",
      .range = kFrames,
      .second = kShare,
-     .form = "[frame, activation]"},
+     .form = "pairs, [[frame, activation], ...], or table"},
     {.name = "material", .type = KeyType::kTable, .meaning = "Stiffness and density."},
     {.name = "colour",
      .type = KeyType::kVector,
@@ -112,9 +112,8 @@ inline constexpr Key kMuscleKeys[] = {
      .form = "[red, green, blue]"},
     {.name = "zones",
      .type = KeyType::kInteger,
-     .meaning = "Parts that each keep their volume with solver.volume = \"zonal\": along the belly "
-                "or, of a "
-                "soft body, along its longest axis.",
+     .meaning = "Parts that each keep their volume with solver.volume = \"zonal\": along the "
+                "belly or, of a soft body, along its longest axis.",
      .standard = default_of<&SceneMuscle::zones>,
      .range = {1, kMaxZones}},
     {.name = "fixed",
@@ -126,6 +125,68 @@ inline constexpr Section kMuscle{
     "their rest lengths, and which has none of wrap, belly, twist_from, shape, guide, f_max, "
     "fibre_length and activation.",
     kMuscleKeys};
+
+// Degrees, or m of a slider; and the same a second.
+inline constexpr Range kJointValue{-1e6, 1e6};
+inline constexpr Key kActivationKeys[] = {
+    {.name = "joint",
+     .type = KeyType::kText,
+     .meaning = "The joint that it goes by.",
+     .need = Need::kRequired},
+    {.name = "preset",
+     .type = KeyType::kWord,
+     .meaning = "A curve by kind of muscle: \"flexor\" is 0.05 + 0.45 sin q, as it holds the "
+                "weight of a hanging limb; \"extensor\" goes along with a fifth of that, 0.05 + "
+                "0.09 sin q. The shape is that of the moment, the amounts are chosen.",
+     .need = Need::kConditional,
+     .words = {"flexor", "extensor"}},
+    {.name = "curve",
+     .type = KeyType::kPairs,
+     .meaning = "Activation by the joint's angle, or by the way of a slider. The table has a "
+                "`preset`, a `curve`, a `speed` or a `load`; several are added, up to 1.",
+     .unit = "degrees or m",
+     .need = Need::kConditional,
+     .range = kJointValue,
+     .second = kShare,
+     .form = "[angle, activation]"},
+    {.name = "speed",
+     .type = KeyType::kPairs,
+     .meaning = "Activation by the joint's speed, which \"quasi_static\" does not have and "
+                "refuses.",
+     .unit = "degrees/s or m/s",
+     .need = Need::kConditional,
+     .range = kJointValue,
+     .second = kShare,
+     .form = "[speed, activation]"},
+    {.name = "load",
+     .type = KeyType::kTable,
+     .meaning = "A weight that the muscle holds, with all others that have a load on this joint.",
+     .need = Need::kConditional}};
+inline constexpr Section kActivation{
+    "muscle.activation", "[muscle.activation]",
+    "Activation that follows the rig: a function of the pose, and of its speed where asked for.",
+    kActivationKeys};
+inline constexpr Key kLoadKeys[] = {{.name = "mass",
+                                     .type = KeyType::kNumber,
+                                     .meaning = "What hangs there.",
+                                     .unit = "kg",
+                                     .need = Need::kRequired,
+                                     .range = {0.0, 1e6}},
+                                    {.name = "body",
+                                     .type = KeyType::kText,
+                                     .meaning = "The body that carries it.",
+                                     .need = Need::kRequired},
+                                    {.name = "at",
+                                     .type = KeyType::kVector,
+                                     .meaning = "Where, in the body's frame.",
+                                     .unit = "m",
+                                     .need = Need::kRequired,
+                                     .range = kPlace}};
+inline constexpr Section kLoad{
+    "muscle.activation.load", "[muscle.activation.load]",
+    "A weight. Its moment about the joint, over the sum of moment arm times f_max of the muscles "
+    "that oppose it, is the activation of each of these.",
+    kLoadKeys};
 
 inline constexpr Key kProfileKeys[] = {
     {.name = "around",
@@ -201,8 +262,7 @@ inline constexpr Key kWrapKeys[] = {
     {.name = "segment",
      .type = KeyType::kInteger,
      .meaning = "Which piece of the path bends; piece 0 goes from the first point to the second, "
-                "and the last "
-                "piece is the largest number that is allowed.",
+                "and the last piece is the largest number that is allowed.",
      .need = Need::kRequired,
      .range = {0, kMostPathPoints - 2}},
     {.name = "body",
@@ -229,8 +289,7 @@ inline constexpr Key kWrapKeys[] = {
     {.name = "turn",
      .type = KeyType::kInteger,
      .meaning = "1 or -1: the side on which the path goes round, by its sense of rotation seen "
-                "from the tip "
-                "of the axis.",
+                "from the tip of the axis.",
      .standard = default_of<&SceneWrap::turn>,
      .range = {-1, 1}}};
 inline constexpr Section kWrap{"muscle.wrap", "[[muscle.wrap]]",
@@ -239,36 +298,68 @@ inline constexpr Section kWrap{"muscle.wrap", "[[muscle.wrap]]",
 inline constexpr Key kWeightsKeys[] = {
     {.name = "profile",
      .type = KeyType::kPairs,
-     .meaning = "Weight by the share u of the belly from origin to insertion. The table has a "
-                "`profile`, a "
-                "`file`, a `zone` or a `colour`.",
+     .meaning = "Value by the share u of the belly from origin to insertion. A map has a "
+                "`profile`, a `list`, `places`, a `file`, a `colour` or an `attribute`; weights "
+                "may have a `zone` instead.",
      .need = Need::kConditional,
      .range = kShare,
      .second = kNotNegative,
-     .form = "[u, weight]"},
+     .form = "[u, value]"},
+    {.name = "list",
+     .type = KeyType::kForm,
+     .meaning = "A value for each vertex of the mesh, in the order of its file.",
+     .need = Need::kConditional,
+     .form = "numbers, [value, ...]"},
     {.name = "file",
      .type = KeyType::kFile,
-     .meaning =
-         "Text with a weight in each line, in the order of the mesh's vertices, or with \"x y z "
-         "weight\"; beside a colour, the mesh that has it.",
+     .meaning = "Text with a value in each line, in the order of the mesh's vertices, or with \"x "
+                "y z value\"; beside a colour or an attribute, the mesh that has it.",
      .need = Need::kConditional},
-    {.name = "zone",
-     .type = KeyType::kTable,
-     .meaning = "Weights that gather around a load by themselves.",
-     .need = Need::kConditional},
+    {.name = "places",
+     .type = KeyType::kForm,
+     .meaning = "Balls in the rest pose (of a bone: in its body's frame), from the middle of "
+                "which the value fades to `base` at the rim.",
+     .unit = "m",
+     .need = Need::kConditional,
+     .range = kPlace,
+     .form = "[x, y, z, radius, value]"},
+    {.name = "base",
+     .type = KeyType::kNumber,
+     .meaning = "The value outside of all places, which need one.",
+     .need = Need::kConditional,
+     .range = kNotNegative},
     {.name = "colour",
      .type = KeyType::kWord,
-     .meaning = "Which vertex colour is the weight, of the muscle's mesh or of `file`.",
+     .meaning = "Which vertex colour is the value, of the mesh itself or of `file`.",
      .need = Need::kConditional,
      .words = {"red", "green", "blue", "alpha"}},
+    {.name = "attribute",
+     .type = KeyType::kText,
+     .meaning = "Which vertex attribute is the value, of the mesh itself or of `file`: a property "
+                "of a PLY's points, or one of glTF, \"_THEW_FAT\".",
+     .need = Need::kConditional},
+    {.name = "scale",
+     .type = KeyType::kForm,
+     .meaning = "What a colour or attribute of 0 and of 1 stand for: [0, 0.008] for 8 mm of white.",
+     .standard = [] { return std::string("[0, 1]"); },
+     .range = kNotNegative,
+     .form = "two values, [black, white]"},
     {.name = "tolerance",
      .type = KeyType::kNumber,
-     .meaning = "How far a vertex may lie from the place that its weight was given for.",
+     .meaning = "How far a vertex may lie from the place that its value was given for.",
      .unit = "m",
-     .standard = [] { return sized_text(SceneWeights{}.tolerance); },
-     .range = kLength}};
-inline constexpr Section kWeights{"muscle.weights", "[muscle.weights]",
-                                  "Weights that are no single word.", kWeightsKeys};
+     .standard = [] { return sized_text(NodeMap{}.tolerance); },
+     .range = kLength},
+    {.name = "zone",
+     .type = KeyType::kTable,
+     .meaning = "Of weights alone: they gather around a load by themselves.",
+     .need = Need::kConditional}};
+inline constexpr Section kWeights{
+    "muscle.weights", "A map: `weights` of a muscle, and others",
+    "A map is a number by vertex. `weights` of a muscle is one; `material.stiffness`, `skin.fat`, "
+    "`skin.slide` and each of `contact.thickness` may be one. A map that has one value everywhere "
+    "is that number. `thew inspect SCENE --maps FOLDER` draws them.",
+    kWeightsKeys};
 
 inline constexpr Key kZoneKeys[] = {
     {.name = "smallest_radius",
@@ -298,11 +389,12 @@ inline constexpr Section kZone{"muscle.weights.zone", "[muscle.weights.zone]",
 
 inline constexpr Key kMaterialKeys[] = {
     {.name = "stiffness",
-     .type = KeyType::kNumber,
+     .type = KeyType::kForm,
      .meaning = "Stiffness of the surface across the fibres: tension over strain.",
      .unit = "N/m",
      .standard = default_of<&SpringMaterial::stiffness>,
      .range = kPositive,
+     .form = "number or map",
      .old = "young"},
     {.name = "anisotropy",
      .type = KeyType::kNumber,
@@ -323,8 +415,7 @@ inline constexpr Key kMaterialKeys[] = {
     {.name = "shape",
      .type = KeyType::kNumber,
      .meaning = "Resistance against leaving the carried shape, over that against leaving its "
-                "lengths; of a "
-                "soft body 0.",
+                "lengths; of a soft body 0.",
      .standard = default_of<&SpringMaterial::shape>,
      .range = kNotNegative},
     {.name = "density",

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "muscles/activation.h"
 #include "muscles/volume_zones.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "sim/scene/muscle_keys.h"
+#include "sim/scene/read_map.h"
 
 namespace thew::sim {
 namespace {
@@ -16,8 +18,6 @@ namespace fs = std::filesystem;
 
 // More nodes than a muscle needs: a slip in a scene must not exhaust the memory.
 constexpr int kTubeNodes = 100000;
-// Bytes: a larger file is not what was meant.
-constexpr std::size_t kWeightFileLimit = std::size_t{16} << 20;
 
 void read_tube(TomlValue& table, TubeProfile& profile) {
   read(table, kProfile["around"], profile.around);
@@ -86,44 +86,6 @@ SceneFixed read_fixed(TomlValue& table) {
   return fixed;
 }
 
-// Each line holds the weight of one vertex, in the file's order, or "x y z weight" for the vertices
-// near that point.
-void read_weight_file(const fs::path& file, SceneMuscle& muscle) {
-  const std::string text = read_whole(file, kWeightFileLimit);
-  std::size_t width = 0, line = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const auto words = split_words(std::string_view(text).substr(begin, end - begin));
-    begin = end + 1;
-    ++line;
-    std::array<double, 4> values{};
-    if (width == 0 && (words.size() == 1 || words.size() == 4)) width = words.size();
-    bool good = width > 0 && words.size() == width;
-    for (std::size_t k = 0; good && k < width; ++k) {
-      const auto number = parse_number(words[k]);
-      const bool weight = k + 1 == width;
-      good = number && (weight ? *number >= 0.0 && *number <= kNotNegative.most
-                               : std::abs(*number) <= kMaxCoordinate);
-      if (good) values[k] = *number;
-    }
-    if (!good) {
-      throw Error(ErrorCode::kInput,
-                  file.string() + ":" + std::to_string(line) +
-                      ": is not a weight; give one number from 0 a line, one line per vertex, or x "
-                      "y z weight in each line, places within 10 km");
-    }
-    if (width == 1) {
-      muscle.node_weights.push_back(values[0]);
-    } else {
-      muscle.painted.points.emplace_back(values[0], values[1], values[2]);
-      muscle.painted.weights.push_back(values[3]);
-    }
-  }
-  if (width == 0) {
-    throw Error(ErrorCode::kInput, file.string() + ": is empty; give one weight a line");
-  }
-}
-
 ZoneSettings read_zone(TomlValue& table) {
   ZoneSettings zone;
   read(table, kZone["smallest_radius"], zone.smallest_radius);
@@ -136,27 +98,14 @@ ZoneSettings read_zone(TomlValue& table) {
   return zone;
 }
 
-void read_weights(TomlValue& value, const Folders& folders, SceneMuscle& muscle) {
+void read_weights(TomlValue& value, const Folders& folders, double size, SceneMuscle& muscle) {
   if (value.type != TomlValue::Type::kTable) {
-    muscle.weights = preset_profile(word_of(value, kMuscle["weights"]));
-    return;
+    muscle.weights.keys = preset_profile(word_of(value, kMuscle["weights"])).keys;
+  } else if (TomlValue* zone = find(value, kWeights["zone"])) {
+    muscle.zone = read_zone(*zone);
+  } else {
+    muscle.weights = read_map(value, kMuscle["weights"], folders, size);
   }
-  SceneWeights& painted = muscle.painted;
-  read(value, kWeights["tolerance"], painted.tolerance);
-  if (const TomlValue* colour = find(value, kWeights["colour"])) {
-    const std::string& word = word_of(*colour, kWeights["colour"]);
-    const auto& channels = kWeights["colour"].words;
-    painted.channel =
-        static_cast<int>(std::find(channels.begin(), channels.end(), word) - channels.begin());
-    if (const TomlValue* file = find(value, kWeights["file"]))
-      painted.mesh = file_of(*file, folders);
-    return;
-  }
-  const auto [kind, what] =
-      require_one(value, {&kWeights["profile"], &kWeights["file"], &kWeights["zone"]});
-  if (kind == "file") read_weight_file(file_of(*what, folders), muscle);
-  if (kind == "zone") muscle.zone = read_zone(*what);
-  if (kind == "profile") muscle.weights.keys = pairs_of(*what, kWeights["profile"]);
 }
 
 // The order is that of MeshTransform.
@@ -174,8 +123,10 @@ Eigen::Affine3d read_transform(TomlValue& table) {
   return out;
 }
 
-void read_material(TomlValue& table, SpringMaterial& material) {
-  read(table, kMaterial["stiffness"], material.stiffness);
+void read_material(TomlValue& table, const Folders& folders, double size, SceneMuscle& muscle) {
+  SpringMaterial& material = muscle.material;
+  read_number_or_map(table, kMaterial["stiffness"], folders, size, material.stiffness,
+                     muscle.stiffness);
   read(table, kMaterial["anisotropy"], material.anisotropy);
   read(table, kMaterial["shear"], material.shear);
   read(table, kMaterial["bending"], material.bending);
@@ -188,6 +139,29 @@ void read_belly(TomlValue& value, std::array<double, 2>& belly) {
   const Range& range = kMuscle["belly"].range;
   belly = {number_of(ends[0], range), number_of(ends[1], range)};
   if (belly[1] <= belly[0]) refuse(ends[1], "give more than " + number_text(belly[0]));
+}
+
+JointActivation read_joint_activation(TomlValue& table) {
+  JointActivation by;
+  by.joint = text_of(require(table, kActivation["joint"]));
+  TomlValue* preset = find(table, kActivation["preset"]);
+  TomlValue* curve = find(table, kActivation["curve"]);
+  if (preset && curve) refuse(*preset, "remove it, or the curve");
+  if (preset) by.curve = activation_preset(word_of(*preset, kActivation["preset"]));
+  if (curve) by.curve = pairs_of(*curve, kActivation["curve"]);
+  if (TomlValue* speed = find(table, kActivation["speed"])) {
+    by.speed = pairs_of(*speed, kActivation["speed"]);
+  }
+  if (TomlValue* load = find(table, kActivation["load"])) {
+    by.load.emplace();
+    by.load->mass = number_of(require(*load, kLoad["mass"]), kLoad["mass"].range);
+    by.load->body = text_of(require(*load, kLoad["body"]));
+    by.load->at = vector_of(require(*load, kLoad["at"]), kLoad["at"].range);
+  }
+  if (by.curve.empty() && by.speed.empty() && !by.load) {
+    refuse(table, "give a preset, a curve, a speed or a load beside the joint");
+  }
+  return by;
 }
 
 // Reads what only a muscle with a path has.
@@ -203,7 +177,11 @@ void read_along_path(TomlValue& table, SceneMuscle& muscle) {
   read(table, kMuscle["f_max"], muscle.f_max);
   read(table, kMuscle["fibre_length"], muscle.fibre_length);
   if (TomlValue* activation = find(table, kMuscle["activation"])) {
-    muscle.activation = pairs_of(*activation, kMuscle["activation"]);
+    if (activation->type == TomlValue::Type::kTable) {
+      muscle.by_joint = read_joint_activation(*activation);
+    } else {
+      muscle.activation = pairs_of(*activation, "[frame, activation]", kMuscle["activation"]);
+    }
   }
 }
 
@@ -226,7 +204,6 @@ void read_soft_body(TomlValue& table, SceneMuscle& muscle) {
 SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   SceneMuscle muscle;
   muscle.fibre_length *= size;
-  muscle.painted.tolerance *= size;
   muscle.location = table.location;
   muscle.name = name_of(require(table, kMuscle["name"]));
   const auto [kind, form] = require_one(table, {&kMuscle["mesh"], &kMuscle["profile"]});
@@ -235,6 +212,12 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
     if (TomlValue* given = find(table, kMuscle["transform"])) {
       muscle.mesh_to_rest = read_transform(*given);
     }
+  }
+  read(table, kMuscle["mirror"], muscle.mirror);
+  if (muscle.mirror) {
+    if (kind != "mesh") refuse(*find(table, kMuscle["mirror"]), "remove it: a profile has no mesh");
+    const Eigen::Affine3d flip(Eigen::Scaling(-1.0, 1.0, 1.0));
+    muscle.mesh_to_rest = flip * muscle.mesh_to_rest;
   }
   if (kind == "profile") read_tube(*form, muscle.profile);
   TomlValue* path = find(table, kMuscle["path"]);
@@ -245,10 +228,14 @@ SceneMuscle read_muscle(TomlValue& table, const Folders& folders, double size) {
   } else {
     read_soft_body(table, muscle);
   }
-  if (TomlValue* weights = find(table, kMuscle["weights"])) read_weights(*weights, folders, muscle);
+  if (TomlValue* weights = find(table, kMuscle["weights"]))
+    read_weights(*weights, folders, size, muscle);
   read(table, kMuscle["damping"], muscle.damping);
   if (TomlValue* material = find(table, kMuscle["material"]))
-    read_material(*material, muscle.material);
+    read_material(*material, folders, size, muscle);
+  if (muscle.mirror) {
+    for (NodeMap* map : {&muscle.weights, &muscle.stiffness}) mirror_map(*map);
+  }
   read(table, kMuscle["colour"], muscle.colour);
   read(table, kMuscle["zones"], muscle.zones);
   return muscle;

@@ -8,6 +8,7 @@
 #include "rig/import/character_import.h"
 #include "rig/math.h"
 #include "rig/text.h"
+#include "sim/scene/read_map.h"
 #include "sim/scene/read_muscle.h"
 #include "sim/scene/read_rig.h"
 #include "sim/scene/rig_keys.h"
@@ -185,6 +186,15 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
       refuse(*ignore, "remove it, or take kind = \"skinned\"", ", but a layer feels all bones");
     }
   }
+  SceneSkin& skin = scene.skin;
+  read_number_or_map(table, kSkin["fat"], folders, scene.size, skin.fat, skin.fat_map);
+  read_number_or_map(table, kSkin["slide"], folders, scene.size, skin.slide, skin.slide_map);
+  for (const Key* key : {&kSkin["fat"], &kSkin["slide"]}) {
+    TomlValue* value = find(table, *key);
+    if (!value || !skin.skinned) continue;
+    refuse(*value, "remove it, or give a layer's mesh",
+           ", but the character's own skin keeps to its flesh as it was modelled");
+  }
   settings.keeps_volume = read_word(table, kSkin["volume"]) == "exact";
   if (settings.keeps_volume && scene.skin.skinned) {
     refuse(*find(table, kSkin["volume"]), "remove it, or give a layer's mesh",
@@ -231,7 +241,7 @@ void read_solver(TomlValue& table, Scene& scene) {
     read_tolerance(table, *tolerance, scene);
 }
 
-void read_contact(TomlValue& table, Scene& scene) {
+void read_contact(TomlValue& table, const Folders& folders, Scene& scene) {
   read(table, kContact["enabled"], scene.contact.enabled);
   read(table, kContact["margin"], scene.contact.settings.margin);
   read(table, kContact["max_depth"], scene.contact.settings.max_depth);
@@ -244,8 +254,14 @@ void read_contact(TomlValue& table, Scene& scene) {
     }
     entries_of(*thickness);
     for (std::size_t i = 0; i < thickness->items.size(); ++i) {
-      scene.contact.thickness.push_back(
-          {thickness->keys[i], number_of(thickness->items[i], kContact["thickness"].range)});
+      TomlValue& one = thickness->items[i];
+      const Key& key = kContact["thickness"];
+      if (one.type == TomlValue::Type::kTable) {
+        scene.contact.thickness_maps.push_back(
+            {thickness->keys[i], read_map(one, key, folders, scene.size)});
+      } else {
+        scene.contact.thickness.push_back({thickness->keys[i], number_of(one, key.range)});
+      }
     }
   }
   if (TomlValue* self = find(table, kContact["self"])) {
@@ -353,7 +369,7 @@ void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
   }
   if (TomlValue* table = find(root, kFile["skin"])) read_skin(*table, folders, scene);
   if (TomlValue* table = find(root, kFile["solver"])) read_solver(*table, scene);
-  if (TomlValue* table = find(root, kFile["contact"])) read_contact(*table, scene);
+  if (TomlValue* table = find(root, kFile["contact"])) read_contact(*table, folders, scene);
   if (TomlValue* table = find(root, kFile["render"])) scene.render = read_render(*table);
   if (TomlValue* table = find(root, kFile["output"])) {
     scene.output.double_precision = read_word(*table, kOutput["precision"]) == "double";

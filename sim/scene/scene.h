@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "muscles/weights.h"
+#include "sim/maps/node_map.h"
 #include "sim/scene/model_def.h"
 
 namespace thew::sim {
@@ -53,16 +54,6 @@ struct SceneFixed {
   Location location = {};
 };
 
-/// Weights that are given at points in space, so that they outlive edits of the mesh: each vertex
-/// takes the weight of the nearest point, which has to lie within the tolerance.
-struct SceneWeights {
-  std::vector<Vec3> points;  ///< m, in the rest pose
-  std::vector<double> weights;
-  double tolerance = 1e-3;     ///< m
-  int channel = -1;            ///< 0 to 3: which colour of the mesh is the weight; -1: none
-  std::filesystem::path mesh;  ///< the mesh that has the colours; empty: the muscle's own
-};
-
 struct SceneMuscle : MuscleSettings {
   enum class Shape { kTarget, kWeights };
   std::string name;
@@ -77,9 +68,9 @@ struct SceneMuscle : MuscleSettings {
   /// m along the rest path, first and last ring of the belly; both 0: not given
   std::array<double, 2> belly = {0.0, 0.0};
   double twist_from = 0.0;  ///< m along the rest path; beyond it the insertion's twist is taken
-  WeightProfile weights;
-  std::vector<double> node_weights;  ///< by node, from a text file; they go before the profile
-  SceneWeights painted;              ///< by point or colour; they go before the profile too
+  NodeMap weights = {.keys = WeightProfile{}.keys};
+  NodeMap stiffness;    ///< N/m; where it is not given, material.stiffness everywhere
+  bool mirror = false;  ///< the mesh and its maps are those of the other side
   Shape shape = Shape::kTarget;
   Vec3 colour = Vec3(0.62, 0.16, 0.13);
   int zones = 4;  ///< solver.volume = "zonal": each keeps its volume
@@ -155,6 +146,11 @@ struct SceneSkin {
   bool enabled = true;              ///< false: it is read and checked, and then left out
   std::vector<std::string> ignore;  ///< bones that it does not feel
   SkinSettings settings;
+  /// m, of the rest shape over the flesh; negative, and no map: as the mesh was modelled.
+  double fat = -1.0;
+  NodeMap fat_map;
+  double slide = 1.0;  ///< 0..1
+  NodeMap slide_map;
   Location location;
 };
 
@@ -190,7 +186,8 @@ struct Scene : World {
   SceneSkin skin;
   SceneSolver solver;
   struct : ContactDef {
-    Location location;  ///< of `ignore`
+    Location location;                                            ///< of `ignore`
+    std::vector<std::pair<std::string, NodeMap>> thickness_maps;  ///< by name, m
   } contact;
   SceneRender render;
   struct {

@@ -121,6 +121,20 @@ inline constexpr Key kSkinKeys[] = {
      .meaning = "Bones that the skin does not feel, such as a hand of one piece in fingers that "
                 "bend.",
      .form = "names, [\"bone\", ...]"},
+    {.name = "fat",
+     .type = KeyType::kForm,
+     .meaning = "How far a layer's rest shape lies over muscle and bone: it is moved there when it "
+                "is bound. Where left out, it stays as modelled.",
+     .unit = "m",
+     .range = {0.0, 0.03},
+     .form = "number or map"},
+    {.name = "slide",
+     .type = KeyType::kForm,
+     .meaning = "How freely a layer moves over its flesh: 0 sticks to the point below it at rest, "
+                "1 slides without friction.",
+     .standard = default_of<&SceneSkin::slide>,
+     .range = kShare,
+     .form = "number or map"},
     {.name = "volume",
      .type = KeyType::kWord,
      .meaning = "\"exact\" keeps the volume that a layer encloses as it is at rest.",
@@ -223,7 +237,8 @@ inline constexpr Key kContactKeys[] = {
      .range = kNotNegative},
     {.name = "thickness",
      .type = KeyType::kForm,
-     .meaning = "What lies on a muscle or bone and is kept free beside the gap, by its name.",
+     .meaning = "What lies on a muscle or bone and is kept free beside the gap, by its name: a "
+                "number or a map.",
      .unit = "m",
      .range = kLength,
      .form = "name surfaces, { humerus = 0.001 }"},

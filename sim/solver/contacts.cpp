@@ -19,6 +19,7 @@ void add_collider(const Model& model, int c, const Bvh& bvh, const Points& x,
   colliders.push_back({&it.surface, &bvh, &x, free_nodes});
   colliders.back().rigid_points = &it.rigid_points;
   colliders.back().thickness = it.thickness;
+  if (!it.thicknesses.empty()) colliders.back().thicknesses = &it.thicknesses;
 }
 
 }  // namespace
@@ -142,6 +143,8 @@ void find_all_contacts(const Model& model, Parallel& parallel, State& state) {
   double thickest = 0.0;
   for (const Collider& collider : state.colliders) {
     thickest = std::max(thickest, collider.thickness);
+    if (!collider.thicknesses) continue;
+    for (const double at_node : *collider.thicknesses) thickest = std::max(thickest, at_node);
   }
   settings.margin += 2.0 * thickest;
   for (int c = 0; c < model.colliders(); ++c) {

@@ -111,7 +111,54 @@ void drive_bones(const Model& model, double time, State& state) {
 
 namespace {
 
-double activation_at(const Model& model, int m, double time, const State& state) {
+// Moment (N m, or force in N of a slider) of a load's weight, in the sense in which the joint's
+// value grows.
+double moment_of(const Model& model, const JointActivation& by, const Pose& pose) {
+  const Transform& joint = pose[by.body];
+  const Vec3 axis = joint.linear() * model.skeleton.joint_axes[by.body];
+  const Vec3 force = by.load->mass * model.gravity;
+  if (model.skeleton.joint_types[by.body] == Skeleton::JointType::kPrismatic) {
+    return axis.dot(force);
+  }
+  const Vec3 arm = pose[by.load->index] * by.load->at - joint.translation();
+  return axis.dot(arm.cross(force));
+}
+
+// sum_j a r_j f_max_j = -moment over the muscles j whose moment arm r_j opposes it, all with one a.
+double activation_by_load(const Model& model, int m, double value, const Pose& pose) {
+  const JointActivation& by = *model.muscles[m].settings.by_joint;
+  const double moment = moment_of(model, by, pose), against = moment > 0.0 ? -1.0 : 1.0;
+  if (against * keyed_value(by.moment_arm, value) <= 0.0) return 0.0;
+  double all = 0.0;
+  for (const Muscle& other : model.muscles) {
+    const auto& with = other.settings.by_joint;
+    if (!with || !with->load || with->body != by.body) continue;
+    all += other.settings.f_max * std::max(against * keyed_value(with->moment_arm, value), 0.0);
+  }
+  return all > 0.0 ? std::min(std::fabs(moment) / all, 1.0) : 0.0;
+}
+
+double activation_by_joint(const Model& model, int m, double h, const State& state) {
+  const JointActivation& by = *model.muscles[m].settings.by_joint;
+  const Skeleton& skeleton = model.skeleton;
+  const bool turns = skeleton.joint_types[by.body] == Skeleton::JointType::kRevolute;
+  const double unit = turns ? kDegree : 1.0, value = joint_value(skeleton, state.pose, by.body);
+  double sum = 0.0;
+  if (!by.curve.empty()) sum += keyed_value(by.curve, value / unit);
+  if (!by.speed.empty()) {
+    double way = 0.0;  // none in the first step
+    if (state.pose_before.size() == state.pose.size()) {
+      way = value - joint_value(skeleton, state.pose_before, by.body);
+    }
+    if (turns && std::fabs(way) > kPi) way -= std::copysign(2.0 * kPi, way);
+    sum += keyed_value(by.speed, way / (unit * h));
+  }
+  if (by.load) sum += activation_by_load(model, m, value, state.pose);
+  return std::clamp(sum, 0.0, 1.0);
+}
+
+double activation_at(const Model& model, int m, double time, double h, const State& state) {
+  if (model.muscles[m].settings.by_joint) return activation_by_joint(model, m, h, state);
   const auto& keys = model.muscles[m].settings.activation;
   if (keys.empty()) return 0.0;
   if (!state.way) return keyed_value(keys, model.first_frame + time * model.fps);
@@ -125,7 +172,7 @@ void drive_muscle(const Model& model, int m, double time, double h, State& state
   const Level level = now.level;
   if (level == Level::kGeometric) set_geometric_muscle(model, m, h, state);
   if (!has_forces(level)) return;
-  carry_muscle(muscle, state.pose, activation_at(model, m, time, state), h, now, now);
+  carry_muscle(muscle, state.pose, activation_at(model, m, time, h, state), h, now, now);
   if (!follows_carried_shape(model, now, time)) return predict(muscle, h, now);
   now.level = Level::kGeometric;
   const double before = time > state.time ? time - h : time;  // no time passes in rest_frame()

@@ -14,7 +14,7 @@ namespace {
 bool is_driven(const Model& model, int m, const State& state) {
   const Muscle& muscle = model.muscles[m];
   const auto moves = [&](int body) { return state.body_moved[body] != 0; };
-  return !muscle.settings.activation.empty() ||
+  return !muscle.settings.activation.empty() || muscle.settings.by_joint ||
          std::any_of(muscle.bodies.begin(), muscle.bodies.end(), moves);
 }
 

@@ -35,6 +35,7 @@ struct Collider {
   /// Points that are kept out of faces, see face_contact.h.
   const std::vector<SurfacePoint>* rigid_points = nullptr;
   double thickness = 0.0;  ///< m, of tissue on the surface; added to the gap that contact keeps
+  const std::vector<double>* thicknesses = nullptr;  ///< m, the same by node; null: alike
 
   bool searched = false;  ///< whether it takes part in the searches of this step
 
@@ -48,5 +49,17 @@ struct Collider {
   /// its inverse.
   Transform to_start = Transform::Identity(), from_start = Transform::Identity();
 };
+
+/// The thickness (m) at a node, or at a point of a triangle.
+inline double thickness_at(const Collider& of, int node) {
+  return of.thicknesses ? (*of.thicknesses)[node] : of.thickness;
+}
+inline double thickness_at(const Collider& of, int triangle, const double* barycentric) {
+  if (!of.thicknesses) return of.thickness;
+  const Triangle& t = of.surface->triangles[triangle];
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) sum += barycentric[k] * (*of.thicknesses)[t[k]];
+  return sum;
+}
 
 }  // namespace thew::skin

@@ -190,7 +190,8 @@ void find_contacts(const std::vector<Collider>& colliders, int mover, const std:
       const Vec3 normal = normal_against(self, node, target, found, p, settings);
       Contact contact{node, other, found.triangle, -1, {}, normal, normal.dot(p - found.point)};
       std::copy(found.barycentric, found.barycentric + 3, contact.barycentric);
-      contact.offset = self.thickness + target.thickness;
+      contact.offset =
+          thickness_at(self, node) + thickness_at(target, found.triangle, found.barycentric);
       contacts.push_back(contact);
     }
   }

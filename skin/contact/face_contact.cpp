@@ -284,7 +284,8 @@ void find_face_contacts(const std::vector<Collider>& colliders, int mover,
       Contact with{-1, other, points[i].triangle, i, {}, -steady_normal(own, out)};
       std::copy(points[i].barycentric, points[i].barycentric + 3, with.barycentric);
       with.of_face = true;
-      with.offset = self.thickness + them.thickness;
+      with.offset = thickness_at(self, found.triangle, found.barycentric) +
+                    thickness_at(them, points[i].triangle, points[i].barycentric);
       distribute(self, found, y, settings.gap, with, contacts);
     }
   }

@@ -52,7 +52,7 @@ void find_self_contacts(const Collider& self, int mover, const ContactSettings& 
     const Vec3 normal = steady_normal(own, wall.normal);
     Contact contact{node, mover, wall.triangle, -1, {}, normal, normal.dot(p - wall.point)};
     std::copy(wall.barycentric, wall.barycentric + 3, contact.barycentric);
-    contact.offset = 2.0 * self.thickness;
+    contact.offset = thickness_at(self, node) + thickness_at(self, wall.triangle, wall.barycentric);
     contacts.push_back(contact);
   }
   if (contacts.size() == others) return;

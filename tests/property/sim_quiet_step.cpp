@@ -171,6 +171,12 @@ TEST_F(QuietStep, ALayeredSkin) {
   EXPECT_EQ(stepped_again(pair({"skin.volume=exact"}, true), 7).allocations, 0) << "its volume";
 }
 
+TEST_F(QuietStep, WhatIsPaintedAndPullsByItsJoint) {
+  const Model model = model_of("tests/scenes/pair/painted.toml", {});
+  ASSERT_FALSE(model.skin.stick.empty());
+  EXPECT_EQ(stepped_again(model, 7).allocations, 0);
+}
+
 // Under a tolerance: a muscle without forces beside one that has them.
 TEST_F(QuietStep, ATolerance) {
   Model model = pair({});

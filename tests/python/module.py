@@ -252,6 +252,17 @@ class Arrays(unittest.TestCase):
         self.assertEqual(bake.report["muscles"][0]["name"], "flexor")
         weights = np.linspace(0, 1, len(rest[0]))
         self.assertNotEqual(thew.bake(elbow(weights=weights), fresh("weights")).hash, bake.hash)
+        bent = thew.JointActivation("elbow", curve=[(0, 0.2), (57, 0.9)])
+        self.assertNotEqual(thew.bake(elbow(by_joint=bent, f_max=300), fresh("bent")).hash,
+                            bake.hash)
+
+    def test_maps_are_arrays(self):
+        count = len(spindle()[0])
+        bakes = [thew.bake(elbow(**more), fresh("map")).hash for more in (
+            {"stiffness": 700}, {"maps": {"stiffness": np.full(count, 700)}},
+            {"maps": {"stiffness": np.linspace(500, 900, count)}})]
+        self.assertEqual(bakes[0], bakes[1])
+        self.assertNotEqual(bakes[0], bakes[2])
 
     def test_every_definition(self):
         box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * 0.02
@@ -263,7 +274,7 @@ class Arrays(unittest.TestCase):
                                                                   (0, 1, 0), (-0.1, 0.1)))],
             clip=thew.Clip(["slide"], [5, 6], [[0.0], [0.01]]),
             bones=[thew.Bone("block", "b", (box, faces))],
-            skin=thew.Skin((box * 20 - 0.2, faces)),
+            skin=thew.Skin((box * 20 - 0.2, faces), maps={"slide": np.linspace(0, 1, 8)}),
             muscles=[thew.Muscle("flexor", spindle(), [("a", (0.03, -0.03, 0)),
                                                        ("b", (0.03, -0.05, 0))],
                                  wraps=[thew.Wrap(0, "a", (0, -0.2, 0), (0, 0, 1), 0.01)],
@@ -316,6 +327,8 @@ class Errors(unittest.TestCase):
         self.check(2, "kind", lambda: thew.Scene(
             bodies=[thew.Body("a"), thew.Body("b", "a", thew.Joint("j", "ball"))]))
         self.check(2, "weights", lambda: elbow(weights=[1, 2]))
+        self.check(2, "stiffness has 2 values", lambda: elbow(maps={"stiffness": [1, 2]}))
+        self.check(2, "did you mean", lambda: elbow(maps={"stifness": [1, 2]}))
 
     def test_no_such_mesh_or_frame(self):
         bake = thew.bake(elbow(), WORK / "no_such")

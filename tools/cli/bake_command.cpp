@@ -370,7 +370,8 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   return ExitCode::kDone;
 }
 
-ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired) {
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired,
+                         const std::filesystem::path& maps) {
   if (std::error_code error; std::filesystem::is_directory(options.input, error)) {
     throw Error(ErrorCode::kInput, options.input.string() + ": is a folder; name a file in it");
   }
@@ -380,9 +381,10 @@ ExitCode inspect_command(const CommandOptions& options, const std::filesystem::p
     if (done.empty()) std::fprintf(stderr, "nothing that could be repaired safely\n");
     CommandOptions again = options;
     again.input = repaired;
-    return inspect_command(again, {});
+    return inspect_command(again, {}, {});
   }
-  const Inspection inspection = inspect(options.input, options.json, options.frames);
+  const Inspection inspection = maps.empty() ? inspect(options.input, options.json, options.frames)
+                                             : inspect_maps(options.input, maps, options);
   print(inspection.text + (options.json ? "" : "\n"));
   return inspection.sound ? ExitCode::kDone : ExitCode::kInput;
 }

@@ -45,7 +45,8 @@ ExitCode golden_check_command(const CommandOptions& options, const std::filesyst
                               const CompareOptions& limits);
 
 /// `repaired`: where the mesh goes once its safe repairs are done, or "".
-ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired);
+ExitCode inspect_command(const CommandOptions& options, const std::filesystem::path& repaired,
+                         const std::filesystem::path& maps);
 
 /// RANGES.toml, options.input -> poses of its scene's skin, options.out, whose ending says how.
 ExitCode poses_command(const CommandOptions& options);

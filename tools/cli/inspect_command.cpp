@@ -20,6 +20,7 @@
 #include "tools/base/text.h"
 #include "tools/cli/commands.h"
 #include "tools/inspect/crossings.h"
+#include "tools/inspect/draw_maps.h"
 
 namespace thew::tools {
 namespace {
@@ -343,6 +344,23 @@ Inspection inspect(const fs::path& file, bool as_json, const std::string& frames
   ordered_json all = {{"file", file.string()}, {"sound", found.sound}};
   all.update(found.facts);
   return {json_text(all, 1) + "\n", found.sound};
+}
+
+Inspection inspect_maps(const fs::path& file, const fs::path& folder,
+                        const CommandOptions& options) {
+  Found found;
+  found.facts = {{"kind", "scene"}, {"maps", ordered_json::array()}};
+  for (const DrawnMap& map : draw_maps(read_scene(file), folder, options.overwrite)) {
+    found.facts["maps"].push_back({{"mesh", map.mesh},
+                                   {"map", map.quantity},
+                                   {"from", map.least},
+                                   {"to", map.most},
+                                   {"picture", map.picture.string()}});
+  }
+  if (!options.json) return {as_text(file, found), true};
+  ordered_json all = {{"file", file.string()}, {"sound", true}};
+  all.update(found.facts);
+  return {json_text(all, 1) + "\n", true};
 }
 
 std::string inspect_keys(bool as_json) {

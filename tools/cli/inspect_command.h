@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/base/command_options.h"
+
 namespace thew::tools {
 
 struct Inspection {
@@ -15,6 +17,10 @@ struct Inspection {
 /// (.toml) or a bake (.h5; `frames` are those checked for crossings, "" for all). Throws Error
 /// where it cannot be read at all.
 Inspection inspect(const std::filesystem::path& file, bool as_json, const std::string& frames = "");
+
+/// Draws the maps of a scene into a folder, and lists them.
+Inspection inspect_maps(const std::filesystem::path& file, const std::filesystem::path& folder,
+                        const CommandOptions& options);
 
 /// The reference of all keys of a scene: Markdown, or JSON.
 std::string inspect_keys(bool as_json);

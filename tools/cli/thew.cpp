@@ -110,7 +110,8 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
   return command;
 }
 
-CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired, bool& keys) {
+CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired, fs::path& maps,
+                      bool& keys) {
   CLI::App* command = app.add_subcommand(
       "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
   CLI::Option* file =
@@ -128,6 +129,7 @@ CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired
   add_json(*command, options);
   command->add_option("--frames", options.frames, "of a bake: those to check for crossings");
   command->add_option("--repair", repaired, "OUT.obj: weld, orient, fill small holes");
+  command->add_option("--maps", maps, "FOLDER: of a scene, each map drawn on its mesh, as PNG");
   add_overwrite(*command, options);
   return command;
 }
@@ -278,7 +280,7 @@ struct Arguments {
   NewOptions create;
   CompareOptions compare;
   double millimetres = 1e3 * kDistanceTolerance;
-  fs::path scene, repaired, actual, golden;
+  fs::path scene, repaired, maps, actual, golden;
   std::vector<std::string> meshes;
   OntoChoice onto;
   NightOptions night;
@@ -297,8 +299,8 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
        [&a](CommandOptions& o) { return render_command(o, a.scene, a.turntable); });
   runs(add_export(app, options, a.meshes, a.basis, a.onto),
        [&a](CommandOptions& o) { return export_command(o, a.meshes, a.basis, a.onto); });
-  runs(add_inspect(app, options, a.repaired, a.keys), [&a](CommandOptions& o) {
-    if (!a.keys) return inspect_command(o, a.repaired);
+  runs(add_inspect(app, options, a.repaired, a.maps, a.keys), [&a](CommandOptions& o) {
+    if (!a.keys) return inspect_command(o, a.repaired, a.maps);
     print(inspect_keys(o.json));
     return ExitCode::kDone;
   });

@@ -152,7 +152,7 @@ std::array<double, 2> mapped_belly(const Target& to, const MusclePath& before,
   return out;
 }
 
-std::string weights_text(const WeightProfile& weights) {
+std::string weights_text(const NodeMap& weights) {
   for (const char* preset : {"left", "even", "right"}) {
     if (preset_profile(preset).keys == weights.keys) return quoted(preset);
   }

@@ -56,7 +56,10 @@ void add_grid(const PoseRanges& ranges, const std::vector<int>& place,
 void stand_alone(sim::Scene& scene) {
   scene.solver.integrator = "quasi_static";
   scene.solver.tolerance.reset();
-  for (sim::SceneMuscle& muscle : scene.muscles) muscle.activation.clear();  // keyed by frames
+  for (sim::SceneMuscle& muscle : scene.muscles) {
+    muscle.activation.clear();                            // keyed by frames
+    if (muscle.by_joint) muscle.by_joint->speed.clear();  // a pose has none
+  }
 }
 
 }  // namespace

@@ -43,6 +43,24 @@ std::vector<double> numbers_of(py::handle given, const char* what) {
   return {array.data(), array.data() + array.size()};
 }
 
+Maps maps_of(py::handle given) {
+  Maps maps;
+  for (const auto& [name, values] : given.attr("maps").cast<std::map<std::string, py::object>>()) {
+    maps[name] = numbers_of(values, name.c_str());
+  }
+  return maps;
+}
+
+JointActivation by_joint_of(py::handle given) {
+  if (given.is_none()) return {};
+  return {.joint = field<std::string>(given, "joint"),
+          .curve = field<std::vector<std::array<double, 2>>>(given, "curve"),
+          .speed = field<std::vector<std::array<double, 2>>>(given, "speed"),
+          .load = field<double>(given, "load"),
+          .load_body = field<std::string>(given, "load_body"),
+          .load_at = field<Vector3>(given, "load_at")};
+}
+
 Body body_of(py::handle given) {
   Body body{.name = field<std::string>(given, "name"),
             .parent = field<std::string>(given, "parent")};
@@ -87,6 +105,8 @@ Muscle muscle_of(py::handle given) {
   muscle.stiffness = field<double>(given, "stiffness");
   muscle.f_max = field<double>(given, "f_max");
   muscle.activation = field<std::vector<std::array<double, 2>>>(given, "activation");
+  muscle.by_joint = by_joint_of(given.attr("by_joint"));
+  muscle.maps = maps_of(given);
   return muscle;
 }
 
@@ -110,7 +130,7 @@ SceneDefinition definition_of(py::handle given) {
                   numbers_of(clip.attr("values"), "a clip's values")};
   }
   if (const py::object skin = given.attr("skin"); !skin.is_none()) {
-    scene.skin = {mesh_of(skin.attr("mesh")), field<bool>(skin, "keeps_volume")};
+    scene.skin = {mesh_of(skin.attr("mesh")), field<bool>(skin, "keeps_volume"), maps_of(skin)};
   }
   if (const py::object solver = given.attr("solver"); !solver.is_none()) {
     scene.solver = {field<std::string>(solver, "integrator"), field<int>(solver, "substeps"),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
+#include <cstring>
 #include <string>
 
 namespace thew::tools {
@@ -11,34 +12,35 @@ namespace {
 
 constexpr int kGap = 4;  // pixels of white around each thumbnail
 
-// Each digit 3 by 5, a row an octal digit; the minus last.
-constexpr int kDigits[] = {075557, 026227, 071747, 071717, 055711, 074717,
-                           074757, 071122, 075757, 075717, 000700};
-constexpr int kDot = 2;  // pixels, of each of its dots
+// Each character 3 by 5, a row an octal digit.
+constexpr const char kCharacters[] = "0123456789-.e+";
+constexpr int kDots[] = {075557, 026227, 071747, 071717, 055711, 074717, 074757,
+                         071122, 075757, 075717, 000700, 000002, 075747, 002720};
+constexpr int kNumberDot = 2;  // pixels, of each dot of a number
 
-// In the upper left corner of what begins at x, y.
-void write_number(int number, int x, int y, Image& image) {
+}  // namespace
+
+void write_text(const std::string& text, int x, int y, int dot_size, Image& image) {
   const auto dot = [&](int column, int row, std::uint8_t value) {
-    for (int j = 0; j < kDot; ++j) {
-      for (int i = 0; i < kDot; ++i) {
-        const int px = x + column * kDot + i, py = y + row * kDot + j;
-        if (px >= image.width || py >= image.height) continue;
+    for (int j = 0; j < dot_size; ++j) {
+      for (int i = 0; i < dot_size; ++i) {
+        const int px = x + column * dot_size + i, py = y + row * dot_size + j;
+        if (px < 0 || py < 0 || px >= image.width || py >= image.height) continue;
         std::fill_n(image.rgb.begin() + 3l * (std::int64_t{1} * py * image.width + px), 3, value);
       }
     }
   };
   int column = 0;
-  for (const char c : std::to_string(number)) {
-    const int digit = kDigits[c == '-' ? 10 : c - '0'];
+  for (const char c : text) {
+    const char* at = std::strchr(kCharacters, c);
+    const int dots = at && *at ? kDots[at - kCharacters] : 0;
     for (int k = 0; k < 5 * 7; ++k) dot(column + k % 5, k / 5, 255);  // and a white rim
     for (int k = 0; k < 15; ++k) {
-      if (digit >> (14 - k) & 1) dot(column + 1 + k % 3, 1 + k / 3, 40);
+      if (dots >> (14 - k) & 1) dot(column + 1 + k % 3, 1 + k / 3, 40);
     }
     column += 4;
   }
 }
-
-}  // namespace
 
 std::vector<int> spread_indices(int count, int wanted) {
   std::vector<int> indices;
@@ -104,7 +106,7 @@ Image contact_sheet(const std::vector<Image>& images, int columns, int thumbnail
       std::copy_n(small.rgb.begin() + 3l * small.width * j, 3 * small.width,
                   sheet.rgb.begin() + 3l * (std::int64_t{1} * sheet.width * (y + j) + x));
     }
-    if (!numbers.empty()) write_number(numbers[k], x, y, sheet);
+    if (!numbers.empty()) write_text(std::to_string(numbers[k]), x, y, kNumberDot, sheet);
   }
   return sheet;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,6 +61,18 @@ struct Wrap {
   double radius = 0.0;
   double turn = 1.0;  ///< +1: counter-clockwise around it, seen from the axis' tip; or -1
 };
+/// Numbers by vertex of a mesh, by what they are of.
+using Maps = std::map<std::string, std::vector<double>>;
+/// How hard a muscle pulls by what a joint does: the sum of the curves and of the part of a load
+/// that it holds, within 0 to 1.
+struct JointActivation {
+  std::string joint = {};                         ///< "": there is none
+  std::vector<std::array<double, 2>> curve = {};  ///< (degrees, or m of a slider; activation)
+  std::vector<std::array<double, 2>> speed = {};  ///< (degrees/s or m/s; activation)
+  double load = 0.0;                              ///< kg, that hangs at a point of a body
+  std::string load_body = {};
+  Vector3 load_at = {};  ///< in the body's frame
+};
 struct Muscle {
   std::string name;
   Mesh mesh = {};  ///< closed, outward; vertices in one place are joined for the simulation
@@ -73,6 +86,9 @@ struct Muscle {
   double stiffness = 1000.0;                           ///< N/m, of its surface across the fibres
   double f_max = 0.0;                                  ///< N, with which it can pull of itself
   std::vector<std::array<double, 2>> activation = {};  ///< (frame, 0 to 1), frames rising
+  JointActivation by_joint = {};                       ///< in place of that
+  /// "stiffness" (N/m) in place of the one above; "thickness" (m) that contact keeps free.
+  Maps maps = {};
 };
 /// A rigid mesh fixed to a body. No two vertices in one place.
 struct Bone {
@@ -84,6 +100,9 @@ struct Bone {
 struct Skin {
   Mesh mesh = {};             ///< closed, outward; empty: there is no skin
   bool keeps_volume = false;  ///< what it encloses stays what it is at rest
+  /// "fat" (m), by which the rest shape is moved over the flesh; "slide" (0 to 1), where 0 sticks
+  /// to the flesh and 1 slides freely.
+  Maps maps = {};
 };
 struct Solver {
   std::string integrator = "local_global";  ///< or explicit, xpbd, quasi_static

@@ -285,6 +285,14 @@ TEST_F(Api, EachPartOfADefinitionCounts) {
   moves("belly", [](auto& d) { d.muscles[0].belly = {0.08, 0.24}; });
   moves("wraps", [](auto& d) { d.muscles[0].wraps = {}; });
   moves("stiffness", [](auto& d) { d.muscles[0].stiffness = 300; });
+  moves("a map of stiffness", [](auto& d) {
+    std::vector<double>& map = d.muscles[0].maps["stiffness"];
+    for (int i = 0; i < 4 * 17; ++i) map.push_back(i < 32 ? 400 : 1000);
+  });
+  moves("activation by joint", [](auto& d) {
+    d.muscles[0].f_max = 300;
+    d.muscles[0].by_joint = {.joint = "elbow", .curve = {{0, 0.5}, {90, 1}}};
+  });
   moves("activation", [](auto& d) {
     d.muscles[0].f_max = 300;
     d.muscles[0].activation = {{1, 0}, {6, 1}};
@@ -343,6 +351,13 @@ TEST_F(Api, WhatDoesNotFitIsRefusedByName) {
   refused("weights has 2 values", [](auto& d) { d.muscles[0].weights = {1, 2}; });
   refused("its wrap", [](auto& d) { d.muscles[0].wraps[0].segment = 1; });
   refused("its activation", [](auto& d) { d.muscles[0].activation = {{1, 2}}; });
+  refused("map \"stiffness\" holds -1", [](auto& d) { d.muscles[0].maps["stiffness"] = {-1}; });
+  refused("stiffness has 2 values", [](auto& d) { d.muscles[0].maps["stiffness"] = {1, 2}; });
+  refused("there is no map \"stifness\"; did", [](auto& d) { d.muscles[0].maps["stifness"] = {}; });
+  refused("thickness of \"flexor\" has 2", [](auto& d) {
+    d.muscles[0].maps["thickness"] = {0, 1e-3};
+  });
+  refused("did you mean \"elbow\"", [](auto& d) { d.muscles[0].by_joint.joint = "elbw"; });
   refused("did you mean \"xpbd\"", [](auto& d) { d.solver.integrator = "xpb"; });
   refused("its name is empty, taken", [](auto& d) { d.muscles.push_back(d.muscles[0]); });
   refused("fps", [](auto& d) { d.fps = 0; });

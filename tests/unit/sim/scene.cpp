@@ -39,7 +39,7 @@ TEST(Scene, GeneralKeysAreRead) {
 TEST(Scene, MuscleKeysAreRead) {
   const fs::path file = kScenes / "every_key/scene.toml";
   const Scene scene = read_scene(file);
-  ASSERT_EQ(scene.muscles.size(), 4u);
+  ASSERT_EQ(scene.muscles.size(), 6u);
   const SceneMuscle& tube = scene.muscles[0];
   EXPECT_EQ(tube.name, "tube");
   EXPECT_EQ(tube.location, file.string() + ":16");
@@ -80,7 +80,7 @@ TEST(Scene, MuscleKeysAreRead) {
   EXPECT_EQ(tube.zones, 6);
 
   EXPECT_EQ(scene.muscles[1].mesh, fs::canonical(file.parent_path() / "skin.obj"));
-  EXPECT_EQ(scene.muscles[1].node_weights, (std::vector<double>{0, 0.5, 1, 2}));
+  EXPECT_EQ(scene.muscles[1].weights.list, (std::vector<double>{0, 0.5, 1, 2}));
   EXPECT_EQ(scene.muscles[1].shape, SceneMuscle::Shape::kTarget);
   EXPECT_FALSE(scene.muscles[1].zone);
   ASSERT_TRUE(scene.muscles[2].zone);
@@ -115,7 +115,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(scene.solver.volume, "linear");
   EXPECT_EQ(scene.solver.substeps, 3);
   EXPECT_EQ(scene.solver.iterations, 9);
-  EXPECT_EQ(scene.solver.location, file.string() + ":58");
+  EXPECT_EQ(scene.solver.location, file.string() + ":60");
   EXPECT_FALSE(scene.contact.enabled);
   EXPECT_EQ(scene.contact.settings.margin, 0.004);
   EXPECT_EQ(scene.contact.settings.max_depth, 0.03);
@@ -128,7 +128,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   const std::vector<std::pair<std::string, double>> thickness = {{"tube", 0.001}};
   EXPECT_EQ(scene.contact.thickness, thickness);
   EXPECT_EQ(scene.contact.self, std::vector<std::string>{"tube"});
-  EXPECT_EQ(scene.contact.location, file.string() + ":71");
+  EXPECT_EQ(scene.contact.location, file.string() + ":73");
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.render.height, 360);
   ASSERT_EQ(scene.render.views.size(), 3u);
@@ -153,7 +153,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].location, file.string() + ":96");
+  EXPECT_EQ(scene.bounds[0].location, file.string() + ":98");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

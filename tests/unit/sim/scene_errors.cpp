@@ -246,10 +246,10 @@ TEST_F(SceneFile, PathsStayBelowTheFolder) {
 TEST_F(SceneFile, WeightFiles) {
   const std::string more = "weights = { file = \"w.txt\" }\n";
   write("w.txt", "1\r\n 2 \n3");
-  EXPECT_EQ(read_scene(scene(more)).muscles[0].node_weights, (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(read_scene(scene(more)).muscles[0].weights.list, (std::vector<double>{1, 2, 3}));
   for (const char* text : {"1\nx\n", "1\n-1\n", "1\nnan\n", "1\n2 3\n", "1\n\n2\n"}) {
     write("w.txt", text);
-    EXPECT_HAS(input_error([&] { read_scene(scene(more)); }), "w.txt:2: is not a weight");
+    EXPECT_HAS(input_error([&] { read_scene(scene(more)); }), "w.txt:2: is not a value of weights");
   }
 }
 

@@ -88,6 +88,9 @@ ModelDef copies_of(const ModelDef& one, int count, double apart) {
     for (const auto& [name, metres] : one.contact.thickness) {
       all.contact.thickness.push_back({name + mark, metres});
     }
+    for (const auto& [name, by_node] : one.contact.thicknesses) {
+      all.contact.thicknesses.push_back({name + mark, by_node});
+    }
   }
   return all;
 }

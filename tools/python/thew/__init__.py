@@ -24,9 +24,9 @@ import numpy.typing as npt
 from . import _thew
 from ._thew import Error
 
-__all__ = ["Bake", "BakedMesh", "Body", "Bone", "Clip", "Error", "Joint", "Muscle", "Progress",
-           "Scene", "Simulation", "Skin", "Solver", "Wrap", "bake", "compare", "export", "fit",
-           "load", "set_import_mode"]
+__all__ = ["Bake", "BakedMesh", "Body", "Bone", "Clip", "Error", "Joint", "JointActivation",
+           "Muscle", "Progress", "Scene", "Simulation", "Skin", "Solver", "Wrap", "bake", "compare",
+           "export", "fit", "load", "set_import_mode"]
 __version__: str = _thew.version
 __commit__: str = _thew.commit
 
@@ -173,6 +173,18 @@ class Wrap:
 
 
 @dataclasses.dataclass
+class JointActivation:
+    """How hard a muscle pulls by what a joint does: the sum of its parts, within 0 to 1."""
+
+    joint: str
+    curve: Sequence[tuple[float, float]] = ()  #: (degrees, or m of a slider; activation)
+    speed: Sequence[tuple[float, float]] = ()  #: (degrees/s or m/s; activation)
+    load: float = 0.0  #: kg, held with all muscles that have it
+    load_body: str = ""  #: which carries it, at `load_at` in its frame
+    load_at: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclasses.dataclass
 class Muscle:
     """A closed mesh along a path from origin to insertion."""
 
@@ -185,6 +197,9 @@ class Muscle:
     stiffness: float = 1000.0  #: N/m, across the fibres
     f_max: float = 0.0  #: N, with which it can pull of itself
     activation: Sequence[tuple[float, float]] = ()  #: (frame, 0 to 1), frames rising
+    by_joint: Optional[JointActivation] = None  #: in place of `activation`
+    maps: Mapping[str, npt.ArrayLike] = dataclasses.field(default_factory=dict)
+    """[N] each: "stiffness" (N/m) in place of the number, "thickness" (m) that contact keeps free"""
 
 
 @dataclasses.dataclass
@@ -202,6 +217,8 @@ class Skin:
 
     mesh: Mesh
     keeps_volume: bool = False  #: what it encloses stays what it is at rest
+    maps: Mapping[str, npt.ArrayLike] = dataclasses.field(default_factory=dict)
+    """[N] each: "fat" (m) under the rest shape, "slide" (0 sticks to the flesh, 1 slides freely)"""
 
 
 @dataclasses.dataclass

@@ -7,9 +7,11 @@
 #include <csignal>
 
 #include "sim/cache/own_files.h"
+#include "sim/scene/reader.h"
 #include "tests/unit/tools/export/export.h"
 #include "tests/unit/tools/fit/new.h"
 #include "tools/compare/golden_files.h"
+#include "tools/inspect/draw_maps.h"
 #include "tools/inspect/repair.h"
 #include "tools/render/image.h"
 
@@ -207,6 +209,20 @@ TEST_F(OwnRepair, NeverWritesOntoWhatItReads) {
   EXPECT_FALSE(repair_file(mesh, folder / "new.obj").empty());  // its own again
   EXPECT_FALSE(repair_file(mesh, other, true).empty());
   EXPECT_NE(bytes_of(other), "mine");
+}
+
+using OwnMaps = TempFolder;
+
+TEST_F(OwnMaps, ReplaceNoPictureOfTheUsers) {
+  const Scene scene = read_scene(THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml");
+  const fs::path mine = write("maps/flexor.weights.png", "mine");
+  expect_error(ErrorCode::kOutput, "not of Thew's making",
+               [&] { draw_maps(scene, folder / "maps", false); });
+  EXPECT_EQ(bytes_of(mine), "mine");
+  for (const bool overwrite : {true, false}) {  // its own again
+    EXPECT_EQ(draw_maps(scene, folder / "maps", overwrite).size(), 1u);
+    EXPECT_NE(bytes_of(mine), "mine");
+  }
 }
 
 }  // namespace

@@ -114,6 +114,26 @@ TEST_F(Resume, AnotherSceneIsRefusedWithWhatDiffers) {
   EXPECT_EQ(bytes_of(options.out / "bake.parts/manifest.jsonl"), before);
 }
 
+TEST_F(Resume, AChangedMapIsRefusedByItsName) {
+  const auto maps = [](const char* stiffness, const char* slide, const char* thickness) {
+    const auto places = [](const char* value, const char* base) {
+      return std::string("{ places = [[0.03, -0.2, 0.03, 0.1, ") + value + "]], base = " + base +
+             " }";
+    };
+    return std::vector<std::string>{"muscle.side.material.stiffness=" + places(stiffness, "900"),
+                                    "skin.slide=" + places(slide, "1"),
+                                    "contact.thickness={ side = " + places(thickness, "0") + " }"};
+  };
+  options.overrides = maps("500", "0.5", "0.002");
+  interrupt_after(3);
+  options.overrides = maps("501", "0.5", "0.002");
+  EXPECT_HAS(refusal(), "material.stiffness of muscle \"side\" has changed");
+  options.overrides = maps("500", "0.6", "0.002");
+  EXPECT_HAS(refusal(), ", skin.slide has changed");
+  options.overrides = maps("500", "0.5", "0.001");
+  EXPECT_HAS(refusal(), ", contact.thickness of \"side\", by node has changed");
+}
+
 TEST_F(Resume, ACameraIsNoMatterToWhatWasSimulated) {
   interrupt_after(3);
   edit("eye = [0.3, -0.2, 1.6]", "eye = [1.3, -0.2, 1.6]");
@@ -176,6 +196,7 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
                               "muscle.front.f_max=201",
                               "muscle.front.fibre_length=0.11",
                               "muscle.front.activation=[[1,0],[9,1]]",
+                              "muscle.front.activation={joint=\"elbow\", preset=\"flexor\"}",
                               "muscle.front.shape=weights",
                               "muscle.front.guide=251",
                               "muscle.front.damping=21",
@@ -194,6 +215,8 @@ TEST_F(Resume, TheHashIsOfAllThatTheSolverReads) {
                               "skin.reach=0.02",
                               "skin.volume=exact",
                               "skin.enabled=false",
+                              "skin.fat=0.003",
+                              "skin.slide=0.5",
                               "solver.integrator=explicit",
                               "solver.volume=linear",
                               "solver.substeps=2",

@@ -67,6 +67,7 @@ void activate(const Muscle& muscle, double activation, double change, double pat
 void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, double h,
                   CarriedMotion& motion, CarriedStep& step) {
   const double length_before = motion.path_length;
+  step.activation = activation;
   step.target_velocity.swap(motion.target);  // the target before
   carry_pose(muscle.shape, pose, step.carry, step.pose);
   motion.path_length = step.pose.path_length;

@@ -13,6 +13,7 @@ struct CarriedMotion {
 };
 /// Results that each step computes anew.
 struct CarriedStep {
+  double activation = 0.0;  ///< 0..1, of the step
   CarriedPose pose;
   Points target_velocity;                  ///< m/s
   std::vector<double> rest_length_before;  ///< m, rest lengths at the end of the step before

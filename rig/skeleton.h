@@ -26,6 +26,8 @@ struct Skeleton {
   std::vector<Vec3> joint_axes;      ///< unit, in the joint's frame
   std::vector<double> lower, upper;  ///< range of the joint value, rad or m
   std::vector<std::vector<Visual>> visuals;
+  /// m, in the body, where it meets its parent; empty: in the origins of the frames.
+  std::vector<Vec3> pivots;
 
   int size() const { return static_cast<int>(body_names.size()); }
 };

@@ -15,9 +15,10 @@ double slide_between(const Skeleton& skeleton, const Pose& from, const Pose& to)
   double most = 0.0;
   for (int b = 0; b < skeleton.size(); ++b) {
     const int parent = skeleton.parent[b];
-    if (parent < 0) continue;
+    if (b == 0) continue;  // all move with the root
+    const Vec3 pivot = skeleton.pivots.empty() ? Vec3::Zero() : skeleton.pivots[b];
     const auto place = [&](const Pose& pose) -> Vec3 {
-      return (pose[parent].inverse() * pose[b]).translation();
+      return (pose[std::max(parent, 0)].inverse() * pose[b]) * pivot;
     };
     most = std::max(most, (place(to) - place(from)).norm());
   }

@@ -63,19 +63,24 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, const FrameDivisio
   return diagnose_step(model, h, state);
 }
 
-// The skin follows bones and muscles. Returns a diagnosis if it failed.
-std::optional<StepDiagnosis> step_skin(const Model& model, double share_of_return,
+// The skin follows bones and muscles to `time` (s), and leaves props. Returns a diagnosis if it
+// failed.
+std::optional<StepDiagnosis> step_skin(const Model& model, double time, double share_of_return,
                                        Parallel& parallel, State& state, StageSeconds& seconds) {
   const StageClock clock(seconds.skin, parallel);
   refit_all(model, parallel, state);
+  set_props(model, state);
   if (model.skinned) {
     set_felt(model, state, state.colliders);
     step_skinned(*model.skinned, state.bodies, state.colliders, parallel.loop(), state.layer,
                  state.skin, share_of_return);
+    leave_props(state.props, state.skin.x, state.skin.held);
   } else {
     set_colliders(model, state, state.colliders);
-    step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin,
-              share_of_return);
+    state.colliders.resize(below_skin(model));
+    carry_skin(model, time, state);
+    step_skin(model.skin, state.pose, state.colliders, parallel.loop(), state.skin, share_of_return,
+              state.props);
   }
   return diagnose_skin(model, state);
 }
@@ -92,7 +97,8 @@ std::optional<StepDiagnosis> try_frame(const Model& model, const FrameDivision& 
       return diagnosis;
     }
     if (!model.has_skin || !division.steps_skin_after(i)) continue;
-    if (auto of_skin = step_skin(model, kReturn, parallel, state, seconds)) return of_skin;
+    if (auto of_skin = step_skin(model, division.time_after(i), kReturn, parallel, state, seconds))
+      return of_skin;
   }
   return {};
 }
@@ -124,7 +130,8 @@ void rest_frame(const Model& model, Parallel& parallel, State& state, StageSecon
 
 void rest_skin(const Model& model, double share_of_return, Parallel& parallel, State& state,
                StageSeconds& seconds) {
-  if (const auto diagnosis = step_skin(model, share_of_return, parallel, state, seconds)) {
+  if (const auto diagnosis =
+          step_skin(model, state.time, share_of_return, parallel, state, seconds)) {
     throw StepFailure(model, state.way->clip_time, *diagnosis, 1);
   }
 }

@@ -96,6 +96,19 @@ void bind_to_pose(const SkinModel& model, const Pose& pose, SkinState& state) {
     state.bound[i] =
         to_point(state.turns[i] * to_vec(model.rest[i]) + 2.0 * (shift * turn.conjugate()).vec());
   }
+  for (size_t i = 0; i < state.carried.size(); ++i) {
+    state.bound[i] += turn(state.turns[i], state.carried[i]);
+  }
+}
+
+void set_carried(const SkinModel& model, const Pose& pose, const Points& shape, double share,
+                 SkinState& state) {
+  state.carried.clear();
+  bind_to_pose(model, pose, state);
+  state.carried.resize(shape.size());
+  for (size_t i = 0; i < shape.size(); ++i) {
+    state.carried[i] = share * turn_back(state.turns[i], shape[i] - state.bound[i]);
+  }
 }
 
 namespace {
@@ -141,7 +154,7 @@ void turn_edges(const SkinModel& model, int first, int last, SkinState& state) {
           std::clamp(std::sqrt(dot(bound, bound) / dot(edge, edge)), 1.0, kMaxStretch);
       load_columns(state.turns[j], other);
       for (int c = 0; c < 3; ++c) other[c] = 0.5 * stretch * (own[c] + other[c]);
-      Point turned = product(other, edge);
+      Point turned = state.carried.empty() ? product(other, edge) : bound;
       sum += model.weights[k] * turned;
       turned[3] = kAboveRounding * kMinEdge * dot(turned, turned);
       state.turned[k] = turned;

@@ -69,14 +69,14 @@ SkinState initial_skin(const SkinModel& model) {
 }
 
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               const Loop& loop, SkinState& state, double share_of_return) {
+               const Loop& loop, SkinState& state, double share_of_return, const Props& props) {
   bind_to_pose(model, pose, state);
   find_stuck(model, below, state);
-  step_bound_skin(model, below, loop, state, share_of_return);
+  step_bound_skin(model, below, loop, state, share_of_return, props);
 }
 
 void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
-                     SkinState& state, double share_of_return) {
+                     SkinState& state, double share_of_return, const Props& props) {
   constexpr int kSearchEvery = 4;  // iterations; chosen by trial
   solve_elastic(model, loop, state);
   predict_skin(model, share_of_return, state);
@@ -97,7 +97,8 @@ void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below,
   untangle(model, below, state);
   store_motion(model,
                state);  // before the volume is restored, which is done anew in each step
-  if (model.settings.keeps_volume) restore_volume(model, below, loop, state);
+  leave_props(props, state.x, state.held);
+  if (model.settings.keeps_volume) restore_volume(model, below, props, loop, state);
   fit_tree(model.surface, state);
 }
 

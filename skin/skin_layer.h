@@ -5,6 +5,7 @@
 
 #include "rig/loop.h"
 #include "skin/skin_model.h"
+#include "skin/skin_props.h"
 
 namespace thew::skin {
 
@@ -22,16 +23,23 @@ SkinState initial_skin(const SkinModel& model);
 /// resting skin swings (skin/notes.md).
 inline constexpr double kReturn = 0.1, kReturnAtRest = 0.3;
 
+/// Gives the skin a shape (m, by node) in which nothing presses on it, in place of the one that the
+/// bodies alone carry: in `pose`, and on the way to it the share [0..1] of what it adds to that
+/// one.
+void set_carried(const SkinModel& model, const Pose& pose, const Points& shape, double share,
+                 SkinState& state);
+
 /// Moves the skin to the pose: bound shape, elastic equilibrium, contact with muscles and bones,
-/// contact with itself (see skin_passes.h). The result depends only on the arguments, the state of
-/// the step before included.
+/// contact with itself (see skin_passes.h), props. The result depends only on the arguments, the
+/// state of the step before included.
 void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Collider>& below,
-               const Loop& loop, SkinState& state, double share_of_return = kReturn);
+               const Loop& loop, SkinState& state, double share_of_return = kReturn,
+               const Props& props = {});
 
 /// The same for a skin whose turns and bound shape are set in the state (bind_to_pose() in
 /// skin_passes.h sets them in step_skin()).
 void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
-                     SkinState& state, double share_of_return);
+                     SkinState& state, double share_of_return, const Props& props = {});
 /// Sets what step_bound_skin() needs of a model whose rest, surface and settings are set. The
 /// elastic `triangles` are of all nodes; those of the surface, which meet flesh and each other, may
 /// be fewer. `hold` [1] is the weight by which each node is anchored to the bound shape besides.

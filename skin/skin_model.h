@@ -134,7 +134,10 @@ struct SkinState : SkinMotion {
   Bvh bvh;
   Points fitted_at;  ///< m, x to which fit_tree() has fitted the tree
   // Scratch, kept so that a step does not allocate.
-  Points bound;    ///< m, as the bodies alone carry the nodes
+  /// m, by node, what a cached shape adds to the bound one, rotated back to the bind pose; empty:
+  /// there is none.
+  Points carried;
+  Points bound;    ///< m, as the bodies alone carry the nodes, and with `carried`
   Points elastic;  ///< m, positions of least elastic energy, without the flesh
   Points stuck;    ///< m, where the flesh would carry a node that sticks to it
   /// By neighbour: m, rotated rest vector e of an edge, and m^2, what the vector of the edge times
@@ -174,6 +177,7 @@ struct SkinState : SkinMotion {
   std::vector<std::array<int, 2>> crossings;  ///< triangles of the skin that cross...
   Points crossings_at;                        ///< m, ...where it lay then
   std::vector<char> marked, frozen;           ///< nodes
+  std::vector<char> held;                     ///< nodes, by props
   Points unswollen;                           ///< m, x before the volume is restored
   PointPairs solution;
   SkinnedWork skinned;

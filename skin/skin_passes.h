@@ -3,6 +3,7 @@
 
 #include "rig/loop.h"
 #include "skin/skin_model.h"
+#include "skin/skin_props.h"
 
 namespace thew::skin {
 
@@ -82,8 +83,9 @@ void find_faults(const SkinModel& model, const std::vector<Collider>& below, Ski
                  std::vector<char>& marked);
 /// Moves the skin to the volume of its rest shape, to rounding error, or as near as the fat allows.
 /// Nodes at which this causes a fault (find_faults) keep their position, and the others move
-/// farther. If there are still faults at the end, the skin stays as it was.
-void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
-                    SkinState& state);
+/// farther; so do nodes at props (`held`). If there are still faults at the end, the skin stays as
+/// it was.
+void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Props& props,
+                    const Loop& loop, SkinState& state);
 
 }  // namespace thew::skin

@@ -44,12 +44,12 @@ bool swell(const SkinModel& model, SkinState& state) {
 
 // Restores the volume with the covers that were found. False, and x as it was, if a node has moved
 // by more than `most` (m).
-bool try_volume(const SkinModel& model, const std::vector<Collider>& below, double most,
-                SkinState& state) {
+bool try_volume(const SkinModel& model, const std::vector<Collider>& below, const Props& props,
+                double most, SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;  // chosen by trial
   // Nodes with faults keep their positions from then on, and the others move farther.
   std::vector<char>&frozen = state.frozen, &faulty = state.marked;
-  frozen.assign(state.x.size(), 0);
+  frozen = state.held;
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {
       find_room(model, state);
@@ -66,6 +66,7 @@ bool try_volume(const SkinModel& model, const std::vector<Collider>& below, doub
     }
     faulty = frozen;
     find_faults(model, below, state, faulty);
+    mark_at_props(props, state.x, faulty);
     if (faulty == frozen) return true;
     frozen = faulty;
     state.x = state.unswollen;
@@ -75,8 +76,8 @@ bool try_volume(const SkinModel& model, const std::vector<Collider>& below, doub
 
 }  // namespace
 
-void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
-                    SkinState& state) {
+void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Props& props,
+                    const Loop& loop, SkinState& state) {
   constexpr double kAnywhere = 1e300;
   const Lengths& lengths = model.settings.lengths;
   find_flesh_below(model, below, false, loop, state);
@@ -85,9 +86,9 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
   // down to it by more than `most`.
   const double most = lengths.cover, deep = lengths.yielding_fat + lengths.cover + most;
   find_covers(model, below, deep, 0.0, true, loop, state);
-  if (try_volume(model, below, most, state)) return;
+  if (try_volume(model, below, props, most, state)) return;
   find_covers(model, below, 2.0 * lengths.yielding_fat, 0.0, true, loop, state);
-  try_volume(model, below, kAnywhere, state);
+  try_volume(model, below, props, kAnywhere, state);
 }
 
 }  // namespace thew::skin

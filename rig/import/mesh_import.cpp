@@ -278,6 +278,17 @@ void check_positions(const fs::path& file, const std::vector<Vec3>& positions) {
   }
 }
 
+void check_closed(const std::string& where, const TriMesh& mesh) {
+  const std::vector<Defect> defects = find_defects(mesh);
+  if (defects.empty()) return;
+  std::string message = where + ": is not a sound closed surface";
+  for (const Defect& d : defects) {
+    message += std::string("\n  ") + defect_name(d.kind) + ": " + std::to_string(d.count) +
+               ", first " + d.where + "; " + d.fix;
+  }
+  throw Error(ErrorCode::kInput, message);
+}
+
 ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world) {
   ImportedMesh imported = import_mesh(file);
   if (!to_world.matrix().isIdentity(0.0)) {
@@ -288,14 +299,8 @@ ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3
     }
   }
   check_positions(file, imported.mesh.vertices);
-  const std::vector<Defect> defects = find_defects(imported.mesh);
-  if (defects.empty()) return imported;
-  std::string message = "is not a sound closed surface";
-  for (const Defect& d : defects) {
-    message += std::string("\n  ") + defect_name(d.kind) + ": " + std::to_string(d.count) +
-               ", first " + d.where + "; " + d.fix;
-  }
-  refuse(file, message);
+  check_closed(file.string(), imported.mesh);
+  return imported;
 }
 
 TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& to_world) {

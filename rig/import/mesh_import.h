@@ -32,6 +32,9 @@ std::vector<double> import_attribute(const std::filesystem::path& file, const st
 /// Throws Error(kInput) with file and vertex if a coordinate is beyond kMaxCoordinate.
 void check_positions(const std::filesystem::path& file, const std::vector<Vec3>& positions);
 
+/// Throws Error(kInput) with all defects unless the mesh is a sound closed surface.
+void check_closed(const std::string& where, const TriMesh& mesh);
+
 /// Imports a mesh and applies `to_world`, the transform from the units and axes of the file to
 /// metres in the world. Throws Error(kInput) with all defects if it is then no sound closed
 /// surface.

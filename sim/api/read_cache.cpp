@@ -13,10 +13,7 @@ struct Bake::Data {
     const sim::BakeInfo& info = reader.info();
     contents = {info.scene_name, info.hash, info.fps, info.frames, {}, info.metric_names};
     for (const sim::BakeMesh& mesh : info.meshes) {
-      const BakedMesh::Kind kind =
-          mesh.kind == sim::BakeMesh::Kind::kMuscle ? BakedMesh::Kind::kMuscle
-          : mesh.kind == sim::BakeMesh::Kind::kBone ? BakedMesh::Kind::kBone
-                                                    : BakedMesh::Kind::kSkin;
+      const auto kind = static_cast<BakedMesh::Kind>(mesh.kind);  // both have them in one order
       contents.meshes.push_back({mesh.name, kind, rig::to_mesh(mesh.rest), mesh.weights});
     }
   }

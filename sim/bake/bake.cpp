@@ -85,7 +85,8 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const Bak
     info.meshes.push_back(bake_mesh(muscle));
   }
   for (const Bone& bone : model.bones) {
-    info.meshes.push_back({bone.name, BakeMesh::Kind::kBone, bone.in_body, {}, {}});
+    const auto kind = bone.prop ? BakeMesh::Kind::kProp : BakeMesh::Kind::kBone;
+    info.meshes.push_back({bone.name, kind, bone.in_body, {}, {}});
   }
   if (model.has_skin) {
     TriMesh rest{to_points(model.skin.rest), model.skin.surface.triangles};

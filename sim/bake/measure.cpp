@@ -70,8 +70,10 @@ std::vector<Meeting> find_meetings(const Model& model) {
     meeting.other = other;
   };
   if (model.has_skin && !model.skinned) add(skin, skin);
-  const int below = !model.has_skin ? 0 : model.skinned ? muscles : skin;
-  for (int c = 0; c < below; ++c) add(skin, c);
+  for (int c = 0; model.has_skin && c < skin; ++c) {
+    const bool is_bone = c >= muscles && c < below_skin(model);
+    if (!is_bone || !model.skinned) add(skin, c);
+  }
   for (int m = 0; model.contact.enabled && m < muscles; ++m) {
     for (int other = m; other < model.colliders(); ++other) {
       if (!model.ignore[m][other]) add(m, other);
@@ -163,6 +165,7 @@ MuscleMeasures measure_muscle(const Model& model, const Measuring& measuring, in
       std::abs(enclosed_volume(now.x, muscle.rest.triangles) / muscle.rest_volume - 1.0);
   measures.substep_volume_error = now.substep_volume_error;
   measures.zone_error = zone_error(muscle, now);
+  measures.activation = now.activation;
   measures.length = now.pose.path_length;
   const double area = mean_belly_area(muscle, now.pose, now.x), rest = measuring.rest_areas[m];
   if (rest > 0.0) measures.area_ratio = area / rest;  // 0 where the path runs outside the surface
@@ -213,9 +216,9 @@ void measure_meeting(const Model& model, const SkinState& skin,
         counts && are_crossing(*one.surface, *one.x, *other.surface, *other.x, pair);
   }
   if (itself) return;
-  if (is_skin) {
+  if (is_skin && meeting.other < below_skin(model)) {
     meeting.outside = farthest_outside(other, one, meeting.near, 1);
-  } else {
+  } else if (!is_skin) {
     one.counted = &model.muscles[meeting.one].free_nodes;
     if (meeting.other < muscles) {
       other.counted = &model.muscles[meeting.other].free_nodes;
@@ -308,6 +311,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     number("volume_error_written/" + names[m], muscle.volume_error_written);
     number("substep_volume_error/" + names[m], muscle.substep_volume_error);
     number("zone_error/" + names[m], muscle.zone_error);
+    number("activation/" + names[m], muscle.activation);
     number("length/" + names[m], muscle.length);
     number("area_ratio/" + names[m], muscle.area_ratio);
     number("attachment_gap/" + names[m], muscle.attachment_gap);

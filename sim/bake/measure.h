@@ -19,6 +19,7 @@ struct MuscleMeasures {
   double volume_error_written = 0.0;
   double substep_volume_error = 0.0;  ///< |V - V0| / V0, the largest inside the frame
   double zone_error = 0.0;            ///< the largest of a zone, relative to its rest volume
+  double activation = 0.0;            ///< 0..1, at the frame; of a muscle that has forces
   double length = 0.0;                ///< m, musculotendon path
   double area_ratio = 1.0;            ///< mean area of the belly's sections over that at rest
   double attachment_gap = 0.0;        ///< m, between the muscle's ends and origin or insertion

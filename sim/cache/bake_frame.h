@@ -12,7 +12,7 @@ namespace thew::sim {
 
 /// What is constant of one mesh of a bake.
 struct BakeMesh {
-  enum class Kind { kMuscle, kBone, kSkin };
+  enum class Kind { kMuscle, kBone, kSkin, kProp };
   std::string name;
   Kind kind = Kind::kMuscle;
   TriMesh rest;

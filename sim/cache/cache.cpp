@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
-constexpr const char* kKinds[] = {"muscle", "bone", "skin"};
+constexpr const char* kKinds[] = {"muscle", "bone", "skin", "prop"};
 
 void check_info(const BakeInfo& info) {
   const auto refuse = [](const std::string& what) {

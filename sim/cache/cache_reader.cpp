@@ -39,6 +39,7 @@ BakeMesh::Kind kind_of(const Hdf5File& file, const std::string& word) {
   if (word == "muscle") return BakeMesh::Kind::kMuscle;
   if (word == "bone") return BakeMesh::Kind::kBone;
   if (word == "skin") return BakeMesh::Kind::kSkin;
+  if (word == "prop") return BakeMesh::Kind::kProp;
   file.fail("a mesh is of the unknown kind \"" + word + "\"");
 }
 

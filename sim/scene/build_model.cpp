@@ -106,7 +106,6 @@ ContactSurface contact_surface(const std::string& name, int body, const TriMesh&
       {},   0.0,  {}};
   const Points x = to_points(mesh.vertices);
   out.rigid_points = rigid_points(out.surface, x, free_nodes, spacing);
-  if (body >= 0) out.surface.convex = is_convex(out.surface, x);
   return out;
 }
 
@@ -123,7 +122,19 @@ void build_surfaces(Model& model) {
                                          ", which the skeleton does not have");
     }
     model.surfaces.push_back(contact_surface(bone.name, bone.body, bone.in_body, nullptr, spacing));
+    Surface& surface = model.surfaces.back().surface;
+    surface.convex = !bone.bends() && is_convex(surface, to_points(bone.in_body.vertices));
   }
+}
+
+std::vector<int> cached_bones(const Model& model) {
+  std::vector<int> cached;
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    if (model.bones[b].motion && !model.bones[b].prop) cached.push_back(static_cast<int>(b));
+  }
+  std::sort(cached.begin(), cached.end(),
+            [&](int a, int b) { return model.bones[a].body < model.bones[b].body; });
+  return cached;
 }
 
 // The index of the collider of this name.
@@ -185,7 +196,8 @@ struct Below {
 };
 
 std::vector<char> felt_by_skin(const SkinDef& skin, const Model& model) {
-  std::vector<char> feels(model.surfaces.size(), 1);
+  std::vector<char> feels(model.surfaces.size(), 0);
+  std::fill(feels.begin(), feels.begin() + below_skin(model), 1);  // props lie above it
   for (const std::string& name : skin.ignore) {
     const size_t c = collider_named(model, "[skin] ignore", name);
     if (c < model.muscles.size()) {
@@ -207,12 +219,13 @@ void check_size(const std::vector<double>& map, size_t nodes, const std::string&
 void build_layer(const SkinDef& skin, const Pose& bind_pose, Model& model) {
   std::vector<Points> rest;
   for (const Muscle& muscle : model.muscles) rest.push_back(to_points(muscle.rest.vertices));
-  const Below below(model, model.colliders(), bind_pose, rest);
+  const Below below(model, below_skin(model), bind_pose, rest);
   check_size(skin.maps.fat, skin.mesh.vertices.size(), skin.location + ": fat");
   check_size(skin.maps.slide, skin.mesh.vertices.size(), skin.location + ": slide");
   try {
     model.skin = bind_skin(skin.mesh, model.skeleton, bind_pose, below.colliders, below.bodies,
                            skin.settings, skin.maps);
+    model.skin_motion = skin.motion;
   } catch (const std::length_error& error) {
     throw Error(ErrorCode::kInput, skin.location + ": " + error.what());
   }
@@ -314,8 +327,13 @@ Model build_model(const ModelDef& def) {
   forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind_pose);
   build_muscles(def, bind_pose, model);
   model.bones = def.bones;
+  model.cached = cached_bones(model);
   build_surfaces(model);
   model.ignore = ignored_pairs(def.contact, model);
+  const bool has_skin = def.skin.skinned || !def.skin.mesh.triangles.empty();
+  for (int c = below_skin(model); has_skin && c < model.colliders(); ++c) {
+    model.surfaces[c].thickness = def.skin.settings.thickness;  // room for the skin
+  }
   for (const auto& [name, metres] : def.contact.thickness) {
     model.surfaces[collider_named(model, "[contact] thickness", name)].thickness = metres;
   }

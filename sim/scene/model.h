@@ -31,8 +31,10 @@ struct Model : World {
   std::optional<CharacterRig> character;  ///< set where the rig is a character's file
   std::vector<Muscle> muscles;
   std::vector<Bone> bones;
+  std::vector<int> cached;  ///< bones with a motion, but for props, parents before their children
   std::vector<ContactSurface> surfaces;  ///< by collider: the muscles, then the bones
   SkinModel skin;                        ///< its surface is empty where there is no skin layer
+  std::shared_ptr<const MeshMotion> skin_motion;  ///< see SkinDef
   bool has_skin = false;
   std::optional<SkinnedSkin>
       skinned;  ///< set: it moves in place of `skin`, whose triangles and rest it has
@@ -50,5 +52,11 @@ struct Model : World {
 
   int colliders() const { return static_cast<int>(surfaces.size()); }
 };
+/// Colliders that lie below a skin layer, the first of all: what comes after them are props.
+inline int below_skin(const Model& model) {
+  int count = model.colliders();
+  for (const Bone& bone : model.bones) count -= bone.prop;
+  return count;
+}
 
 }  // namespace thew::sim

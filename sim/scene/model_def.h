@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "rig/character.h"
 #include "rig/character_limbs.h"
 #include "rig/clip.h"
+#include "rig/mesh_motion.h"
 #include "skin/contact/contact.h"
 #include "skin/skin_layer.h"
 
@@ -71,11 +73,16 @@ struct ContactDef : ContactOptions {
   std::vector<std::pair<std::string, std::vector<double>>> thicknesses;  ///< m, by name, by node
 };
 
-/// A rigid mesh, fixed to a body.
+/// A mesh that is fixed to a body, and that muscles meet.
 struct Bone {
   std::string name;
   int body = -1;
   TriMesh in_body;  ///< m, closed and outward
+  /// Set: the mesh and its body, which no other mesh has, move by this and by no joint.
+  std::shared_ptr<const MeshMotion> motion = {};
+  bool prop = false;  ///< is no part of the character: it presses on its skin from outside
+
+  bool bends() const { return motion && !motion->shapes.empty(); }
 };
 
 /// A rig that is a character's file. Its muscles are made in the rest pose, which is the bind pose
@@ -100,6 +107,8 @@ struct SkinDef {
   TriMesh mesh;                          ///< of a layer; empty: none
   bool skinned = false;                  ///< the character's own mesh by its own weights; no `mesh`
   std::vector<std::string> ignore = {};  ///< bones that it does not feel
+  /// Set: the shape of a layer where nothing presses on it, in place of one that the bodies carry.
+  std::shared_ptr<const MeshMotion> motion = {};
   SkinSettings settings;
   SkinMaps maps = {};
   std::string location = {};  ///< its file, for messages
@@ -113,7 +122,7 @@ struct ModelDef : World {
   std::string clip_location = {};  ///< begins messages about it
   std::optional<CharacterRig> character;
   std::vector<MuscleDef> muscles;
-  std::vector<Bone> bones;
+  std::vector<Bone> bones;  ///< props last
   SkinDef skin;
   SolverSettings solver;
   ContactDef contact;

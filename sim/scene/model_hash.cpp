@@ -152,6 +152,12 @@ void add_rig(const Skeleton& skeleton, PartedHash& hash) {
   }
 }
 
+void add_motion(const MeshMotion& motion, PartedHash& hash) {
+  hash.list(motion.times);
+  for (const Transform& pose : motion.poses) hash.add(pose.data(), 16 * sizeof(double));
+  for (const Points& shape : motion.shapes) hash.add(shape.data(), shape.size() * sizeof(Point));
+}
+
 void add_path(const MusclePath& path, PartedHash& hash) {
   for (const PathPoint& point : path.points) {
     hash.number(point.body);
@@ -225,6 +231,8 @@ void hash_model(const ModelDef& def, Model& model) {
     hash.add(&model.bones[b].body, sizeof(int));
     hash.points(model.bones[b].in_body.vertices);
     hash.faces(model.bones[b].in_body.triangles);
+    if (model.bones[b].prop) hash.add("prop");
+    if (model.bones[b].motion) add_motion(*model.bones[b].motion, hash);
   }
   hash.end_part("the bones' meshes", model);
   for (const std::vector<char>& row : model.ignore) hash.add(row.data(), row.size());
@@ -249,6 +257,7 @@ void hash_model(const ModelDef& def, Model& model) {
   }
   for (const Point& row : model.skin.rest) hash.add(&row, 3 * sizeof(double));
   hash.faces(model.skin.surface.triangles);
+  if (model.skin_motion) add_motion(*model.skin_motion, hash);
   hash.end_part("the skin's mesh", model);
   hash.add_character(def, model);
   hash.end_part("the character", model);

@@ -3,6 +3,7 @@
 
 #include "rig/import/character_import.h"
 #include "rig/math.h"
+#include "sim/cache/cached_mesh.h"
 #include "sim/scene/rig_keys.h"
 
 namespace thew::sim {
@@ -71,8 +72,54 @@ void read_character_rig(TomlValue& table, const Folders& folders, Scene& scene) 
   for (TomlValue* bone : tables_of(table, kRig["bone"])) {
     character.bones.push_back({name_of(require(*bone, kBone["name"])),
                                text_of(require(*bone, kBone["body"])),
-                               file_of(require(*bone, kBone["mesh"]), folders), bone->location});
+                               file_of(require(*bone, kBone["mesh"]), folders),
+                               {},
+                               bone->location});
   }
+}
+
+std::optional<double> read_frame(TomlValue& table, const Key& key) {
+  TomlValue* frame = find(table, key);
+  return frame ? std::optional(number_of(*frame, key.range)) : std::nullopt;
+}
+
+void read_cached_rig(TomlValue& table, const Folders& folders, Scene& scene) {
+  SceneCachedRig& rig = scene.cached_rig;
+  rig.given = true;
+  read(table, kRig["scale"], rig.scale);
+  rig.start = read_frame(table, kRig["start"]);
+  rig.bind = read_frame(table, kRig["bind"]);
+  if (TomlValue* clip = find(table, kRig["clip"])) {
+    throw Error(ErrorCode::kUsage,
+                clip->location +
+                    ": [rig.clip] beside cached bones, which move by their cache; "
+                    "remove one of them");
+  }
+  if (!scene.rig.empty()) return;
+  for (TomlValue* bone : tables_of(table, kRig["bone"])) {
+    const std::string name = name_of(require(*bone, kBone["name"]));
+    scene.character.bones.push_back({name, name, file_of(require(*bone, kBone["mesh"]), folders),
+                                     file_of(require(*bone, kBone["cache"]), folders),
+                                     bone->location});
+  }
+}
+
+SceneCollider read_collider(TomlValue& table, const Folders& folders) {
+  SceneCollider collider;
+  collider.location = table.location;
+  collider.name = name_of(require(table, kCollider["name"]));
+  read(table, kCollider["scale"], collider.scale);
+  TomlValue* cache = find(table, kCollider["cache"]);
+  if (cache) {
+    collider.cache = file_of(*cache, folders);
+    collider.start = read_frame(table, kCollider["start"]);
+  }
+  if (cache && names_bake(collider.cache)) {
+    if (TomlValue* part = find(table, kCollider["part"])) collider.part = text_of(*part);
+  } else {
+    collider.mesh = file_of(require(table, kCollider["mesh"]), folders);
+  }
+  return collider;
 }
 
 bool read_character_clip(TomlValue& table, const Folders& folders, Scene& scene) {

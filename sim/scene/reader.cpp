@@ -8,6 +8,7 @@
 #include "rig/import/character_import.h"
 #include "rig/math.h"
 #include "rig/text.h"
+#include "sim/cache/cached_mesh.h"
 #include "sim/scene/read_map.h"
 #include "sim/scene/read_muscle.h"
 #include "sim/scene/read_rig.h"
@@ -151,12 +152,15 @@ void read_clip(TomlValue& table, const Folders& folders, Scene& scene) {
 }
 
 void read_rig(TomlValue& table, const Folders& folders, Scene& scene) {
-  TomlValue& file = require(table, kRig["file"]);
-  scene.rig = file_of(file, folders);
-  scene.rig_location = file.location;
   scene.clip_location = table.location;
   scene.clip.times = {0.0};  // none: the rest pose
   scene.clip.values = {{}};
+  TomlValue* file = find(table, kRig["file"]);
+  if (!file && find(table, kRig["bone"])) return read_cached_rig(table, folders, scene);
+  if (!file) file = &require(table, kRig["file"]);
+  scene.rig = file_of(*file, folders);
+  scene.rig_location = file->location;
+  if (names_bake(scene.rig)) return read_cached_rig(table, folders, scene);
   const bool character = names_character(scene.rig);
   if (character) read_character_rig(table, folders, scene);
   TomlValue* clip = find(table, kRig["clip"]);
@@ -171,7 +175,14 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
     refuse(*find(table, kSkin["kind"]), "give a layer's mesh, or a character as [rig] file",
            ", but the rig has no skin of its own");
   }
-  if (!scene.skin.skinned) scene.skin.mesh = file_of(require(table, kSkin["mesh"]), folders);
+  TomlValue* cache = scene.skin.skinned ? nullptr : find(table, kSkin["cache"]);
+  if (cache) {
+    scene.skin.cache = file_of(*cache, folders);
+    scene.skin.start = read_frame(table, kSkin["start"]);
+  }
+  if (!scene.skin.skinned && !names_bake(scene.skin.cache)) {
+    scene.skin.mesh = file_of(require(table, kSkin["mesh"]), folders);
+  }
   SkinSettings& settings = scene.skin.settings;
   read(table, kSkin["thickness"], settings.thickness);
   read(table, kSkin["smoothing"], settings.smoothing);
@@ -191,9 +202,9 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read_number_or_map(table, kSkin["slide"], folders, scene.size, skin.slide, skin.slide_map);
   for (const Key* key : {&kSkin["fat"], &kSkin["slide"]}) {
     TomlValue* value = find(table, *key);
-    if (!value || !skin.skinned) continue;
-    refuse(*value, "remove it, or give a layer's mesh",
-           ", but the character's own skin keeps to its flesh as it was modelled");
+    if (!value || (!skin.skinned && skin.cache.empty())) continue;
+    refuse(*value, "remove it, or give a layer's mesh without a cache",
+           ", but a skin that comes with a shape of its own keeps to its flesh as it was modelled");
   }
   settings.keeps_volume = read_word(table, kSkin["volume"]) == "exact";
   if (settings.keeps_volume && scene.skin.skinned) {
@@ -203,6 +214,7 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read(table, kSkin["enabled"], scene.skin.enabled);
   if (scene.skin.enabled) return;
   scene.skin.mesh.clear();
+  scene.skin.cache.clear();
   scene.skin.skinned = false;
 }
 
@@ -366,6 +378,10 @@ void read_all(TomlValue& root, const Folders& folders, Scene& scene) {
   for (TomlValue* table : tables_of(root, kFile["muscle"])) {
     scene.muscles.push_back(read_muscle(*table, folders, scene.size));
     refuse_duplicate(*table, names, scene.muscles.back().name);
+  }
+  for (TomlValue* table : tables_of(root, kFile["collider"])) {
+    scene.colliders.push_back(read_collider(*table, folders));
+    refuse_duplicate(*table, names, scene.colliders.back().name);
   }
   if (TomlValue* table = find(root, kFile["skin"])) read_skin(*table, folders, scene);
   if (TomlValue* table = find(root, kFile["solver"])) read_solver(*table, scene);

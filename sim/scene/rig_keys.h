@@ -12,11 +12,14 @@ namespace thew::sim {
 inline constexpr Key kRigKeys[] = {
     {.name = "file",
      .type = KeyType::kFile,
-     .meaning = "The bodies and joints: a URDF, or a character (.gltf, .glb, .vrm, .fbx, .dae).",
-     .need = Need::kRequired},
+     .meaning =
+         "The bodies and joints: a URDF, or a character (.gltf, .glb, .vrm, .fbx, .dae). Or a "
+         "bake (.h5) whose bones move as they do there, each a body of its name; a rig without "
+         "a file has such bones by `bone`, each with its `cache`.",
+     .need = Need::kConditional},
     {.name = "scale",
      .type = KeyType::kNumber,
-     .meaning = "Multiplies all lengths of a character's file.",
+     .meaning = "Multiplies all lengths of a character's file or of cached bones.",
      .standard = default_of<&SceneCharacter::scale>,
      .range = kScale},
     {.name = "hinge",
@@ -24,7 +27,18 @@ inline constexpr Key kRigKeys[] = {
      .meaning = "Joints of a character that keys can drive."},
     {.name = "bone",
      .type = KeyType::kTables,
-     .meaning = "Bones of a character, whose file has none."},
+     .meaning = "Bones of a character, whose file has none, or bones from caches."},
+    {.name = "start",
+     .type = KeyType::kNumber,
+     .meaning = "The frame in which cached bones have their first sample; by default the scene's "
+                "first. They stay where their samples end.",
+     .range = kFrames},
+    {.name = "bind",
+     .type = KeyType::kNumber,
+     .meaning =
+         "The frame in whose pose of cached bones the muscles were made; by default a bake's "
+         "first, and for other caches the meshes as their files have them.",
+     .range = kFrames},
     {.name = "clip",
      .type = KeyType::kTable,
      .meaning = "The motion; without this table the rig stays in its rest pose."}};
@@ -193,12 +207,54 @@ inline constexpr Key kBoneKeys[] = {{.name = "name",
                                      .need = Need::kRequired},
                                     {.name = "body",
                                      .type = KeyType::kText,
-                                     .meaning = "The body that carries it.",
-                                     .need = Need::kRequired},
+                                     .meaning = "The body of the character that carries it; a "
+                                                "cached bone is a body of its own name.",
+                                     .need = Need::kConditional},
                                     {.name = "mesh",
                                      .type = KeyType::kFile,
                                      .meaning = "A closed mesh in the body's frame.",
-                                     .need = Need::kRequired}};
-inline constexpr Section kBone{"rig.bone", "[[rig.bone]]", "A bone of a character.", kBoneKeys};
+                                     .need = Need::kRequired},
+                                    {.name = "cache",
+                                     .type = KeyType::kFile,
+                                     .meaning = "The positions of the mesh's vertices by frame, in "
+                                                "their order: .pc2 or .mdd. Where it bends, its "
+                                                "body has the nearest rigid motion.",
+                                     .need = Need::kConditional}};
+inline constexpr Section kBone{"rig.bone", "[[rig.bone]]", "A bone of a character or from a cache.",
+                               kBoneKeys};
+
+inline constexpr Key kColliderKeys[] = {
+    {.name = "name",
+     .type = KeyType::kName,
+     .meaning = "What contact and the bake call it.",
+     .need = Need::kRequired},
+    {.name = "mesh",
+     .type = KeyType::kFile,
+     .meaning = "A closed mesh; without a cache it stays where it is.",
+     .need = Need::kConditional},
+    {.name = "cache",
+     .type = KeyType::kFile,
+     .meaning = "Animates `mesh`: .pc2 or .mdd, with its vertices in their order; or a bake (.h5), "
+                "which has the mesh itself. Between frames it turns evenly and bends linearly; it "
+                "stays where its samples end.",
+     .need = Need::kConditional},
+    {.name = "part",
+     .type = KeyType::kText,
+     .meaning = "Which mesh of a bake it is, where that has several: \"skin\"."},
+    {.name = "start",
+     .type = KeyType::kNumber,
+     .meaning = "The frame in which it has its first sample; by default the scene's first.",
+     .range = kFrames},
+    {.name = "scale",
+     .type = KeyType::kNumber,
+     .meaning = "Multiplies all lengths of its files.",
+     .standard = default_of<&SceneCollider::scale>,
+     .range = kScale}};
+inline constexpr Section kCollider{
+    "collider", "[[collider]]",
+    "A mesh that is no part of the character, such as a prop or somebody else, still or moving. "
+    "Muscles meet it as they meet bones, and the skin keeps out of it. It has a `mesh`, a `cache`, "
+    "or both.",
+    kColliderKeys};
 
 }  // namespace thew::sim

@@ -125,7 +125,25 @@ struct SceneHinge {
 };
 struct SceneBone {
   std::string name, body;
-  std::filesystem::path mesh;  ///< in the body's frame
+  std::filesystem::path mesh;   ///< in the body's frame
+  std::filesystem::path cache;  ///< of a cached rig, which has no `body`
+  Location location;
+};
+/// What [rig] says besides where its bones come from a cache.
+struct SceneCachedRig {
+  bool given = false;
+  double scale = 1.0;
+  std::optional<double> start;  ///< frame of the scene at the first sample; none: the first
+  /// Frame of the scene in which the muscles were made. None: the first sample of a bake; of other
+  /// caches the meshes as they are.
+  std::optional<double> bind;
+};
+/// A mesh that is no part of the character, and that muscles meet as they meet bones.
+struct SceneCollider {
+  std::string name, part;
+  std::filesystem::path mesh, cache;  ///< a bake, or a point cache of the mesh; empty: it stays
+  double scale = 1.0;
+  std::optional<double> start;
   Location location;
 };
 /// What [rig] says besides where its file is a character.
@@ -145,6 +163,9 @@ struct SceneSkin {
   bool skinned = false;             ///< the character's own mesh by its own weights; no `mesh`
   bool enabled = true;              ///< false: it is read and checked, and then left out
   std::vector<std::string> ignore;  ///< bones that it does not feel
+  std::filesystem::path
+      cache;  ///< animates `mesh`, or is a bake that has it; empty: bones carry it
+  std::optional<double> start;
   SkinSettings settings;
   /// m, of the rest shape over the flesh; negative, and no map: as the mesh was modelled.
   double fat = -1.0;
@@ -179,10 +200,12 @@ struct Scene : World {
   std::filesystem::path rig;  ///< a regular file; like all paths here absolute and canonical
   Location rig_location;
   SceneCharacter character;
+  SceneCachedRig cached_rig;
   Clip clip;  ///< its time 0 is the first frame; it has one key at least
   Location clip_location;
 
   std::vector<SceneMuscle> muscles;
+  std::vector<SceneCollider> colliders;
   SceneSkin skin;
   SceneSolver solver;
   struct : ContactDef {

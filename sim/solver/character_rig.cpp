@@ -64,4 +64,73 @@ void drive_character(const Model& model, const WayPoint& at, State& state) {
   pose_limbs(model.skeleton, model.character->forearms, model.character->scapulae, state.pose);
 }
 
+namespace {
+
+// s of a prop's motion on the way.
+double prop_time(const WayPoint& at) {
+  return at.share < 1.0 ? at.share * at.clip_time : at.clip_time;
+}
+
+// Sets `now.shape`. On the way a bone of the rig bends evenly.
+void set_shape(const Bone& bone, const WayPoint& at, BoneState& now) {
+  shape_at(*bone.motion, bone.prop ? prop_time(at) : at.clip_time, now.shape);
+  if (bone.prop || at.share == 1.0) return;
+  for (size_t i = 0; i < now.shape.size(); ++i) {
+    const Point rest = to_point(bone.in_body.vertices[i]);
+    now.shape[i] = rest + at.share * (now.shape[i] - rest);
+  }
+}
+
+void place(const Transform& pose, const Points& shape, Points& x) {
+  x.resize(shape.size());
+  for (size_t i = 0; i < x.size(); ++i) x[i] = to_point(Vec3(pose * to_vec(shape[i])));
+}
+
+}  // namespace
+
+bool leaves_bind_pose(const Model& model) {
+  Pose bind;
+  forward_kinematics(model.skeleton, std::vector<double>(model.skeleton.size(), 0.0), bind);
+  return std::any_of(model.cached.begin(), model.cached.end(), [&](int b) {
+    const Bone& bone = model.bones[b];
+    const Vec3& p = bone.in_body.vertices.front();
+    return (pose_at(*bone.motion, 0.0) * p - bind[bone.body] * p).norm() > kRigid;
+  });
+}
+
+void pose_cached(const Model& model, const WayPoint& at, State& state) {
+  Pose &pose = state.pose, &of_clip = state.cached_pose;
+  of_clip.resize(pose.size());
+  for (const Bone& bone : model.bones) {
+    if (!bone.motion) continue;
+    of_clip[bone.body] = pose_at(*bone.motion, bone.prop ? prop_time(at) : at.clip_time);
+    if (bone.prop || at.share == 1.0) pose[bone.body] = of_clip[bone.body];
+  }
+  if (at.share == 1.0) return;
+  for (const int b : model.cached) {
+    const int body = model.bones[b].body, parent = model.skeleton.parent[body];
+    const Transform& bind = model.skeleton.joint_in_parent[body];
+    const Transform now = parent < 0 ? of_clip[body] : of_clip[parent].inverse() * of_clip[body];
+    pose[body] = between(bind, now, at.share);
+    if (parent >= 0) pose[body] = pose[parent] * pose[body];
+  }
+}
+
+void bend_bone(const Bone& bone, const WayPoint& at, State& state, BoneState& now) {
+  now.start.swap(now.x);
+  now.x = now.shape;  // before
+  set_shape(bone, at, now);
+  now.bent = largest_distance(now.shape, now.x);
+  place(state.pose[bone.body], now.shape, now.x);
+  now.displacement = largest_distance(now.x, now.start);
+  if (now.displacement > 0.0) state.body_moved[bone.body] = 1;
+  now.fitted = false;
+}
+
+void place_bent(const Bone& bone, const WayPoint& at, const State& state, BoneState& now) {
+  const Pose& pose = state.pose_before.empty() ? state.pose : state.pose_before;
+  set_shape(bone, at, now);
+  place(pose[bone.body], now.shape, now.x);
+}
+
 }  // namespace thew::sim

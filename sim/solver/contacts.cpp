@@ -60,6 +60,20 @@ void set_felt(const Model& model, const State& state, std::vector<Collider>& col
   colliders.resize(kept);
 }
 
+void set_props(const Model& model, State& state) {
+  constexpr double kReach = 0.05;  // m, of a man
+  // Of the gap that contact keeps: as near as it leaves flesh in a fast press, so that the skin
+  // finds room between.
+  constexpr double kGap = 0.1;
+  std::vector<Collider>& colliders = state.props.colliders;
+  colliders.clear();
+  if (below_skin(model) == model.colliders() || !model.contact.enabled) return;
+  set_colliders(model, state, colliders);
+  colliders.erase(colliders.begin(), colliders.begin() + below_skin(model));
+  state.props.gap = kGap * model.contact.settings.gap;
+  state.props.reach = kReach * model.size;
+}
+
 namespace {
 
 // Refits the tree of a collider.
@@ -102,6 +116,10 @@ void update_colliders(const Model& model, State& state) {
     it.previous_iterate = it.soft ? &state.muscles[c].previous_iterate : it.x;
     if (it.soft) it.start = &state.muscles[c].start;
     const int body = model.surfaces[c].body;
+    if (!it.soft && model.bones[c - state.count()].bends()) {
+      it.start = &state.bones[c - state.count()].start;
+      it.bent = state.bones[c - state.count()].bent;
+    }
     if (it.soft || !state.body_moved[body] || state.pose_before.size() != state.pose.size())
       continue;
     it.to_start = state.pose_before[body] * state.pose[body].inverse();

@@ -17,6 +17,8 @@ std::vector<Collider> muscles_of(const Model& model, const State& state);
 void set_muscles(const Model& model, const State& state, std::vector<Collider>& colliders);
 /// Muscles and bones that the skin is kept out of.
 void set_felt(const Model& model, const State& state, std::vector<Collider>& colliders);
+/// Sets state.props, for a step of the skin; none of them is below it.
+void set_props(const Model& model, State& state);
 /// Refits the tree of bone b if the bone has moved since it was fitted.
 void fit_bone(const Model& model, int b, State& state);
 /// Refits the trees of all muscles and bones.

@@ -18,7 +18,8 @@ double bind_to_first_ends(const Model& model) {
   if (is_animated(model)) return -0.5 * model.settle;
   std::vector<double> first;
   sample_clip(model.clip, model.skeleton, 0.0, first);
-  const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; });
+  const bool moves = std::any_of(first.begin(), first.end(), [](double q) { return q != 0.0; }) ||
+                     leaves_bind_pose(model);
   return moves ? -0.5 * model.settle : -model.settle;
 }
 
@@ -36,11 +37,19 @@ void joints_at(const Model& model, const WayPoint& at, std::vector<double>& join
   for (double& value : joints) value *= at.share;
 }
 
-void pose_bodies(const Model& model, double time, State& state) {
-  const WayPoint at = way_point(model, time, state.way);
+}  // namespace
+
+void pose_bodies(const Model& model, const WayPoint& at, State& state) {
   joints_at(model, at, state.joints);
   forward_kinematics(model.skeleton, state.joints, state.pose);
   if (model.character) drive_character(model, at, state);
+  pose_cached(model, at, state);
+}
+
+namespace {
+
+void pose_bodies(const Model& model, double time, State& state) {
+  pose_bodies(model, way_point(model, time, state.way), state);
 }
 
 // Moves the nodes x to the bone's pose. Returns the longest displacement of a node, m.
@@ -91,9 +100,11 @@ double turn_until(const Model& model, double time, State& state) {
 void drive_bones(const Model& model, double time, State& state) {
   state.pose_before = state.pose;
   const Pose& before = state.pose_before;
-  pose_bodies(model, time, state);
+  const WayPoint at = way_point(model, time, state.way);
+  pose_bodies(model, at, state);
   // In the first step, and where a failed try has moved the surfaces, all are moved.
-  const bool all_move = before.size() != state.pose.size() || state.undone;
+  const bool is_first = before.size() != state.pose.size(), undone = state.undone;
+  const bool all_move = is_first || undone;
   state.undone = false;
   state.body_moved.assign(state.pose.size(), 1);
   for (size_t b = 0; b < state.pose.size() && !all_move; ++b) {
@@ -102,11 +113,29 @@ void drive_bones(const Model& model, double time, State& state) {
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     BoneState& now = state.bones[b];
-    now.displacement = 0.0;
+    now.displacement = now.bent = 0.0;
+    if (bone.bends()) {
+      if (is_first) place_bent(bone, at, state, now);
+      if (undone) place_bent(bone, way_point(model, state.time, state.way), state, now);
+      bend_bone(bone, at, state, now);
+      continue;
+    }
     if (!state.body_moved[bone.body]) continue;
     now.displacement = move_bone(bone, state.pose[bone.body], now.x);
     now.fitted = false;
   }
+}
+
+void carry_skin(const Model& model, double time, State& state) {
+  if (!model.skin_motion) return;
+  const WayPoint at = way_point(model, time, state.way);
+  shape_at(*model.skin_motion, at.clip_time, state.skin_shape);
+  if (at.share == 1.0)
+    return set_carried(model.skin, state.pose, state.skin_shape, 1.0, state.skin);
+  state.pose_ahead.swap(state.pose);  // the pose of the clip, of which the state is on the way
+  pose_bodies(model, {at.clip_time, 1.0}, state);
+  state.pose_ahead.swap(state.pose);
+  set_carried(model.skin, state.pose_ahead, state.skin_shape, at.share, state.skin);
 }
 
 namespace {

@@ -19,8 +19,12 @@ double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to);
 /// The same in the frame that begin_frame() has begun and that ends at `time` (s). The pose of the
 /// state is scratch; afterwards it is what it was.
 double turn_until(const Model& model, double time, State& state);
+/// Sets state.pose, and of a character state.bodies.
+void pose_bodies(const Model& model, const WayPoint& at, State& state);
 /// Poses the skeleton at `time` (s) and moves the bones' surfaces.
 void drive_bones(const Model& model, double time, State& state);
+/// Gives the skin layer its cached shape at `time` (s), if it has one.
+void carry_skin(const Model& model, double time, State& state);
 /// Moves each muscle with the bones, in a step of h seconds that ends at `time` (s): a geometric
 /// one becomes its carried shape; one with forces gets its targets, rest lengths and first guess,
 /// or is its carried shape where it is on that rung. After drive_bones() and choose_levels().

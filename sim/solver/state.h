@@ -13,6 +13,7 @@
 #include "skin/contact/contact_memory.h"
 #include "skin/contact/multipliers.h"
 #include "skin/contact/parting.h"
+#include "skin/skin_props.h"
 
 namespace thew::sim {
 
@@ -79,6 +80,9 @@ struct MuscleState : MuscleMotion, MuscleSearches, CarriedStep {
 
 struct BoneState {
   Points x;
+  Points start;       ///< of one that bends: x when the step began
+  Points shape;       ///< of one that bends: x before the motion of its body
+  double bent = 0.0;  ///< m, the longest displacement of a node in the last step by bending alone
   MotionHistory followed;
   Bvh bvh;
   bool fitted = true;         ///< whether the tree is up to date with x
@@ -120,9 +124,13 @@ struct State {
   std::vector<char> body_moved;        ///< [body] in this step
   std::vector<Affine> bodies;          ///< of a character, stretch included
   std::vector<Affine> bodies_of_clip;  ///< the same, before they are blended with the bind pose
+  Pose cached_pose;                    ///< of cached bones, likewise
+  Pose pose_ahead;                     ///< scratch of carry_skin()
+  Points skin_shape;                   ///< m, of the skin's cache at the step's end
   std::vector<MuscleState> muscles;
   std::vector<BoneState> bones;
   std::vector<Collider> colliders;  ///< of the step; they point into this state and the model
+  Props props;                      ///< of the step of the skin, likewise
   CandidatePairs near_pairs;        ///< of the colliders
   PartingWork parting;
   SkinState skin;

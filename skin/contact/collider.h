@@ -44,9 +44,11 @@ struct Collider {
   bool soft = false;
   /// Positions that the others use: of the iteration before, if it is soft.
   const Points* previous_iterate = nullptr;
-  const Points* start = nullptr;  ///< positions at the begin of the step, for a soft one
-  /// For a rigid one: the motion from its present position to that at the begin of the step, and
-  /// its inverse.
+  /// Positions at the begin of the step, for one that is soft or bends; null for a rigid one.
+  const Points* start = nullptr;
+  double bent = 0.0;  ///< m, longest displacement of a node of one that bends, besides its motion
+  /// For one that is not soft: the motion from its present position to that at the begin of the
+  /// step, and its inverse.
   Transform to_start = Transform::Identity(), from_start = Transform::Identity();
 };
 

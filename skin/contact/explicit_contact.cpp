@@ -12,7 +12,7 @@ namespace {
 ContactPlane plane_of(const ContactSolve& solve, const Contact& contact) {
   const Collider& other = solve.colliders[contact.other];
   const Point after = contact_point(solve.colliders, contact);
-  const Point before = other.soft ? after : to_point(other.to_start * to_vec(after));
+  const Point before = other.soft ? after : contact_point_before(solve.colliders, contact);
   const Point normal = to_point(contact.normal);
   return {.normal = normal,
           .level = dot(normal, before) + solve.settings.gap + contact.offset,

@@ -25,7 +25,7 @@ Point contact_point(const std::vector<Collider>& colliders, const Contact& conta
 
 Point contact_point_before(const std::vector<Collider>& colliders, const Contact& contact) {
   const Collider& other = colliders[contact.other];
-  if (other.soft) return point_at(colliders, contact, *other.start);
+  if (other.start) return point_at(colliders, contact, *other.start);
   return to_point(other.to_start * to_vec(contact_point(colliders, contact)));
 }
 

@@ -22,10 +22,15 @@ NodeBox moved_box(const NodeBox& box, const Transform& motion, double& farthest)
 }
 
 // How much of the distance from `from` to `to` lies behind the point where it first enters the
-// surface, by a march of steps no shorter than `least` (m).
+// surface, by a march of steps no shorter than `least` (m). One that has bent over `from`, by
+// `bent` (m) at most, has come that much farther.
 double length_inside(const Surface& surface, const Bvh& bvh, const Points& x, const Vec3& from,
-                     const Vec3& to, double least) {
+                     const Vec3& to, double least, double bent) {
   const double distance = (to - from).norm();
+  if (bent > 0.0) {
+    const ClosestPoint near = closest_point(surface, bvh, x, from, bent, -1);
+    if (near.triangle >= 0 && near.distance <= 0.0) return distance - near.distance;
+  }
   for (double gone = 0.0; gone < distance;) {
     const Vec3 p = from + gone / distance * (to - from);
     const ClosestPoint near = closest_point(surface, bvh, x, p, distance - gone, -1);
@@ -51,7 +56,7 @@ bool may_tunnel(const BodyMotion& body, const Collider& rigid, double moved, dou
   double farthest = 0.0;
   NodeBox swept = moved_box(body.before, rigid.from_start, farthest);
   grow(swept, body.after.low, body.after.high);
-  return body.farthest + farthest > depth && are_near(swept, rigid.box, 0.0);
+  return body.farthest + farthest + rigid.bent > depth && are_near(swept, rigid.box, rigid.bent);
 }
 
 Tunnelling find_tunnelling(const Points& start, const Points& x,
@@ -61,9 +66,15 @@ Tunnelling find_tunnelling(const Points& start, const Points& x,
   for (size_t i = 0; i < x.size(); ++i) {
     if (!free_nodes[i]) continue;
     const Vec3 from = rigid.from_start * to_vec(start[i]), to = to_vec(x[i]);
-    const double distance = (to - from).norm();
+    const double distance = (to - from).norm() + rigid.bent;
     if (distance <= depth) continue;
-    const double inside = length_inside(*rigid.surface, *rigid.bvh, *rigid.x, from, to, least);
+    double inside =
+        length_inside(*rigid.surface, *rigid.bvh, *rigid.x, from, to, least, rigid.bent);
+    // It may have bent past a node that lies as near as this.
+    if (rigid.bent > depth &&
+        closest_point(*rigid.surface, *rigid.bvh, *rigid.x, to, rigid.bent).triangle >= 0) {
+      inside = std::max(inside, rigid.bent);
+    }
     if (inside <= std::max(worst.inside, depth)) continue;
     worst = {static_cast<int>(i), inside, distance};
   }

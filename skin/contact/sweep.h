@@ -22,7 +22,8 @@ BodyMotion body_motion(const Points& start, const Points& x);
 /// moved by at most `moved` (m). Uses boxes alone.
 bool may_tunnel(const BodyMotion& body, const Collider& rigid, double moved, double depth);
 
-/// The node that has gone farthest beyond the surface, in the frame of the surface.
+/// The node that has gone farthest beyond the surface, in the frame of the surface; one that bends
+/// may have come to a node that far.
 struct Tunnelling {
   int node = -1;          ///< -1: no node goes deeper than the limit
   double inside = 0.0;    ///< m, length of its path beyond the surface

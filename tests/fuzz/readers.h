@@ -15,6 +15,7 @@
 #include "sim/cache/cache.h"
 #include "sim/cache/cache_parts.h"
 #include "sim/cache/hash.h"
+#include "sim/cache/point_cache.h"
 #include "sim/scene/reader.h"
 #include "sim/scene/scene.h"
 
@@ -28,8 +29,8 @@ inline void put_bytes(const fs::path& file, std::string_view bytes) {
 }
 
 /// What anyone may hand to Thew, each as a file of the folder, which has what a scene names.
-enum class Reader { kScene, kClip, kUrdf, kMesh, kCache };
-inline constexpr const char* kReaders[] = {"scene", "clip", "urdf", "mesh", "cache"};
+enum class Reader { kScene, kClip, kUrdf, kMesh, kCache, kPoints };
+inline constexpr const char* kReaders[] = {"scene", "clip", "urdf", "mesh", "cache", "points"};
 
 inline void prepare_folder(const fs::path& folder) {
   fs::remove_all(folder);
@@ -106,6 +107,15 @@ inline void read_cache(const fs::path& folder, std::string_view bytes) {
   }
 }
 
+/// A PC2 or an MDD of two points, by its first byte.
+inline void read_points(const fs::path& folder, std::string_view bytes) {
+  const fs::path file = folder / (bytes.starts_with('P') ? "points.pc2" : "points.mdd");
+  put_bytes(file, bytes);
+  const MeshSamples samples = read_point_cache(file, 2, 24.0);
+  const MeshMotion motion = motion_of(samples.positions[0], samples, 0.0);
+  for (const double time : {-1.0, 0.01, 1e9}) pose_at(motion, time);
+}
+
 /// True where the bytes were accepted, false where they were refused by an Error; whatever else
 /// happens is a finding.
 inline bool accepts(Reader reader, const fs::path& folder, std::string_view bytes) {
@@ -127,6 +137,9 @@ inline bool accepts(Reader reader, const fs::path& folder, std::string_view byte
         break;
       case Reader::kCache:
         read_cache(folder, bytes);
+        break;
+      case Reader::kPoints:
+        read_points(folder, bytes);
         break;
     }
     return true;

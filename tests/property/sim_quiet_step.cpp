@@ -177,6 +177,13 @@ TEST_F(QuietStep, WhatIsPaintedAndPullsByItsJoint) {
   EXPECT_EQ(stepped_again(model, 7).allocations, 0);
 }
 
+TEST_F(QuietStep, ABallFromACache) {
+  const Model model =
+      model_of("tests/scenes/pair/ball.toml", {"solver.substeps=2", "muscle.side.weights=even",
+                                               "collider.ball.start=-5"});  // near from the start
+  EXPECT_EQ(stepped_again(model, 7).allocations, 0);
+}
+
 // Under a tolerance: a muscle without forces beside one that has them.
 TEST_F(QuietStep, ATolerance) {
   Model model = pair({});

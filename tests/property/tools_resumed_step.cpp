@@ -81,6 +81,12 @@ TEST(ResumedStep, OfABodyThatSlidesAndOneThatMeetsItself) {
   run(scene_of("tests/scenes/horseshoe/scene.toml"), 40);
 }
 
+TEST(ResumedStep, UnderABallFromACache) {
+  for (const char* integrator : {"local_global", "quasi_static"}) {
+    run(scene_of("tests/scenes/pair/ball.toml", {std::string("solver.integrator=") + integrator}));
+  }
+}
+
 TEST(ResumedStep, UnderATolerance) {
   Model model =
       scene_of("tests/scenes/pair/scene.toml", {"solver={ tolerance = { position = \"1 mm\" } }"});

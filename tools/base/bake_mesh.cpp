@@ -4,7 +4,7 @@
 namespace thew::tools {
 
 const char* kind_name(BakeMesh::Kind kind) {
-  static constexpr const char* kNames[] = {"muscle", "bone", "skin"};
+  static constexpr const char* kNames[] = {"muscle", "bone", "skin", "prop"};
   return kNames[static_cast<int>(kind)];
 }
 
@@ -14,6 +14,8 @@ std::array<double, 3> kind_colour(BakeMesh::Kind kind) {
       return {0.55, 0.12, 0.10};
     case BakeMesh::Kind::kBone:
       return {0.80, 0.74, 0.62};
+    case BakeMesh::Kind::kProp:
+      return {0.35, 0.42, 0.50};
     default:
       return {0.78, 0.52, 0.42};
   }

@@ -8,7 +8,7 @@
 
 namespace thew::tools {
 
-/// "muscle", "bone" or "skin"
+/// "muscle", "bone", "skin" or "prop"
 const char* kind_name(BakeMesh::Kind kind);
 /// What exports paint it with: red, green and blue, linear.
 std::array<double, 3> kind_colour(BakeMesh::Kind kind);

@@ -30,7 +30,7 @@ struct Item {
 
 int layer_pair(Kind a, Kind b) {
   const auto are = [&](Kind x, Kind y) { return (a == x && b == y) || (a == y && b == x); };
-  if (are(Kind::kBone, Kind::kMuscle)) return 0;
+  if (are(Kind::kBone, Kind::kMuscle) || are(Kind::kProp, Kind::kMuscle)) return 0;
   if (are(Kind::kMuscle, Kind::kMuscle)) return 1;
   if (are(Kind::kSkin, Kind::kMuscle)) return 2;
   if (are(Kind::kSkin, Kind::kBone)) return 3;

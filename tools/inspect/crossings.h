@@ -19,7 +19,8 @@ struct Crossings {
   Vec3 deep_at = Vec3::Zero();
 };
 
-/// In the order of the names; bone against bone is left out.
+/// In the order of the names; props count as bones, and bone against bone and skin against prop
+/// are left out.
 inline constexpr std::array<const char*, 5> kLayerPairs = {
     "bone and muscle", "muscle and muscle", "skin and muscle", "skin and bone", "skin and skin"};
 

@@ -213,7 +213,7 @@ py::array_t<double> all_positions(PythonBake& of, const std::string& mesh) {
 py::dict contents_of(const py::object& self) {
   const BakeContents& contents = self.cast<PythonBake&>().bake.contents();
   py::dict out, meshes;
-  constexpr const char* kKinds[] = {"muscle", "bone", "skin"};
+  constexpr const char* kKinds[] = {"muscle", "bone", "skin", "prop"};
   for (const BakedMesh& mesh : contents.meshes) {
     const auto rows = [](const auto& flat) { return static_cast<py::ssize_t>(flat.size() / 3); };
     meshes[py::str(mesh.name)] =

@@ -23,6 +23,7 @@ std::uint32_t name_hash(const std::string& name) {  // FNV-1a: by name, whatever
 std::array<std::uint8_t, 3> tint(const BakeMesh& mesh) {
   if (is_skin(mesh)) return {220, 172, 150};
   if (mesh.kind == BakeMesh::Kind::kBone) return {228, 214, 184};
+  if (mesh.kind == BakeMesh::Kind::kProp) return {112, 126, 142};
   const std::uint32_t hash = name_hash(mesh.name);
   const int light = hash & 31, warm = hash >> 8 & 15;
   return {static_cast<std::uint8_t>(138 + light), static_cast<std::uint8_t>(34 + light / 2 + warm),
@@ -117,7 +118,7 @@ Vec3 position_of(const DrawVertex& vertex) { return vec(vertex.position); }
 DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
   DrawGeometry geometry;
   geometry.meshes.resize(meshes.size());
-  for (int kind = 0; kind < 3; ++kind) {
+  for (int kind = 0; kind < 4; ++kind) {
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (int(meshes[m].kind) != kind) continue;
       geometry.meshes[m] = append_mesh(meshes[m], geometry);

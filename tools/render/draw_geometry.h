@@ -30,17 +30,18 @@ struct DrawMesh {
   std::size_t first_vertex = 0, vertex_count = 0;
 };
 
-using ShownKinds = std::array<bool, 3>;  ///< by BakeMesh::Kind
+using ShownKinds = std::array<bool, 4>;  ///< by BakeMesh::Kind
 
 Vec3 position_of(const DrawVertex& vertex);
 
-/// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin.
+/// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin, props.
 struct DrawGeometry {
   std::vector<DrawMesh> meshes;
   std::vector<DrawConstant> constants;
   std::vector<std::uint32_t> indices;
-  std::array<std::size_t, 4> first_index{};      ///< by BakeMesh::Kind, and the end
-  std::array<bool, 3> closed{true, true, true};  ///< by kind: closed and outward, no back is seen
+  std::array<std::size_t, 5> first_index{};  ///< by BakeMesh::Kind, and the end
+  std::array<bool, 4> closed{true, true, true,
+                             true};  ///< by kind: closed and outward, no back is seen
   std::vector<DrawVertex> vertices;
   float largest_weight = 2.0f;  ///< end of the colour scale: twice even, or the largest
 };

@@ -24,6 +24,7 @@ constexpr std::size_t kBackdrops = 8;  // kept, of views as they take turns
 
 /// What a surface is drawn as; the first three are those of BakeMesh::Kind, kFlat is unlit ink.
 /// Light tells them apart by the last two bits.
+constexpr int kProp = static_cast<int>(BakeMesh::Kind::kProp);  // it looks as bone does
 enum Look { kMuscle, kBone, kSkin, kFlat, kWeight, kCut = 6, kLooks };
 
 void check_size(int width, int height) {
@@ -274,7 +275,7 @@ void Renderer::Data::draw_shadow(const SceneView& view, const Shot& shot) {
   gl.Enable(GL_POLYGON_OFFSET_FILL);
   gl.PolygonOffset(2.0f, 2.0f);
   canvas.set("light_from_world", shot.light.light_from_world);
-  for (const int kind : {kMuscle, kBone, kSkin}) {
+  for (const int kind : {+kMuscle, +kBone, kProp, +kSkin}) {
     if (!shot.shown[kind]) continue;
     if (kind == kSkin && cut) {
       canvas.begin(cut_shadow_program, canvas.shadow_target, kShadowSize, kShadowSize);
@@ -298,9 +299,10 @@ void Renderer::Data::draw_surfaces(const SceneView& view, const Shot& shot) {
   const bool weights = view.show == "weights", cut = view.show == "cutaway";
   const auto look_of = [&](int kind) {
     if (kind == kMuscle && weights) return kWeight;
+    if (kind == kProp) return kBone;
     return kind == kSkin && cut ? kCut : static_cast<Look>(kind);
   };
-  for (const int kind : {kMuscle, kBone, kSkin}) {
+  for (const int kind : {+kMuscle, +kBone, kProp, +kSkin}) {
     if (!shot.shown[kind]) continue;
     begin_surface(look_of(kind), shot);
     canvas.set("weight_top", weights || kind == kMuscle ? double{geometry.largest_weight} : 0.0);
@@ -408,7 +410,7 @@ Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>
   Canvas& canvas = data.canvas;
   canvas.context.make_current();
   const bool skin = view.show == "skin", cut = view.show == "cutaway";
-  const ShownKinds shown = {!skin, !skin, skin || cut};
+  const ShownKinds shown = {!skin, !skin, skin || cut, true};
   data.send(positions, shown);
   const Shot shot = data.frame_shot(view, shown);
   canvas.clear(data.drawn);

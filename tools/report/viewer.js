@@ -136,11 +136,12 @@ let eye = home(), frame = 0, playing = false, started = 0, asked = false;
 const [play, range, told] =
     ['button', 'input[type=range]', 'output'].map((q) => box.querySelector(q));
 const control = (name) => box.querySelector(`[name=${name}]`);
-const colours = {muscle: [0.66, 0.23, 0.19], bone: [0.88, 0.84, 0.74], skin: [0.86, 0.68, 0.58]};
+const colours = {muscle: [0.66, 0.23, 0.19], bone: [0.88, 0.84, 0.74], skin: [0.86, 0.68, 0.58],
+  prop: [0.44, 0.50, 0.56]};
 const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 const decade = (error) => error > 0 ? (Math.log10(error) + 17) / 15 : 0;  // 1e-17 to 1e-2
 range.max = frames - 1;
-for (const kind of ['muscle', 'bone', 'skin']) {
+for (const kind of ['muscle', 'bone', 'skin', 'prop']) {
   if (!head.meshes.some((mesh) => mesh.kind === kind)) control(kind).closest('label').hidden = true;
 }
 
@@ -235,7 +236,7 @@ function toggle() {
 function go(to) { if (playing) toggle(); frame = (to + frames) % frames; ask(); }
 play.addEventListener('click', toggle);
 range.addEventListener('input', () => go(Number(range.value)));
-for (const name of ['muscle', 'bone', 'skin', 'colour']) {
+for (const name of ['muscle', 'bone', 'skin', 'prop', 'colour']) {
   control(name).addEventListener('change', ask);
 }
 canvas.addEventListener('keydown', (event) => {

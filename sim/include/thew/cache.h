@@ -12,7 +12,7 @@ namespace thew {
 
 /// One mesh of a bake: what does not change.
 struct BakedMesh {
-  enum class Kind { kMuscle, kBone, kSkin };
+  enum class Kind { kMuscle, kBone, kSkin, kProp };
   std::string name;
   Kind kind = Kind::kMuscle;
   Mesh rest;                    ///< in the rest pose, a bone in its body's frame; the file's order

@@ -227,5 +227,20 @@ TEST_F(SceneFile, ClipFiles) {
                 ":13: [rig.clip] has none of \"keys\", \"file\"");
 }
 
+TEST(Scene, CachesAreAsTheFileHasThem) {
+  const Scene scene = read_scene(kScenes / "every_key/cached.toml");
+  EXPECT_TRUE(scene.cached_rig.given && scene.rig.empty());
+  EXPECT_EQ(scene.cached_rig.scale, 0.01);
+  EXPECT_EQ(scene.cached_rig.start, 3.0);
+  EXPECT_EQ(scene.cached_rig.bind, 4.0);
+  EXPECT_EQ(scene.character.bones[0].cache.filename(), "weights.txt");
+  EXPECT_EQ(scene.colliders[0].start, 5.0);
+  EXPECT_EQ(scene.colliders[0].scale, 0.1);
+  EXPECT_EQ(scene.colliders[1].part, "skin");
+  EXPECT_TRUE(scene.colliders[1].mesh.empty());
+  EXPECT_EQ(scene.skin.cache.filename(), "weights.txt");
+  EXPECT_EQ(scene.skin.start, 6.0);
+}
+
 }  // namespace
 }  // namespace thew::tests

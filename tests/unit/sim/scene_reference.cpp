@@ -63,7 +63,7 @@ TEST(SceneReference, HasTheKeysThatScenesHave) {
       EXPECT_EQ(std::string(key.meaning).back(), '.') << key.name;
     }
   }
-  for (const char* scene : {"scene.toml", "character.toml"}) {
+  for (const char* scene : {"scene.toml", "character.toml", "cached.toml"}) {
     EXPECT_NO_THROW(read_scene(kEveryKey / scene));
     for (const Given& one : keys_in(scene)) given.insert(one.path);
   }
@@ -96,7 +96,7 @@ std::vector<std::string> wrong_values(const Key& key) {
 
 TEST(SceneReference, TypesAndRangesAreThoseOfTheReader) {
   int tried = 0;
-  for (const char* scene : {"scene.toml", "character.toml"}) {
+  for (const char* scene : {"scene.toml", "character.toml", "cached.toml"}) {
     for (const Given& one : keys_in(scene)) {
       ASSERT_TRUE(one.key) << one.path;
       for (const std::string& value : wrong_values(*one.key)) {
@@ -113,7 +113,7 @@ TEST(SceneReference, TypesAndRangesAreThoseOfTheReader) {
 // Another key may not go with the default; the default itself is never refused.
 TEST(SceneReference, DefaultsAreAllowed) {
   int tried = 0;
-  for (const char* scene : {"scene.toml", "character.toml"}) {
+  for (const char* scene : {"scene.toml", "character.toml", "cached.toml"}) {
     for (const Given& one : keys_in(scene)) {
       if (!one.key->standard) continue;
       std::string value = one.key->standard();

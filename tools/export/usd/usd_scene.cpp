@@ -197,7 +197,8 @@ UsdLayer describe_usd(const Shot& shot) {
   constexpr std::pair<BakeMesh::Kind, const char*> kScopes[] = {
       {BakeMesh::Kind::kBone, "Bones"},
       {BakeMesh::Kind::kMuscle, "Muscles"},
-      {BakeMesh::Kind::kSkin, "Skin"}};
+      {BakeMesh::Kind::kSkin, "Skin"},
+      {BakeMesh::Kind::kProp, "Props"}};
   for (const auto& [kind, name] : kScopes) {
     UsdPrim scope{name, "Scope"};
     std::set<std::string> taken;

@@ -45,7 +45,7 @@ class BakedMesh:
 
     name: str
     kind: str
-    """"muscle", "bone" or "skin"."""
+    """"muscle", "bone", "skin" or "prop"."""
     rest: Floats
     """[N, 3], m, in the rest pose; a bone in its body's frame."""
     triangles: Ints

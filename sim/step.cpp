@@ -59,7 +59,8 @@ std::optional<StepDiagnosis> step_muscles(const Model& model, const FrameDivisio
 
   clock.enter(seconds.muscles);
   solve_muscles(model, time, h, parallel, state);
-  if (!division.is_divided()) part_muscles(model, parallel, state);
+  if (auto diagnosis = diagnose_step(model, h, state)) return diagnosis;  // before it is searched
+  if (division.is_divided() || !part_muscles(model, parallel, state)) return {};
   return diagnose_step(model, h, state);
 }
 

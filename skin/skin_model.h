@@ -112,6 +112,8 @@ struct SkinnedWork {
   std::vector<Affine> of_links;
   std::vector<Eigen::Vector4d> turns;  ///< by link, quaternion of its rotation since the rest pose
   Points carried;                      ///< m, positions by the weights alone
+  Points before;                       ///< m, positions before triangles are moved out
+  std::vector<double> most;            ///< m, by vertex, how far it may be moved for that
 };
 
 /// State of a skin that goes from step to step; a step that fails restores it.

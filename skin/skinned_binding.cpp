@@ -14,6 +14,8 @@ namespace {
 // Vertices farther from the muscles at rest than this, in multiples of SkinSettings::reach, are no
 // nodes of the layer. Chosen by trial.
 constexpr double kLayerReach = 2.0;
+// Nor are those with less of their weights on limbs: a trunk's skin in an armpit. By trial.
+constexpr double kLeastShare = 0.2;
 // Weight of the anchors of the layer's rim, which keeps what the weights give: a force of as many
 // edges moves it by a ten-thousandth of what it would move one of them.
 constexpr double kHeld = 1e4;
@@ -46,7 +48,8 @@ std::vector<char> find_near(const SkinnedSkin& skin, const std::vector<Collider>
   std::vector<char> near(skin.rest.size(), 0);
   const double reach = kLayerReach * skin.settings.reach;
   for (size_t i = 0; i < skin.rest.size(); ++i) {
-    if (skin.map_back[i] != static_cast<int>(i) || share_of(skin.weights, limbs, i) < 0.5) continue;
+    if (skin.map_back[i] != static_cast<int>(i) || share_of(skin.weights, limbs, i) < kLeastShare)
+      continue;
     for (int m = 0; m < muscles && !near[i]; ++m) {
       near[i] =
           closest_point(*below[m].surface, *below[m].bvh, *below[m].x, to_vec(skin.rest[i]), reach)

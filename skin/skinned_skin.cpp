@@ -48,8 +48,12 @@ void bind_to_weights(const SkinnedSkin& skin, const SkinnedWork& work, SkinState
 }
 
 // A triangle that was divided is flat, and so cuts off what bulges between its vertices. Moves it
-// out over the flesh that the layer has found there.
-void keep_triangles_out(const SkinnedSkin& skin, const SkinState& layer, Points& x) {
+// out over the flesh that the layer has found there. A vertex moves by no more than the most that
+// its triangles lack, and no farther than flesh on both sides of an armpit may throw it.
+void keep_triangles_out(const SkinnedSkin& skin, const SkinState& layer, SkinnedWork& work,
+                        Points& x) {
+  work.most.assign(x.size(), 0.0);
+  work.before = x;
   for (int round = 0; round < kRounds; ++round) {
     bool is_out = true;
     for (size_t i = 0; i < skin.nodes.size(); ++i) {
@@ -64,7 +68,15 @@ void keep_triangles_out(const SkinnedSkin& skin, const SkinState& layer, Points&
       if (lack <= 0.0) continue;
       is_out = false;
       const Point by = to_point(lack / squared(node.shares) * flesh.normal_of_nearest);
-      for (int k = 0; k < 3; ++k) x[node.corners[k]] += node.shares[k] * by;
+      for (int k = 0; k < 3; ++k) {
+        const int corner = node.corners[k];
+        if (node.shares[k] <= 0.0) continue;
+        double& most = work.most[corner];
+        if (round == 0) most = std::max(most, std::min(lack, skin.settings.lengths.max_climb));
+        const Point moved = x[corner] + node.shares[k] * by - work.before[corner];
+        const double far = norm(moved);
+        x[corner] = work.before[corner] + (far > most ? most / far : 1.0) * moved;
+      }
     }
     if (is_out) return;
   }
@@ -100,7 +112,7 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
       if (skin.nodes[i].is_vertex() && !skin.nodes[i].is_held)
         state.x[skin.nodes[i].corners[0]] = layer.x[i];
     }
-    keep_triangles_out(skin, layer, state.x);
+    keep_triangles_out(skin, layer, work, state.x);
   }
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }

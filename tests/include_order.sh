@@ -26,7 +26,7 @@ find rig muscles skin sim tools tests \
         "tools/base tools/render tools/report tools/night tools/export tools/export/gltf tools/export/usd " \
         "tools/compare tools/inspect tools/fit tools/poses tools/farm tools/cli tools/python tools/author " \
         "tools/lab/base " \
-        "tools/lab/elements tools/lab/rivals tools/lab/paper tools/lab/chart tools/lab/related " \
+        "tools/lab/elements tools/lab/rivals tools/lab/paper tools/lab/chart tools/lab/related tools/lab/failure " \
         "tools/lab/peers tools/lab/bench tools/lab/results tools/lab", rooms, " ")
     for (i = 1; i <= count; ++i) room_rank[rooms[i]] = i
   }

@@ -381,7 +381,6 @@ ModelDef define_model(const Scene& scene) {
   static_cast<World&>(def) = scene;
   def.source = scene.file.string();
   def.warnings = scene.warnings;
-  def.solver = solver_of(scene);
   def.contact = scene.contact;
   if (scene.character.given) {
     def.character = define_character(scene, def.skeleton, def.warnings);
@@ -399,8 +398,8 @@ ModelDef define_model(const Scene& scene) {
     const SceneMuscle& muscle = scene.muscles[m];
     def.muscles.push_back(
         define_muscle(def.skeleton, bind_pose, muscle, times(Lengths{}, scene.size), imported[m]));
-    if (scene.solver.volume == "zonal") def.muscles.back().zones = muscle.zones;
   }
+  solve_as(scene, def);
   for (Bone& bone : bones_of(def.skeleton)) def.bones.push_back(std::move(bone));
   if (scene.character.given) {
     for (Bone& bone : character_bones(scene, def.skeleton)) def.bones.push_back(std::move(bone));
@@ -412,6 +411,14 @@ ModelDef define_model(const Scene& scene) {
   define_thickness(scene, imported, def);
   define_skin(scene, def.warnings, def.skin);
   return def;
+}
+
+void solve_as(const Scene& scene, ModelDef& def) {
+  def.solver = solver_of(scene);
+  const bool zonal = scene.solver.volume == "zonal";
+  for (size_t m = 0; m < def.muscles.size(); ++m) {
+    def.muscles[m].zones = zonal ? scene.muscles[m].zones : MuscleDef{}.zones;
+  }
 }
 
 Model build_model(const Scene& scene) { return build_model(define_model(scene)); }

@@ -10,6 +10,8 @@ namespace thew::sim {
 /// move.
 ModelDef define_model(const Scene& scene);
 Model build_model(const Scene& scene);
+/// The same under other keys of [solver] than it was defined with, without reading a file again.
+void solve_as(const Scene& scene, ModelDef& def);
 
 /// The integrator that a scene calls so in solver.integrator.
 Integrator integrator_of(const std::string& word);

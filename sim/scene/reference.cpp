@@ -11,11 +11,11 @@
 namespace thew::sim {
 namespace {
 
-constexpr Section kSections[] = {
-    kFile,       kScene,    kRig,     kClip,   kHinge,     kForearm, kScapula, kBone,
-    kCollider,   kMuscle,   kProfile, kActivation, kLoad,  kWeights, kZone,    kMaterial,
-    kTransform,  kPathPoint, kWrap,   kFixed,  kSkin,      kSolver,  kTolerance, kContact,
-    kRender,     kView,     kOutput,  kBound};
+constexpr Section kSections[] = {kFile,    kScene,   kRig,      kClip,     kHinge,     kForearm,
+                                 kScapula, kBone,    kCollider, kMuscle,   kProfile,   kActivation,
+                                 kLoad,    kWeights, kZone,     kMaterial, kTransform, kPathPoint,
+                                 kWrap,    kFixed,   kSkin,     kSolver,   kTolerance, kContact,
+                                 kRender,  kView,    kOutput,   kBound};
 
 // A test reads the scene in it.
 constexpr const char* kPreamble =

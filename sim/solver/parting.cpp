@@ -87,8 +87,8 @@ void part_once(const Model& model, State& state) {
 
 }  // namespace
 
-void part_muscles(const Model& model, Parallel& parallel, State& state) {
-  if (!model.contact.enabled) return;
+bool part_muscles(const Model& model, Parallel& parallel, State& state) {
+  if (!model.contact.enabled) return false;
   PartingWork& work = state.parting;
   work.bodies.resize(state.muscles.size());
   work.before.resize(state.muscles.size());
@@ -102,7 +102,7 @@ void part_muscles(const Model& model, Parallel& parallel, State& state) {
     });
     const bool parted = find_pairs(parallel, state) == 0;
     if (round == 0) {
-      if (parted) return;
+      if (parted) return false;
       for (int m = 0; m < state.count(); ++m) work.before[m] = state.muscles[m].x;
     }
     if (parted) break;
@@ -116,6 +116,7 @@ void part_muscles(const Model& model, Parallel& parallel, State& state) {
     MuscleState& now = state.muscles[m];
     note_volume(model.muscles[m], enclosed_volume(now.x, model.muscles[m].rest.triangles), now);
   }
+  return true;
 }
 
 }  // namespace thew::sim

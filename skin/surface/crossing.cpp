@@ -187,8 +187,8 @@ void find_near_crossings(const Surface& a, const Bvh& bvh_a, const Points& xa, c
     }
     if (divide_one && divide_two && !same) {  // the much larger one first
       const float left = extent_of(one), right = extent_of(two);
-      divide_two = left <= 2.0f * right;
-      divide_one = right <= 2.0f * left;
+      divide_two = !(left > 2.0f * right);  // both where neither is a number, or this never ends
+      divide_one = !(right > 2.0f * left);
     }
     const int rows = divide_one ? 2 : 1, columns = divide_two ? 2 : 1;
     for (int i = 0; i < rows; ++i) {

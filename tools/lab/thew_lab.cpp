@@ -4,6 +4,7 @@
 #include "tools/base/commit.h"
 #include "tools/cli/program_main.h"
 #include "tools/lab/chart/command.h"
+#include "tools/lab/failure/command.h"
 #include "tools/lab/paper/command.h"
 #include "tools/lab/related/command.h"
 #include "tools/lab/results/command.h"
@@ -46,11 +47,13 @@ void declare(CLI::App& app, CommandOptions& options, Arguments& a) {
   a.chart->add_option("SCENE", options.input, "scene file, TOML")->required();
   add_overwrite(*a.chart, options);
   add_threads(*a.chart, options, kThreads);
-  a.chart->add_flag("--stability", a.stability, "maps of where each integrator fails instead");
+  a.chart->add_flag("--stability", a.stability,
+                    "maps of where each method fails instead, those of others too");
   a.results = add_command(
       app, "results", "measures every figure that is stated of Thew and writes them on one page",
       "Markdown file; what stands there is replaced", options);
-  a.results->add_flag("--quick", a.quick, "in a minute or two: the arm and the paper, roughly");
+  a.results->add_flag("--quick", a.quick,
+                      "in three minutes: the arm, the paper and its related work, roughly");
   add_threads(*a.results, options, kThreads);
 }
 
@@ -67,8 +70,9 @@ int main(int argc, char** argv) {
        .run =
            [&](thew::tools::CommandOptions& options, thew::tools::Call&) {
              if (*a.paper && a.related) return thew::tools::related_command(options, a.quick);
+             if (*a.chart && a.stability) return thew::tools::stability_command(options);
              if (*a.results) return thew::tools::results_command(options, a.quick);
              return *a.paper ? thew::tools::paper_command(options, a.quick, a.cow)
-                             : thew::tools::chart_command(options, a.stability);
+                             : thew::tools::chart_command(options);
            }});
 }

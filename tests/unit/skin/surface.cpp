@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "tests/unit/skin/shapes.h"
@@ -211,6 +212,16 @@ TEST(Crossing, OfASurfaceWithItself) {
   // One node that is drawn through the tube and out of its far side makes triangles cross.
   ring.x[12] = Point{2.0, 0.05, 0.03, 0.0};
   EXPECT_GT(count(), 0u);
+}
+
+// What a solver that has diverged leaves has boxes without an extent: the search ends all the same.
+TEST(Crossing, OfWhatIsNoNumberEnds) {
+  Shape shape = make_shape(ball(1.0, {0, 0, 0}, 20, 9));
+  for (const double no : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+    for (Point& p : shape.x) p = Point{no, no, no};
+    refit_bvh(shape.surface, shape.x, shape.bvh);
+    crossing_triangles(shape.surface, shape.bvh, shape.x, shape.surface, shape.bvh, shape.x);
+  }
 }
 
 }  // namespace

@@ -8,10 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/cache/durable_file.h"
-#include "sim/scene/reader.h"
 #include "tools/base/printing.h"
 #include "tools/base/progress.h"
-#include "tools/lab/chart/maps.h"
 #include "tools/lab/chart/plot.h"
 
 namespace thew::tools {
@@ -28,34 +26,17 @@ void tell(const CommandOptions& options, const std::vector<std::string>& files) 
   print_json(json);
 }
 
-ExitCode map_stability(const CommandOptions& options, ProgressStyle style) {
-  MapAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
-  std::unique_ptr<Progress> progress;
-  ask.on_cell = [&](int done, int total) {
-    if (!progress) progress = std::make_unique<Progress>(style, "mapping", total, stderr);
-    progress->step(done, done);
-  };
-  const std::vector<StabilityMap> maps = run_maps(ask);
-  progress.reset();
-  write_durably(options.out / "stability.csv", maps_csv(maps));
-  write_durably(options.out / "stability.json", maps_json(maps));
-  write_durably(options.out / "stability.html", maps_html(read_scene(options.input).name, maps));
-  tell(options, {"stability.html", "stability.csv", "stability.json"});
-  return ExitCode::kDone;
-}
-
 }  // namespace
 
-ExitCode chart_command(const CommandOptions& options, bool stability) {
+ExitCode chart_command(const CommandOptions& options) {
   const ProgressStyle style = parse_progress(options.progress, isatty(STDERR_FILENO) != 0);
   create_folders(options.out);
   const FolderLock lock(options.out);
   std::vector<fs::path> claimed;
   for (const char* ending : {".csv", ".json", ".svg", ".png", ".html"}) {
-    claimed.push_back(options.out / (std::string(stability ? "stability" : "chart") + ending));
+    claimed.push_back(options.out / (std::string("chart") + ending));
   }
   claim(claimed, options.overwrite);
-  if (stability) return map_stability(options, style);
   ChartAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
   std::unique_ptr<Progress> progress;
   ask.on_step = [&](int done, int total) {

@@ -5,8 +5,7 @@
 
 namespace thew::tools {
 
-/// Speed against accuracy of the scene's muscles, over a table of solver settings; `stability`:
-/// maps of where each integrator fails instead.
-ExitCode chart_command(const CommandOptions& options, bool stability);
+/// Speed against accuracy of the scene's muscles, over a table of solver settings.
+ExitCode chart_command(const CommandOptions& options);
 
 }  // namespace thew::tools

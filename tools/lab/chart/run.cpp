@@ -25,8 +25,28 @@ namespace {
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
 constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
 using Frames = std::vector<std::vector<Points>>;  // [frame][muscle]
-Scene muscles_of_scene(const ChartAsk& ask) {
-  Scene scene = read_scene(ask.scene);
+// A scene and what its files hold, read once: each file is read by a child process, and a fork is
+// dear to a program that holds all frames of a reference.
+struct ReadScene : Scene {
+  ModelDef def;
+};
+
+Scene with_setting(Scene scene, const ChartSetting& setting) {
+  scene.solver.integrator = setting.integrator;
+  scene.solver.volume = setting.volume;
+  scene.solver.substeps = setting.substeps;
+  scene.solver.iterations = setting.iterations;
+  return scene;
+}
+
+Model solved(const ReadScene& scene, const ChartSetting& setting) {
+  ModelDef def = scene.def;
+  solve_as(with_setting(scene, setting), def);
+  return build_model(def);
+}
+
+ReadScene muscles_of_scene(const ChartAsk& ask) {
+  ReadScene scene = {read_scene(ask.scene), {}};
   scene.skin.mesh.clear();
   scene.skin.skinned = false;
   scene.solver.tolerance.reset();  // every setting is charted by itself
@@ -35,16 +55,17 @@ Scene muscles_of_scene(const ChartAsk& ask) {
     throw Error(ErrorCode::kUsage,
                 scene.file.string() + ": a chart needs two frames or more; give scene.frames");
   }
+  scene.def = define_model(scene);
   return scene;
 }
 
 // Calls on_frame(model, state) at each frame, the first one included; settles once for all runs of
 // a point. What the solver cannot do, explicit steps without number among it, is the point's
 // failure; all other errors end the chart. CPU seconds.
-double simulate(const Scene& scene, ChartPoint& point, int last,
+double simulate(const ReadScene& scene, ChartPoint& point, int last,
                 const std::function<void(const Model&, State&)>& on_frame,
                 std::optional<State>& settled) {
-  Model model = solved_as(scene, point.setting);
+  Model model = solved(scene, point.setting);
   model.solver.rungs = false;  // a failure is what a chart shows
   try {
     if (!settled) settled = settled_state(model);
@@ -62,9 +83,9 @@ double simulate(const Scene& scene, ChartPoint& point, int last,
 
 // CPU seconds of the very first frame; 0 where it fails, which the whole run will tell. Explicit
 // steps are as many as the time is long, tens of thousands a frame on the arm: some of them tell.
-double first_frame(const Scene& scene, const ChartSetting& setting) {
+double first_frame(const ReadScene& scene, const ChartSetting& setting) {
   stop_if_interrupted();
-  Model model = solved_as(scene, setting);
+  Model model = solved(scene, setting);
   model.solver.rungs = false;
   Parallel one(1);
   StageSeconds stages;
@@ -84,7 +105,7 @@ double first_frame(const Scene& scene, const ChartSetting& setting) {
   return (cpu_seconds() - begin) / share;
 }
 
-void give_up_slow(const Scene& scene, const ChartSetting& reference, double longest_run,
+void give_up_slow(const ReadScene& scene, const ChartSetting& reference, double longest_run,
                   Chart& chart) {
   const double most = kMostCost * first_frame(scene, reference);
   const auto refusal = [&](const ChartSetting& setting) {
@@ -106,7 +127,7 @@ void give_up_slow(const Scene& scene, const ChartSetting& reference, double long
   }
 }
 
-Frames run_frames(const Scene& scene, ChartPoint& point) {
+Frames run_frames(const ReadScene& scene, ChartPoint& point) {
   Frames frames;
   std::optional<State> settled;
   const auto keep = [&](const Model&, State& state) {
@@ -126,7 +147,7 @@ NodeDistance distance_of(const Frames& a, const Frames& b) {
 }
 
 // Fills in the figures and leaves the frames of the finest run; none where a run failed.
-Frames refine(const Scene& scene, Parallel& parallel, const std::function<void()>& on_run,
+Frames refine(const ReadScene& scene, Parallel& parallel, const std::function<void()>& on_run,
               Refinement& refinement) {
   const int count = static_cast<int>(refinement.settings.size());
   std::vector<Frames> runs(count);
@@ -157,7 +178,7 @@ Frames refine(const Scene& scene, Parallel& parallel, const std::function<void()
 }
 
 // `own`: of the finest run of the point's integrator, empty where there is none.
-void measure_point(const Scene& scene, const Frames& reference, const Frames& own,
+void measure_point(const ReadScene& scene, const Frames& reference, const Frames& own,
                    ChartPoint& point, std::optional<State>& settled) {
   NodeDistance distance, from_own;
   std::size_t frame = 0;
@@ -214,11 +235,7 @@ std::string held_volume(const std::string& volume) { return volume == "zonal" ? 
 }  // namespace
 
 Model solved_as(Scene scene, const ChartSetting& setting) {
-  scene.solver.integrator = setting.integrator;
-  scene.solver.volume = setting.volume;
-  scene.solver.substeps = setting.substeps;
-  scene.solver.iterations = setting.iterations;
-  return build_model(scene);
+  return build_model(with_setting(std::move(scene), setting));
 }
 
 std::string setting_name(const ChartSetting& setting) {
@@ -307,13 +324,13 @@ std::vector<std::size_t> pareto_front(const std::vector<ChartPoint>& points,
 namespace {
 
 // What is to be run, but not what comes of it.
-Chart lay_out(const ChartAsk& ask, const Scene& scene) {
+Chart lay_out(const ChartAsk& ask, const ReadScene& scene) {
   Chart chart;
   chart.scene = scene.name;
   chart.frames = scene.last_frame - scene.first_frame + 1;
   chart.repetitions = ask.repetitions;
   chart.timed_frames = std::min(kTimedFrames, chart.frames - 1);
-  const Model model = build_model(scene);
+  const Model model = build_model(scene.def);
   chart.muscles = static_cast<int>(model.muscles.size());
   int limit = 1;
   for (int m = 0; m < chart.muscles; ++m) {
@@ -338,7 +355,7 @@ Chart lay_out(const ChartAsk& ask, const Scene& scene) {
 
 using Finest = std::map<std::string, Frames>;  // by integrator
 
-Finest refine_all(const Scene& scene, Parallel& parallel, const std::function<void()>& on_run,
+Finest refine_all(const ReadScene& scene, Parallel& parallel, const std::function<void()>& on_run,
                   Chart& chart) {
   Finest finest;
   for (Refinement& refinement : chart.refinements) {
@@ -357,7 +374,7 @@ Finest refine_all(const Scene& scene, Parallel& parallel, const std::function<vo
 }
 
 // One after another, and all points again and again: what disturbs one run disturbs all alike.
-void time_points(const Scene& scene, std::vector<std::optional<State>>& settled,
+void time_points(const ReadScene& scene, std::vector<std::optional<State>>& settled,
                  const std::function<void()>& on_run, Chart& chart) {
   std::vector<std::vector<double>> seconds(chart.points.size());
   for (int r = 0; r < chart.repetitions; ++r) {
@@ -378,7 +395,7 @@ void time_points(const Scene& scene, std::vector<std::optional<State>>& settled,
 }  // namespace
 
 Chart run_chart(const ChartAsk& ask) {
-  const Scene scene = muscles_of_scene(ask);
+  const ReadScene scene = muscles_of_scene(ask);
   Chart chart = lay_out(ask, scene);
   const int points = static_cast<int>(chart.points.size());
   int done = 0, total = (1 + ask.repetitions) * points;

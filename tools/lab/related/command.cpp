@@ -26,7 +26,7 @@ ExitCode related_command(const CommandOptions& options, bool quick) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "comparing",
                     study_steps(quick), stderr);
   int steps = 0;
-  const Study study = run_study(own_asset("paper"), quick, [&] {
+  const Study study = run_study(own_asset("paper"), own_asset("arm/arm.toml"), quick, [&] {
     ++steps;
     progress.step(steps, steps);
   });

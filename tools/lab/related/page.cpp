@@ -127,13 +127,17 @@ Table summary_of(const Study& study) {
 }
 
 Table claims_of(const Study& study) {
-  Table table{"claims.csv",
-              "What the paper says of its related work and of itself",
-              "In our words. Each verdict is derived from the figures beside it.",
-              {"claim", "verdict", "figures"},
-              {}};
+  Table table{
+      "claims.csv",
+      "What the paper says of its related work and of itself",
+      "Each verdict is derived from the figures beside it. Printed: a table or figure of the "
+      "paper says it. Its authors: the method's own paper does. Paraphrase: the sense of the "
+      "paper's sidebar in our words; its text was not at hand. Ours: what the comparison "
+      "comes to.",
+      {"claim", "said by", "verdict", "figures"},
+      {}};
   for (const RelatedClaim& claim : judge_claims(study)) {
-    table.rows.push_back({claim.claim, claim.verdict, claim.figures});
+    table.rows.push_back({claim.claim, claim.source, claim.verdict, claim.figures});
   }
   return table;
 }
@@ -209,6 +213,7 @@ void write_study(const Study& study, double seconds,
   draw(kBall, "related_volume", &ChartPoint::volume_error, "largest volume error");
   draw("flexed", "related_flexed", &ChartPoint::percent, "distance, % of half the thickness");
   add(summary_of(study));
+  if (!study.arm.empty()) add(sections_of(study.arm));
   add(truths_of(study));
   for (const Table& table : runs_of(study)) add(table);
   if (study.quick) {

@@ -112,12 +112,12 @@ const RelatedRun* Study::thew(const std::string& name, const std::string& key) c
 
 int study_steps(bool quick) {
   const int methods = static_cast<int>(related_methods(quick).size());
-  return (quick ? 2 : 6) * (methods + 1) + (quick ? 2 : 4);
+  return (quick ? 2 : 6) * (methods + 1) + (quick ? 2 : 4) + 1;
 }
 
-Study run_study(const std::filesystem::path& folder, bool quick,
+Study run_study(const std::filesystem::path& folder, const std::filesystem::path& arm, bool quick,
                 const std::function<void()>& done) {
-  Study study{quick, related_methods(quick), all_scenes(folder, quick), {}, {}};
+  Study study{quick, related_methods(quick), all_scenes(folder, quick), {}, {}, {}};
   std::mutex mutex;
   const auto tell = [&] {
     const std::scoped_lock lock(mutex);
@@ -168,6 +168,9 @@ Study run_study(const std::filesystem::path& folder, bool quick,
     study.momentum.push_back(moves ? momentum_gained(ball, one, one.dials[0]) : -1.0);
     study.stiffening.push_back(moves ? stiffening(ball, one, one.dials[0]) : -1.0);
   }
+  const std::vector<double> angles = {0.0, 45.0, 90.0, 130.0};
+  study.arm = arm_sections(arm, quick ? std::vector{0.0, 90.0} : angles);
+  tell();
   return study;
 }
 

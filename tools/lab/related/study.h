@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "tools/lab/related/arm.h"
 #include "tools/lab/related/measure.h"
 
 namespace thew::tools {
@@ -23,6 +24,7 @@ struct Study {
   std::vector<RelatedMethod> methods;
   std::vector<StudiedScene> scenes;
   std::vector<double> momentum, stiffening;  ///< by method, at its best dial; -1: has none
+  std::vector<ArmSection> arm;
 
   /// Index of a method or a scene; -1: it is not there.
   int method(const std::string& name) const;
@@ -34,7 +36,9 @@ struct Study {
   const RelatedRun* thew(const std::string& name, const std::string& key) const;
 };
 /// Runs everything; `done` is called after each of study_steps() parts.
-Study run_study(const std::filesystem::path& scenes, bool quick, const std::function<void()>& done);
+/// `scenes`: of the paper; `arm`: the arm's.
+Study run_study(const std::filesystem::path& scenes, const std::filesystem::path& arm, bool quick,
+                const std::function<void()>& done);
 int study_steps(bool quick);
 
 }  // namespace thew::tools

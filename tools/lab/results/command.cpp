@@ -34,9 +34,7 @@ Table tested_table() {
         "`tests/stress/sim_contact.cpp`"},
        {"a ball from a cache that flattens on muscles and skin; the arm by its own cached bones",
         "`tests/unit/sim/cached.cpp`, `tests/property/sim_cached_arm.cpp`"},
-       {"integrators end in one limit", "`tests/property/sim_integrators.cpp`"},
-       {"stability of a body by itself (`thew-lab chart SCENE --stability`)",
-        "`tests/unit/tools/lab/chart_maps.cpp`"}}};
+       {"integrators end in one limit", "`tests/property/sim_integrators.cpp`"}}};
 }
 
 }  // namespace
@@ -51,12 +49,15 @@ ExitCode results_command(const CommandOptions& options, bool quick) {
       {"flexion",
        [&] { return std::vector{flexion_table(arm, quick ? kQuickFrames : 0, threads)}; }},
       {"paper", [&] { return paper_tables(quick); }},
+      {"related", [&] { return related_tables(quick); }},
       {"bar", [] { return std::vector{bar_table()}; }},
       {"peers", [&] { return peer_tables(arm); }},
       {"tolerance", [&] { return tolerance_tables(arm); }},
       {"chart", [&] { return chart_tables(arm, threads); }},
+      {"failure", [&] { return std::vector{failure_table(threads)}; }},
       {"what tests hold", [] { return std::vector{tested_table()}; }}};
-  if (quick) parts.erase(parts.begin() + 3, parts.begin() + 7);
+  // Of a quick run: speed, flexion, paper, related, and what tests hold.
+  if (quick) parts.erase(parts.begin() + 4, parts.end() - 1);
   ResultsHead head = results_head(options.commit, quick);
   std::vector<Table> tables;
   {

@@ -60,7 +60,7 @@ std::string results_page(const ResultsHead& head, const std::vector<Table>& tabl
   if (head.quick) {
     page +=
         "**This is a quick run (`--quick`): fewer frames and repetitions, and no chart, tolerance, "
-        "bar or peers. Its times are rough.**\n\n";
+        "bar, peers or map of failure. Its times are rough.**\n\n";
   }
   if (!head.missing.empty()) {
     page += "**Interrupted; not measured: " + head.missing + ".**\n\n";

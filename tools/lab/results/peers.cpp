@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tables of what thew-lab paper and thew_peers measure.
+// Tables of what thew-lab paper, its --related, chart --stability and thew_peers measure.
 #include <nlohmann/json.hpp>
 
 #include "rig/text.h"
 #include "tools/base/options.h"
 #include "tools/base/temporary_folder.h"
+#include "tools/lab/failure/maps.h"
 #include "tools/lab/paper/command.h"
 #include "tools/lab/paper/report.h"
 #include "tools/lab/peers/bar_chart.h"
+#include "tools/lab/related/page.h"
 #include "tools/lab/results/results.h"
 #include "tools/render/program.h"
 
@@ -79,6 +81,31 @@ std::vector<Table> paper_tables(bool quick) {
                   "`tests/unit/tools/lab/paper_long.cpp`.";
   }
   return tables;
+}
+
+std::vector<Table> related_tables(bool quick) {
+  const Study study = run_study(own_asset("paper"), own_asset("arm/arm.toml"), quick, [] {});
+  std::vector<Table> tables = {claims_of(study), summary_of(study), sections_of(study.arm),
+                               truths_of(study)};
+  for (Table& table : tables) {
+    table.title = "Related work: " + table.title;
+    table.note +=
+        " Measured alone by `thew-lab paper --related --out DIR`; tested by "
+        "`tests/unit/tools/lab/rivals.cpp` (each method), `tests/unit/tools/lab/related.cpp`.";
+  }
+  return tables;
+}
+
+Table failure_table(int threads) {
+  const std::vector<StabilityMap> maps =
+      run_maps({.scene = own_asset("paper/ball.toml"), .threads = threads});
+  Table table = verdicts_of(maps);
+  table.title = "The map of failure: " + table.title;
+  table.note +=
+      " Which region fails by what, and what Thew does there, is on the page of `thew-lab chart "
+      "assets/paper/ball.toml --stability --out DIR`, which measures this alone; tested by "
+      "`tests/unit/tools/lab/failure.cpp`.";
+  return table;
 }
 
 Table bar_table() {

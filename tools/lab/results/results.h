@@ -47,6 +47,11 @@ std::vector<Table> chart_tables(const std::filesystem::path& scene, int threads)
 std::vector<Table> paper_tables(bool quick);
 /// Zones of the bar beside finite elements (thew_peers --bar).
 Table bar_table();
+/// The paper's related work (thew-lab paper --related): methods, claims, truths, the arm's
+/// sections.
+std::vector<Table> related_tables(bool quick);
+/// Where methods fail (thew-lab chart --stability of the paper's ball): cells by verdict.
+Table failure_table(int threads);
 /// Bullet beside ours (thew_peers), where that program lies beside this one; else none.
 std::vector<Table> peer_tables(const std::filesystem::path& scene);
 

@@ -95,6 +95,16 @@ TEST_F(RelatedRuns, TooFewStepsAreToldAndEnoughKeepTheVolume) {
   EXPECT_EQ(run_rival(*scene_, ours, ours.dials[0], 32, 10, 0.0).failure, "given up");
 }
 
+// The paper's figure 8: without anything for the volume half of it is gone, and linear elements
+// with a penalty keep most.
+TEST_F(RelatedRuns, SpringsAloneLoseTheVolumeAndElementsWithAPenaltyMostlyKeepIt) {
+  const RelatedMethod &none = method("conventional"), &linear = method("linear FEM");
+  EXPECT_GT(run_rival(*scene_, none, none.dials[0], 32, 0, 20.0).volume_error, 0.3);
+  const RelatedRun kept = run_rival(*scene_, linear, linear.dials[0], 1, 10, 20.0);
+  EXPECT_LT(kept.volume_error, 0.02);
+  EXPECT_GT(kept.volume_error, 1e-5);
+}
+
 // Forces inside a body give it no momentum; barycentre springs as printed do not cancel.
 TEST_F(RelatedRuns, MomentumAndStiffnessAreThoseOfTheMethod) {
   const RelatedMethod &ours = method(kOurs), &pressure = method("Zordan 2004"),
@@ -144,11 +154,34 @@ TEST(RelatedClaims, VerdictsFollowTheFigures) {
   EXPECT_EQ(verdict_of(one, "Promayon's projection keeps the volume exactly"), "false");
   EXPECT_EQ(verdict_of(other, "Promayon's projection keeps the volume exactly"), "true");
   EXPECT_EQ(verdict_of(one, "none is nearer to a solid"), "true");
+  for (const RelatedClaim& claim : judge_claims(one)) EXPECT_NE(claim.source, "") << claim.claim;
   Study beaten = one;
   beaten.scenes[0].sweeps[beaten.method("Hirota 1999")].runs[0].distance = 0.01;
   EXPECT_EQ(verdict_of(beaten, "none is nearer to a solid"), "only among what costs as little");
   beaten.scenes[0].sweeps[beaten.method("Hirota 1999")].runs[0].milliseconds = 0.5;
   EXPECT_EQ(verdict_of(beaten, "none is nearer to a solid"), "false");
+}
+
+// Geometric muscles grow as constant volume asks; linear elements lose some under a large
+// shortening, and the muscle itself keeps it beside its neighbours.
+TEST(RelatedArm, SectionsGrowAsTheBellyShortens) {
+  const std::vector<ArmSection> rows = arm_sections(own_asset("arm/arm.toml"), {0.0, 90.0});
+  ASSERT_EQ(rows.size(), 24u);
+  for (const ArmSection& row : rows) {
+    const double constant = 1.0 / (1.0 - row.shortening);
+    EXPECT_NEAR(row.ellipsoid.section, constant, 0.05 * constant) << row.muscle;
+    EXPECT_NEAR(row.profile.section, constant, 0.05 * constant) << row.muscle;
+    EXPECT_LT(row.ellipsoid.volume_error, 1e-12);
+    EXPECT_LT(row.profile.volume_error, 1e-3);
+    EXPECT_LT(row.ours.volume_error, 1e-12);
+    if (row.degrees < 1.0) continue;
+    if (row.muscle != "biceps_long") continue;
+    EXPECT_GT(constant, 1.3);
+    EXPECT_NEAR(row.ours.section, constant, 0.05 * constant);
+    EXPECT_GT(row.elements.volume_error, 0.05);
+    EXPECT_LT(row.elements.section, row.ours.section);
+  }
+  EXPECT_EQ(sections_of(rows).rows.size(), 26u);
 }
 
 TEST(RelatedPage, EveryMethodHasARowAndAMark) {

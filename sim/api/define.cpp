@@ -188,7 +188,7 @@ void define_by_joint(const thew::Muscle& given, const std::string& what, MuscleD
   check_curve(by.speed, what + ": the speed" + wrong);
   if (!(by.load >= 0.0 && by.load <= 1e6)) refuse(what + ": its load is not 0 to 1e6 kg");
   if (by.load_body.empty()) return;
-  muscle.by_joint->load.emplace();
+  muscle.by_joint->load = muscles::JointActivation::Load{};
   muscle.by_joint->load->mass = by.load;
   muscle.by_joint->load->body = by.load_body;
   muscle.by_joint->load->at = to_vec3(by.load_at, what + ": its load");

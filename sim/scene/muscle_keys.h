@@ -358,7 +358,7 @@ inline constexpr Section kWeights{
     "muscle.weights", "A map: `weights` of a muscle, and others",
     "A map is a number by vertex. `weights` of a muscle is one; `material.stiffness`, `skin.fat`, "
     "`skin.slide` and each of `contact.thickness` may be one. A map that has one value everywhere "
-    "is that number. `thew inspect SCENE --maps FOLDER` draws them.",
+    "is that number. `thew inspect` draws them.",
     kWeightsKeys};
 
 inline constexpr Key kZoneKeys[] = {

@@ -153,7 +153,7 @@ JointActivation read_joint_activation(TomlValue& table) {
     by.speed = pairs_of(*speed, kActivation["speed"]);
   }
   if (TomlValue* load = find(table, kActivation["load"])) {
-    by.load.emplace();
+    by.load = muscles::JointActivation::Load{};
     by.load->mass = number_of(require(*load, kLoad["mass"]), kLoad["mass"].range);
     by.load->body = text_of(require(*load, kLoad["body"]));
     by.load->at = vector_of(require(*load, kLoad["at"]), kLoad["at"].range);

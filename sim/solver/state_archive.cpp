@@ -254,7 +254,7 @@ bool fits(const State& state, const Model& model) {
       return false;
     }
   }
-  const size_t vertices = model.skin.rest.size();
+  const size_t vertices = model.has_skin ? model.skin.rest.size() : 0;
   const size_t nodes = model.skinned ? model.skinned->nodes.size() : vertices;
   const SkinMotion& layer = layer_of(model, state);
   return state.skin.x.size() == vertices && layer.x.size() == nodes &&

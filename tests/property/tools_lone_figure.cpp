@@ -42,7 +42,7 @@ class LoneFigure : public NewScene {
                   1e3 * muscles, 1e3 * skin);
       EXPECT_GT(bones, 0.0);
       EXPECT_LT(muscles, 1.5 * bones + 5e-4) << frame;
-      EXPECT_LT(skin, 1.5 * bones + 5e-4) << frame;
+      EXPECT_LT(skin, 1.5 * bones + 6e-4) << frame;
     }
   }
 

@@ -215,28 +215,6 @@ void find_rest_covers(const std::vector<Collider>& below, SkinModel& model) {
   }
 }
 
-void find_pieces(SkinModel& model) {
-  model.piece.assign(model.rest.size(), -1);
-  std::vector<int> stack;
-  int pieces = 0;
-  for (size_t start = 0; start < model.rest.size(); ++start) {
-    if (model.piece[start] >= 0) continue;
-    model.piece[start] = pieces;
-    stack.push_back(static_cast<int>(start));
-    while (!stack.empty()) {
-      const int i = stack.back();
-      stack.pop_back();
-      for (int k = model.first_neighbour[i]; k < model.first_neighbour[i + 1]; ++k) {
-        int& piece = model.piece[model.neighbours[k]];
-        if (piece >= 0) continue;
-        piece = pieces;
-        stack.push_back(model.neighbours[k]);
-      }
-    }
-    ++pieces;
-  }
-}
-
 void find_rest_crossings(SkinModel& model) {
   const Bvh bvh = build_bvh(model.surface, model.rest);
   model.crosses_at_rest.assign(model.surface.triangles.size(), 0);
@@ -279,7 +257,6 @@ void finish_binding(const std::vector<Triangle>& triangles, const std::vector<do
   for (const double weight : hold) model.anchor.push_back(anchoring(edges, model) + weight);
   measure_fat(below, model);
   build_elasticity(edges, model);
-  find_pieces(model);
   find_wall_levels(model);
   find_rest_covers(below, model);
   find_rest_crossings(model);

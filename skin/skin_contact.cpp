@@ -78,10 +78,8 @@ void find_own_crossings(const SkinModel& model, SkinState& state) {
   find_crossings(model.surface, state.bvh, state.x, model.surface, state.bvh, state.x,
                  state.crossings);
   std::erase_if(state.crossings, [&](const std::array<int, 2>& pair) {
-    const auto piece = [&](int t) { return model.piece[model.surface.triangles[t][0]]; };
-    return (!model.piece.empty() && piece(pair[0]) != piece(pair[1])) ||
-           (!model.crosses_at_rest.empty() && model.crosses_at_rest[pair[0]] &&
-            model.crosses_at_rest[pair[1]]);
+    return !model.crosses_at_rest.empty() && model.crosses_at_rest[pair[0]] &&
+           model.crosses_at_rest[pair[1]];
   });
   state.crossings_at = state.x;
 }

@@ -216,9 +216,9 @@ void store_motion(const SkinModel& model, SkinState& state) {
       const int j = model.neighbours[k];
       sum += model.weights[k] * (d - (state.x[j] - state.elastic[j]));
     }
-    // There is no friction. Of the force that the sweeps have left
-    // unbalanced, the flesh bears the part along its outward direction, and the other wall of a
-    // fold bears the part that pulls the node towards it.
+    // There is no friction. Of the force that the sweeps have left unbalanced, the flesh bears the
+    // part along its outward direction, and the other wall of a fold bears the part that pulls the
+    // node towards it.
     const FleshValue flesh =
         flesh_value(state.planes, static_cast<int>(i), to_vec(state.x[i]), model.settings.bridging);
     const Point out = flesh.found

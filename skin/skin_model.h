@@ -70,9 +70,6 @@ struct SkinModel {
   std::vector<double> cover;
   /// By triangle, whether it crosses another at rest; two such are not parted. Empty: none.
   std::vector<char> crosses_at_rest;
-  /// By node, which of the pieces of the surface it is of; two pieces may go through each other, as
-  /// those of armour or of a wooden mannequin do. Empty: there is one.
-  std::vector<int> piece;
   std::vector<SkinSite> sites;  ///< by node; empty: all slide freely
   // Elastic energy: sum over edges of w_ij |x_i - x_j - e_ij|^2, and over nodes of a_i |x_i -
   // b_i|^2 + s_i |x_i - t_i|^2, with e the rotated rest vector of an edge, b the bound position of

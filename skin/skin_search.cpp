@@ -146,7 +146,6 @@ void find_normal_boxes(const SkinModel& model, SkinState& state) {
 bool may_be_wall(const SkinModel& model, const SkinState& state, int triangle, int node) {
   const Triangle& c = model.surface.triangles[triangle];
   if (c[0] == node || c[1] == node || c[2] == node) return false;
-  if (!model.piece.empty() && model.piece[c[0]] != model.piece[node]) return false;
   return !(to_vec(sum_of_normals(state, c)).dot(to_vec(state.normals[node])) > 0.0);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "muscles/volume.h"
+#include "skin/sides.h"
 #include "skin/skinned_skin.h"
 
 namespace thew::skin {
@@ -173,35 +174,14 @@ void find_carriers(SkinnedSkin& skin) {
   }
 }
 
-// By vertex, which connected piece of the surface it is of.
-std::vector<int> pieces_of(const Surface& surface) {
-  std::vector<int> piece(surface.vertex_triangles.size(), -1), stack;
-  for (size_t start = 0; start < piece.size(); ++start) {
-    if (piece[start] >= 0) continue;
-    piece[start] = static_cast<int>(start);
-    stack.push_back(static_cast<int>(start));
-    while (!stack.empty()) {
-      const int v = stack.back();
-      stack.pop_back();
-      for (const int t : surface.vertex_triangles[v]) {
-        for (const int other : surface.triangles[t]) {
-          if (piece[other] >= 0) continue;
-          piece[other] = static_cast<int>(start);
-          stack.push_back(other);
-        }
-      }
-    }
-  }
-  return piece;
-}
-
 // Pieces of a limb that go through each other at rest are hard, as those of armour, of a robot or
 // of a wooden mannequin are: between them there is no skin that could stretch. They keep what the
 // weights give.
 void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
   const Bvh bvh = build_bvh(skin.surface, skin.rest);
-  const std::vector<int> piece = pieces_of(skin.surface);
-  std::vector<char> hard(near.size(), 0);
+  const std::vector<int> piece =
+      make_shell(skin.surface, static_cast<int>(skin.rest.size())).piece_of;
+  std::vector<char> hard(near.size(), 0);  // by piece
   for (const auto& [a, b] :
        crossing_triangles(skin.surface, bvh, skin.rest, skin.surface, bvh, skin.rest)) {
     const int at_a = skin.surface.triangles[a][0], at_b = skin.surface.triangles[b][0];
@@ -209,7 +189,7 @@ void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
       hard[piece[at_a]] = hard[piece[at_b]] = 1;
     }
   }
-  for (size_t i = 0; i < near.size(); ++i) near[i] &= !hard[piece[i]];
+  for (size_t i = 0; i < near.size(); ++i) near[i] &= piece[i] >= 0 && !hard[piece[i]];
 }
 
 void build_layer(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,

@@ -2,6 +2,7 @@
 #include "sim/scene/build_model.h"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 
 #include "rig/math.h"
@@ -243,13 +244,31 @@ std::vector<char> limbs_of(const Model& model) {
   return limbs;
 }
 
+// By body, whether some bodies that carry the layer of a character's skin hang on its joint, and
+// others do not: the joints of legs bend none of an arm's.
+std::vector<char> bends_of(const Model& model) {
+  const SkinnedSkin& skin = *model.skinned;
+  std::vector<int> below(model.skeleton.size(), 0);
+  for (const auto& carriers : skin.carriers) {
+    for (const auto& [link, share] : carriers) below[skin.weights.links[link].body] = 1;
+  }
+  const int all = std::accumulate(below.begin(), below.end(), 0);
+  for (int b = model.skeleton.size() - 1; b > 0; --b) {  // parents come first
+    const int parent = model.skeleton.parent[b];
+    if (parent >= 0) below[parent] += below[b];
+  }
+  std::vector<char> bends;
+  for (const int count : below) bends.push_back(count > 0 && count < all);
+  return bends;
+}
+
 // The muscles as their paths carry them, and the bones, in a pose of the joints of a character.
-struct CarriedPose {
+struct LimbPose {
   Pose pose;
   std::vector<Points> muscles;
   std::vector<Affine> bodies;
 
-  CarriedPose(const Model& model, const std::vector<double>& joints) {
+  LimbPose(const Model& model, const std::vector<double>& joints) {
     const CharacterRig& rig = *model.character;
     forward_kinematics(model.skeleton, joints, pose);
     pose_limbs(model.skeleton, rig.forearms, rig.scapulae, pose);
@@ -281,7 +300,7 @@ void find_start(Model& model) {
   for (int k = 1; k <= steps; ++k) {
     std::vector<double> joints = from;
     for (double& angle : joints) angle *= 1.0 - static_cast<double>(k) / steps;
-    const CarriedPose at(model, joints);
+    const LimbPose at(model, joints);
     const Below below(model, model.colliders(), at.pose, at.muscles);
     step_skinned(skin, at.bodies, felt_of(model, below), {}, layer, shown);
   }
@@ -297,7 +316,7 @@ void build_skinned(const SkinDef& skin, Model& model) {
     throw Error(ErrorCode::kInput,
                 skin.location + ": has no skin; export the character with its mesh");
   }
-  const CarriedPose at(model, rig.skin_pose);
+  const LimbPose at(model, rig.skin_pose);
   const Below below(model, model.colliders(), at.pose, at.muscles);
   model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, at.bodies,
                                felt_of(model, below), static_cast<int>(at.muscles.size()),
@@ -305,6 +324,7 @@ void build_skinned(const SkinDef& skin, Model& model) {
   model.skin.surface.triangles = character.mesh.triangles;
   model.skin.rest = model.skinned->rest;
   model.has_skin = true;
+  model.skin_bends = bends_of(model);
   find_start(model);
 }
 

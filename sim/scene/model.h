@@ -38,6 +38,7 @@ struct Model : World {
   bool has_skin = false;
   std::optional<SkinnedSkin>
       skinned;  ///< set: it moves in place of `skin`, whose triangles and rest it has
+  std::vector<char> skin_bends;  ///< by body: whether its joint bends the skin; empty: each may
   std::vector<char> skin_feels;  ///< by collider: whether the skin is kept out of it
   SolverSettings solver;
   ContactOptions contact;

@@ -61,6 +61,7 @@ void hash_character(const ModelDef& def, const Model& model, Hash& hash) {
     hash.add(&value, sizeof value);
   }
   hash.add(&settings.iterations, sizeof settings.iterations);
+  hash.add(model.skin_feels.data(), model.skin_feels.size());
 }
 
 // One hash of all, and one of each part.

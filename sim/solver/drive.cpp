@@ -74,11 +74,12 @@ void joints_at(const Model& model, double time, std::vector<double>& joints) {
   joints_at(model, way_point(model, time), joints);
 }
 
-double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to) {
+double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to,
+                    const std::vector<char>& counts) {
   double most = 0.0;
   for (int b = 0; b < skeleton.size(); ++b) {
     const int parent = skeleton.parent[b];
-    if (parent < 0) continue;
+    if (parent < 0 || (!counts.empty() && !counts[b])) continue;
     const auto bend = [&](const Pose& pose) -> Mat3 {
       return pose[parent].linear().transpose() * pose[b].linear();
     };
@@ -92,7 +93,7 @@ double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to) 
 
 double turn_until(const Model& model, double time, State& state) {
   pose_bodies(model, time, state);
-  const double most = turn_between(model.skeleton, state.frame_pose, state.pose);
+  const double most = turn_between(model.skeleton, state.frame_pose, state.pose, model.skin_bends);
   state.pose = state.frame_pose;
   return most;
 }

@@ -14,10 +14,12 @@ void joints_at(const Model& model, double time, std::vector<double>& joints);
 /// When that motion ends, s (not above 0).
 double bind_to_first_ends(const Model& model);
 
-/// The largest angle (rad) by which a joint turns from one pose to the other.
-double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to);
-/// The same in the frame that begin_frame() has begun and that ends at `time` (s). The pose of the
-/// state is scratch; afterwards it is what it was.
+/// The largest angle (rad) by which a joint turns from one pose to the other, of those of the
+/// bodies that `counts`; empty: of all.
+double turn_between(const Skeleton& skeleton, const Pose& from, const Pose& to,
+                    const std::vector<char>& counts = {});
+/// The same of the joints that bend the skin, in the frame that begin_frame() has begun and that
+/// ends at `time` (s). The pose of the state is scratch; afterwards it is what it was.
 double turn_until(const Model& model, double time, State& state);
 /// Sets state.pose, and of a character state.bodies.
 void pose_bodies(const Model& model, const WayPoint& at, State& state);

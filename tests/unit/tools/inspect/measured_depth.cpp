@@ -25,44 +25,53 @@ bool counts(const Model& model, const Crossings& found) {
 
 // The robot's muscles, thin and turned over in places, were said to be 9.99 mm deep in one another:
 // the reach within which the sign of a far normal was taken for its word.
-TEST_F(MeasuredDepth, IsThatOfTheExactTests) {
+// Compares each frame; how often a depth was found that a bake states.
+int compare_depths(const Model& model, const fs::path& folder, const std::vector<int>& frames) {
   constexpr double kSame = 1e-9;  // m
+  BakeOptions options;
+  options.folder = folder;
+  options.frames = frames;
+  const std::vector<BakeMesh> meshes = bake_info(model, options.frames).meshes;
+  std::vector<std::array<Crossings, kLayerPairs.size()>> found;
+  const BakeResult result = bake(model, options, [&](const BakeFrame& frame) {
+    found.push_back(find_crossings(meshes, frame.positions));
+    return true;
+  });
   int deep = 0;
+  for (size_t f = 0; f < found.size(); ++f) {
+    const auto& [bone, muscle, skin, unused, itself] = found[f];
+    const FrameMeasures& said = result.measures[f];
+    SCOPED_TRACE(model.source + ", frame " + std::to_string(options.frames[f]));
+    EXPECT_LE(said.contact_penetration, std::max(bone.depth, muscle.depth) + kSame);
+    for (const Crossings* at : {&bone, &muscle}) {
+      if (!counts(model, *at)) continue;
+      EXPECT_GE(said.contact_penetration, at->depth - kSame);
+      ++deep;
+    }
+    EXPECT_NEAR(std::max(said.skin.max_penetration, said.skin.max_poke_through), skin.depth, kSame);
+  }
+  fs::remove_all(options.folder);
+  return deep;
+}
+
+TEST_F(MeasuredDepth, IsThatOfTheExactTests) {
   const fs::path robot = data("robot.glb");
   std::vector<Found> tried = {{kFigure, 1.0}};
   if (fs::exists(robot)) tried.push_back({robot, 0.4});
   for (const Found& character : tried) {
     ASSERT_EQ(new_command(asked(character.file, "both", character.scale)), ExitCode::kDone);
-    const Model model = build_model(read_scene(folder / "character.toml", {}));
-    BakeOptions options;
-    options.folder = folder / "bake";
-    options.frames = {1, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22};
-    const std::vector<BakeMesh> meshes = bake_info(model, options.frames).meshes;
-    std::vector<std::array<Crossings, kLayerPairs.size()>> found;
-    const BakeResult result = bake(model, options, [&](const BakeFrame& frame) {
-      found.push_back(find_crossings(meshes, frame.positions));
-      return true;
-    });
-    for (size_t f = 0; f < found.size(); ++f) {
-      const auto& [bone, muscle, skin, unused, itself] = found[f];
-      const FrameMeasures& said = result.measures[f];
-      SCOPED_TRACE(character.file.filename().string() + ", frame " +
-                   std::to_string(options.frames[f]));
-      EXPECT_LE(said.contact_penetration, std::max(bone.depth, muscle.depth) + kSame);
-      for (const Crossings* at : {&bone, &muscle}) {
-        if (!counts(model, *at)) continue;
-        EXPECT_GE(said.contact_penetration, at->depth - kSame);
-        ++deep;
-      }
-      EXPECT_NEAR(std::max(said.skin.max_penetration, said.skin.max_poke_through), skin.depth,
-                  kSame);
-    }
-    fs::remove_all(options.folder);
+    compare_depths(build_model(read_scene(folder / "character.toml", {})), folder / "bake",
+                   {1, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22});
   }
-  std::printf("%d times deep\n", deep);
-  if (!fs::exists(robot)) {
-    GTEST_SKIP() << "robot.glb is not there";
-  }
+  if (!fs::exists(robot)) GTEST_SKIP() << "robot.glb is not there";
+}
+
+// The arm by one iteration of XPBD, which leaves its muscles 2 mm deep in bones and each other.
+TEST_F(MeasuredDepth, IsThatOfTheExactTestsWhereMusclesLieDeep) {
+  const Model model = build_model(
+      read_scene(std::string(THEW_SOURCE_DIR) + "/assets/arm/arm.toml",
+                 {"solver.integrator=xpbd", "solver.iterations=1", "skin.enabled=false"}));
+  EXPECT_GT(compare_depths(model, folder / "bake", {1, 2, 3, 4, 9, 13, 18}), 0);
 }
 
 }  // namespace

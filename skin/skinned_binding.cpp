@@ -15,8 +15,9 @@ namespace {
 // Vertices farther from the muscles at rest than this, in multiples of SkinSettings::reach, are no
 // nodes of the layer. Chosen by trial.
 constexpr double kLayerReach = 2.0;
-// Nor are those with less of their weights on limbs: a trunk's skin in an armpit. By trial.
-constexpr double kLeastShare = 0.2;
+// Nor are those with less of their weights on limbs: the skin of a trunk, which an arm may go
+// through. By trial.
+constexpr double kLeastShare = 0.02;
 // Weight of the anchors of the layer's rim, which keeps what the weights give: a force of as many
 // edges moves it by a ten-thousandth of what it would move one of them.
 constexpr double kHeld = 1e4;

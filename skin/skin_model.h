@@ -192,6 +192,8 @@ void fit_tree(const Surface& surface, SkinState& state);
 
 struct SkinMetrics {
   double max_penetration = 0.0;  ///< m, largest depth of nodes of the skin in muscle or bone
+  /// m, the same of those nodes of a character's skin that find_covered() tells; no part of it.
+  double max_covered_penetration = 0.0;
   /// m, largest height over the skin of nodes of muscles and, for a skin layer, of bones.
   double max_poke_through = 0.0;
   int intersecting_pairs = 0;  ///< pairs of triangles of the skin that cross

@@ -48,6 +48,13 @@ SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
                          const std::vector<char>& limbs, const SkinSettings& settings);
 /// Sets `seen` of a skin whose topology and rest are set.
 void find_seen(SkinnedSkin& skin);
+/// Which vertices that are seen at rest, are no free nodes of the layer and lie among muscles are
+/// put inside the skin by their weights alone: those of a trunk where a motion lays an arm into it.
+/// By vertex; empty: there are none. `bodies` as in step_skinned(), `x` (m) the skin as it is,
+/// `bvh` any tree of its surface.
+std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
+                               const std::vector<Collider>& muscles, const Points& x,
+                               const Bvh& bvh);
 /// The skin in the rest pose, and its layer.
 SkinState initial_skinned(const SkinnedSkin& skin);
 SkinState initial_layer(const SkinnedSkin& skin);

@@ -187,12 +187,26 @@ std::vector<PlacedShell> place_shells(const Model& model, const Measuring& measu
   }
   if (model.has_skin) {
     placed.push_back({&skin_surface(model), &state.skin.bvh, &state.skin.x,
-                      &measuring.shells.back(), model.skinned ? &model.skinned->seen : nullptr});
+                      &measuring.shells.back(), model.skinned ? &measuring.bare : nullptr});
   }
   return placed;
 }
 
-void measure_meeting(const Model& model, const SkinState& skin,
+// Tells the vertices of a character's skin that are seen from those of them that its weights put
+// inside other skin.
+void find_bare(const Model& model, const State& state, Measuring& measuring) {
+  if (!model.skinned) return;
+  std::vector<Collider> muscles = colliders_of(model, state);
+  muscles.resize(state.muscles.size());
+  measuring.covered =
+      find_covered(*model.skinned, state.bodies, muscles, state.skin.x, state.skin.bvh);
+  measuring.bare = model.skinned->seen;
+  for (size_t i = 0; i < measuring.covered.size(); ++i) {
+    if (measuring.covered[i]) measuring.bare[i] = 0;
+  }
+}
+
+void measure_meeting(const Model& model, const Measuring& measuring, const SkinState& skin,
                      const std::vector<PlacedShell>& placed, Meeting& meeting) {
   PlacedShell one = placed[meeting.one], other = placed[meeting.other];
   meeting.crossings = 0;
@@ -226,12 +240,17 @@ void measure_meeting(const Model& model, const SkinState& skin,
     }
   }
   meeting.depth_of_one = deepest_inside(one, other, meeting.near, 0);
+  meeting.depth_of_covered = 0.0;
+  if (!is_skin || measuring.covered.empty()) return;
+  one.counted = &measuring.covered;
+  meeting.depth_of_covered = deepest_inside(one, other, meeting.near, 0);
 }
 
 void add_meeting(const Model& model, const Meeting& meeting, FrameMeasures& out) {
   const auto raise = [](double& value, double by) { value = std::max(value, by); };
   if (meeting.one == model.colliders()) {
     raise(out.skin.max_penetration, meeting.depth_of_one);
+    raise(out.skin.max_covered_penetration, meeting.depth_of_covered);
     raise(out.skin.max_poke_through, meeting.outside);
     out.skin.intersecting_pairs += meeting.crossings;
     return;
@@ -251,11 +270,12 @@ FrameMeasures measure(const Model& model, Measuring& measuring, Parallel& parall
   out.muscles.resize(count);
   refit_all(model, parallel, state);
   if (model.has_skin) fit_tree(skin_surface(model), state.skin);
+  find_bare(model, state, measuring);
   const std::vector<PlacedShell> placed = place_shells(model, measuring, state);
   const int meetings = static_cast<int>(measuring.meetings.size());
   parallel.each(meetings + count, [&](int i) {
     if (i < meetings) {
-      measure_meeting(model, state.skin, placed, measuring.meetings[i]);
+      measure_meeting(model, measuring, state.skin, placed, measuring.meetings[i]);
     } else {
       out.muscles[i - meetings] = measure_muscle(model, measuring, i - meetings, state);
     }
@@ -321,6 +341,7 @@ void visit(const std::vector<std::string>& names, FrameMeasures& measures, Visit
     whole("rung_because/" + names[m], muscle.cause);
   }
   number("skin_penetration", measures.skin.max_penetration);
+  number("skin_covered_penetration", measures.skin.max_covered_penetration);
   number("skin_poke_through", measures.skin.max_poke_through);
   whole("skin_intersecting_pairs", measures.skin.intersecting_pairs);
   number("skin_volume_error", measures.skin.volume_error);

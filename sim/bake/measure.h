@@ -52,12 +52,16 @@ struct Measuring {
     std::vector<std::array<int, 2>> near;             ///< pairs of triangles that may cross
     int crossings = 0;                                ///< pairs that do, one of a belly
     double depth_of_one = 0.0, depth_of_other = 0.0;  ///< m, inside each other
+    double depth_of_covered = 0.0;                    ///< m, of the skin that is covered
     double outside = 0.0;  ///< m, of the other outside the one, which is the skin
   };
   std::vector<double> rest_areas;  ///< m^2, mean_belly_area() of each muscle in the bind pose
   std::vector<std::array<Attachment, 2>> attachments;  ///< of each muscle: origin, insertion
   std::vector<Shell> shells;                           ///< muscles, bones, the skin
   std::vector<Meeting> meetings;
+  /// By vertex of a character's skin in the frame: what is seen and not covered, and what is
+  /// covered (find_covered()); empty: nothing.
+  std::vector<char> bare, covered;
 };
 /// `initial` is an initial state.
 Measuring start_measuring(const Model& model, const State& initial);

@@ -166,6 +166,10 @@ Report make_report(const Scene& scene, const Model& model, const CommandOptions&
   for (const FrameMeasures& frame : result.measures) {
     report.skin.penetration_m.push_back(frame.skin.max_penetration);
     report.skin.poke_through_m.push_back(frame.skin.max_poke_through);
+    if (model.skinned) {
+      report.skin.max_covered_penetration_m = std::max(
+          report.skin.max_covered_penetration_m.value_or(0.0), frame.skin.max_covered_penetration);
+    }
     if (model.has_skin && !model.skinned) {
       volume_error.push_back(frame.skin.volume_error);
       written.push_back(frame.skin_volume_error_written);

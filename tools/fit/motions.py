@@ -144,6 +144,7 @@ def bake(thew, scene, number, clip, seconds):
     found["volume"] = max(one["max_volume_error"] for one in report["muscles"])
     found["out"] = 1e3 * report["skin"]["max_poke_through_m"]
     found["into"] = 1e3 * report["skin"]["max_penetration_m"]
+    found["covered"] = 1e3 * report["skin"]["max_covered_penetration_m"]
     found["rungs"] = sum(len(one["frames"]) for one in report["rungs"])
     found["muscle_frames"] = frames * len(report["muscles"])
     (out / "bake.h5").unlink()
@@ -177,6 +178,7 @@ def row_of(character, name, all_of):
     return cells + ["%.0e" % all_of["volume"], "%.1f" % max(all_of["bone"], default=0.0),
                     share_below(all_of["muscle"], 3.0), "%.1f" % max(all_of["muscle"], default=0.0),
                     "%.1f" % all_of["out"], "%.1f" % all_of["into"],
+                    "%.1f" % all_of["covered"],
                     "%.2f %%" % (100.0 * all_of["rungs"] / all_of["muscle_frames"])]
 
 

@@ -282,6 +282,10 @@ std::string contacts(const Report& report) {
     html += "<p>Skin: deepest penetration " + readable(1e3 * report.skin.max_penetration_m) +
             " mm; muscle or bone stands out of it by " +
             readable(1e3 * report.skin.max_poke_through_m) + " mm at most" +
+            (report.skin.max_covered_penetration_m.value_or(0.0) > 0.0
+                 ? "; skin that its weights alone put inside other skin lies " +
+                       readable(1e3 * *report.skin.max_covered_penetration_m) + " mm deep in muscle"
+                 : "") +
             (report.skin.keeps_volume
                  ? "; volume error at most " + readable(report.skin.max_volume_error_written) +
                        " as written, " + readable(*report.skin.max_volume_error) + " as solved"

@@ -134,6 +134,9 @@ std::string report_as_json(const Report& report) {
   ordered_json skin = {{"triangles", report.skin.triangles},
                        {"max_penetration_m", report.skin.max_penetration_m},
                        {"max_poke_through_m", report.skin.max_poke_through_m}};
+  if (report.skin.max_covered_penetration_m) {
+    skin["max_covered_penetration_m"] = *report.skin.max_covered_penetration_m;
+  }
   if (report.skin.max_volume_error) {
     skin["max_volume_error"] = *report.skin.max_volume_error;
     skin["max_volume_error_written"] = report.skin.max_volume_error_written;

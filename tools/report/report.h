@@ -48,6 +48,7 @@ struct Report {
     double max_penetration_m = 0.0,
            max_poke_through_m = 0.0;                    ///< into flesh; flesh out of the skin
     std::vector<double> penetration_m, poke_through_m;  ///< by frame, for the chart
+    std::optional<double> max_covered_penetration_m;    ///< of a character's own skin
     std::optional<double> max_volume_error;             ///< |V - V0| / V0, of a layer, as solved
     double max_volume_error_written = 0.0;
     bool keeps_volume = false;  ///< [skin] volume = "exact"

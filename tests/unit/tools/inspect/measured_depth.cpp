@@ -48,7 +48,9 @@ int compare_depths(const Model& model, const fs::path& folder, const std::vector
       EXPECT_GE(said.contact_penetration, at->depth - kSame);
       ++deep;
     }
-    EXPECT_NEAR(std::max(said.skin.max_penetration, said.skin.max_poke_through), skin.depth, kSame);
+    EXPECT_NEAR(std::max({said.skin.max_penetration, said.skin.max_covered_penetration,
+                          said.skin.max_poke_through}),
+                skin.depth, kSame);
   }
   fs::remove_all(options.folder);
   return deep;

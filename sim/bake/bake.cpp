@@ -30,6 +30,18 @@ std::vector<BodyFrame> body_frames(const std::vector<Affine>& bodies) {
   return frames;
 }
 
+constexpr size_t kLinePoints = 33;  // of a line of action: it shows a bend, and costs a frame 400 B
+
+std::vector<Vec3> line_of_action(const CarriedShape& shape, const CarriedPose& pose) {
+  std::vector<Vec3> line(kLinePoints);
+  Vec3 tangent;
+  for (size_t k = 0; k < kLinePoints; ++k) {
+    const double share = static_cast<double>(k) / (kLinePoints - 1);
+    curve_at(shape, pose, share * shape.rest_path_length, line[k], tangent);
+  }
+  return line;
+}
+
 [[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
 // Sets all of a frame but its state. Adds to `measures` those of the written positions.
@@ -42,6 +54,11 @@ void set_frame(const Model& model, const BakeInfo& info, int number, const State
   }
   for (const BoneState& bone : state.bones) frame.positions.push_back(to_points(bone.x));
   if (!state.skin.x.empty()) frame.positions.push_back(to_points(state.skin.x));
+  frame.lines.assign(frame.positions.size(), {});
+  for (size_t m = 0; m < state.muscles.size(); ++m) {
+    if (info.meshes[m].line == 0) continue;
+    frame.lines[m] = line_of_action(model.muscles[m].shape, state.muscles[m].pose);
+  }
   frame.bodies.clear();
   if (model.skinned) frame.bodies = body_frames(state.bodies);
   measure_written(model, info, frame.positions, measures);
@@ -60,6 +77,7 @@ BakeMesh bake_mesh(const Muscle& muscle) {
   for (size_t i = 0; muscle.shape.fixed_to.empty() && i < muscle.rest.vertices.size(); ++i) {
     mesh.coordinates.push_back(fibre_coordinates(muscle.shape, static_cast<int>(i)));
   }
+  if (muscle.has_path()) mesh.line = kLinePoints;
   mesh.rest.vertices = in_file_order(order, std::move(mesh.rest.vertices));
   if (!order.node.empty()) mesh.rest.triangles = order.triangles;
   mesh.weights = in_file_order(order, std::move(mesh.weights));

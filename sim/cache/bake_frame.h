@@ -19,6 +19,7 @@ struct BakeMesh {
   std::vector<double> weights;                     ///< muscles only
   std::vector<std::array<double, 3>> coordinates;  ///< muscles: u along the path 0..1, angle about
                                                    ///< it (rad), 1 in the belly to 0 in the tendon
+  std::size_t line = 0;  ///< points of BakeFrame::lines; 0 of all but muscles with a path
 };
 
 /// The world transform of a body, the first three rows of its matrix: x = linear x_local +
@@ -54,9 +55,18 @@ struct BakeInfo {
 struct BakeFrame {
   int frame = 0;
   std::vector<std::vector<Vec3>> positions;  ///< by mesh, double
-  std::vector<BodyFrame> bodies;             ///< m, as BakeCharacter::rest
-  std::vector<double> metrics;               ///< by BakeInfo::metric_names
-  std::vector<double> state;  ///< pack_state() after this frame; empty in a packed bake
+  /// By mesh, m: of a muscle its line of action as carried, from origin to insertion, at even
+  /// shares of its path at rest. Empty: no mesh of the bake has one.
+  std::vector<std::vector<Vec3>> lines = {};
+  std::vector<BodyFrame> bodies;  ///< m, as BakeCharacter::rest
+  std::vector<double> metrics;    ///< by BakeInfo::metric_names
+  std::vector<double> state;      ///< pack_state() after this frame; empty in a packed bake
 };
+
+/// A frame's line of action of mesh m; empty where it has none.
+inline const std::vector<Vec3>& line_of(const BakeFrame& frame, std::size_t m) {
+  static const std::vector<Vec3> kNone;
+  return m < frame.lines.size() ? frame.lines[m] : kNone;
+}
 
 }  // namespace thew::sim

@@ -60,6 +60,12 @@ void check_frame(const BakeInfo& info, const BakeFrame& frame) {
     refuse("not as many meshes, bodies or metrics as the bake has");
   }
   for (std::size_t m = 0; m < info.meshes.size(); ++m) {
+    const std::vector<Vec3>& line = line_of(frame, m);
+    if (line.size() != info.meshes[m].line ||
+        !std::all_of(line.begin(), line.end(), [](const Vec3& p) { return is_bounded(p); })) {
+      refuse("mesh \"" + info.meshes[m].name +
+             "\": its line of action has not its number of points, or one that is no place");
+    }
     const auto& positions = frame.positions[m];
     if (positions.size() != info.meshes[m].rest.vertices.size()) {
       refuse("mesh \"" + info.meshes[m].name + "\" changed its number of nodes");
@@ -98,11 +104,15 @@ class Packing {
       : info_(info), order_(by_name(info)), out_(file, Hdf5File::Mode::kCreate) {
     const Hdf5Id meshes = out_.create_group(out_.root(), "meshes");
     positions_.resize(info.meshes.size());
+    lines_.resize(info.meshes.size());
     for (const int m : order_) {
       const Hdf5Id group = write_mesh(meshes, info.meshes[m]);
       positions_[m] = out_.create_dataset(group, "positions",
                                           info.double_precision ? H5T_IEEE_F64LE : H5T_IEEE_F32LE,
                                           {frames, info.meshes[m].rest.vertices.size(), 3}, 1);
+      if (info.meshes[m].line == 0) continue;
+      lines_[m] =
+          out_.create_dataset(group, "line", H5T_IEEE_F32LE, {frames, info.meshes[m].line, 3}, 1);
     }
     if (!info.character.rest.empty()) write_character(frames);
   }
@@ -116,6 +126,13 @@ class Packing {
       }
       out_.write_chunk(positions_[m], H5T_NATIVE_DOUBLE, frames_.size(), positions.data());
       written.add(positions.data(), positions.size() * sizeof(Vec3));
+    }
+    for (const int m : order_) {
+      if (info_.meshes[m].line == 0) continue;
+      std::vector<Vec3> line = line_of(frame, m);
+      for (Vec3& p : line) p = p.unaryExpr(&as_float);
+      out_.write_chunk(lines_[m], H5T_NATIVE_DOUBLE, frames_.size(), line.data());
+      written.add(line.data(), line.size() * sizeof(Vec3));
     }
     if (!info_.character.rest.empty()) {
       out_.write_chunk(bodies_, H5T_NATIVE_DOUBLE, frames_.size(), frame.bodies.data());
@@ -132,6 +149,7 @@ class Packing {
   /// Returns the hash of all positions.
   std::string finish() {
     for (Hdf5Dataset& positions : positions_) out_.close(positions.id);
+    for (Hdf5Dataset& line : lines_) out_.close(line.id);
     out_.close(bodies_.id);
     out_.write_dataset(out_.root(), "frames", H5T_STD_I32LE, H5T_NATIVE_INT, {frames_.size()},
                        frames_.data());
@@ -213,8 +231,8 @@ class Packing {
   const BakeInfo& info_;
   std::vector<int> order_;
   Hdf5File out_;
-  std::vector<Hdf5Dataset> positions_;  // by mesh
-  Hdf5Dataset bodies_;                  // of a character
+  std::vector<Hdf5Dataset> positions_, lines_;  // by mesh
+  Hdf5Dataset bodies_;                          // of a character
   std::vector<int> frames_;
   std::vector<std::vector<double>> metrics_;  // by frame
   std::vector<std::string> frame_hashes_;     // of the positions as they are written
@@ -230,6 +248,9 @@ void verify(const fs::path& packed, const std::vector<std::string>& hashes) {
     const BakeFrame frame = reader.read(static_cast<int>(f));
     for (const std::vector<Vec3>& positions : frame.positions) {
       hash.add(positions.data(), positions.size() * sizeof(Vec3));
+    }
+    for (const std::vector<Vec3>& line : frame.lines) {
+      hash.add(line.data(), line.size() * sizeof(Vec3));
     }
     hash.add(frame.bodies.data(), frame.bodies.size() * sizeof(BodyFrame));
     same = hash.hex() == hashes[f];

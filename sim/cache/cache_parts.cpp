@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 6;
+constexpr std::uint64_t kVersion = 7;
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
@@ -115,8 +115,15 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
     if (!reader.read_equal(mesh.rest.vertices.size())) return false;
   }
   for (const BakeMesh& mesh : info.meshes) {
+    if (!reader.read_equal(mesh.line)) return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
     auto& positions = frame.positions.emplace_back(mesh.rest.vertices.size());
     if (!reader.read(positions.data(), positions.size())) return false;
+  }
+  for (const BakeMesh& mesh : info.meshes) {
+    auto& line = frame.lines.emplace_back(mesh.line);
+    if (!reader.read(line.data(), line.size())) return false;
   }
   frame.bodies.resize(info.character.rest.size());
   if (!reader.read(frame.bodies.data(), frame.bodies.size())) return false;
@@ -254,8 +261,13 @@ void encode_part(const BakeFrame& frame, std::string& bytes) {
   put_number(bytes, frame.bodies.size());
   put_number(bytes, frame.metrics.size());
   put_number(bytes, frame.state.size());
+  const std::size_t meshes = frame.positions.size();
   for (const auto& positions : frame.positions) put_number(bytes, positions.size());
+  for (std::size_t m = 0; m < meshes; ++m) put_number(bytes, line_of(frame, m).size());
   for (const auto& positions : frame.positions) put(bytes, positions.data(), positions.size());
+  for (std::size_t m = 0; m < meshes; ++m) {
+    put(bytes, line_of(frame, m).data(), line_of(frame, m).size());
+  }
   put(bytes, frame.bodies.data(), frame.bodies.size());
   put(bytes, frame.metrics.data(), frame.metrics.size());
   put_runs(bytes, frame.state);

@@ -15,7 +15,8 @@ namespace thew::sim {
 // and each part is a file for one frame. A part is plain little-endian numbers of 8 bytes. It is
 // not HDF5, since such a file is lost by a kill, and its library crashes on a full disk:
 //   "thewpart" · version · frame · meshes M · bodies B · metrics K · state S · M numbers of nodes N
-//   · M times [N, 3] positions · [B, 12] bodies · [K] metrics · [S] state
+//   · M numbers of points of lines L · M times [N, 3] positions · M times [L, 3] lines
+//   · [B, 12] bodies · [K] metrics · [S] state
 // The state is a third shorter as runs: L · R · [L] numbers · the number that follows them R times,
 // and so on until there are S.
 // The manifest has the size and hash of each part, so that a changed byte is found.

@@ -17,6 +17,7 @@ namespace thew::sim {
 namespace {
 
 constexpr int kVersion = 1;
+constexpr std::size_t kMostOfLine = 4096;  // points
 
 /// A whole dataset of rank 1 or 2 as T, each of which is `width` numbers.
 template <typename T>
@@ -111,6 +112,14 @@ struct OpenBake {
         file.fail(name + ": positions are not by frame and node");
       }
       info.double_precision = positions.back().type == H5T_IEEE_F64LE;
+      lines.emplace_back();
+      if (!file.has(group, "line")) continue;
+      lines.back() = file.open_dataset(group, "line", {H5T_IEEE_F32LE}, 3, 1);
+      const Hdf5Dims& dims = lines.back().dims;
+      if (dims[0] != info.frames.size() || dims[1] < 2 || dims[1] > kMostOfLine || dims[2] != 3) {
+        file.fail(name + ": its line of action is not by frame and point");
+      }
+      info.meshes.back().line = dims[1];
     }
   }
 
@@ -153,6 +162,12 @@ struct OpenBake {
       frame.positions.emplace_back(info.meshes[m].rest.vertices.size());
       file.read_chunk(positions[m], H5T_NATIVE_DOUBLE, at, frame.positions.back().data());
     }
+    for (std::size_t m = 0; mesh < 0 && m < lines.size(); ++m) {
+      auto& line = frame.lines.emplace_back(info.meshes[m].line);
+      if (line.empty()) continue;
+      file.check_chunk(lines[m], at);
+      file.read_chunk(lines[m], H5T_NATIVE_DOUBLE, at, line.data());
+    }
     if (mesh >= 0 || info.character.rest.empty()) return frame;
     file.check_chunk(bodies, at);
     frame.bodies.resize(info.character.rest.size());
@@ -162,9 +177,9 @@ struct OpenBake {
 
   Hdf5File file;
   BakeInfo info;
-  std::vector<Hdf5Dataset> positions;        // by mesh
-  Hdf5Dataset bodies;                        // of a character
-  std::vector<std::vector<double>> metrics;  // by metric, then frame
+  std::vector<Hdf5Dataset> positions, lines;  // by mesh
+  Hdf5Dataset bodies;                         // of a character
+  std::vector<std::vector<double>> metrics;   // by metric, then frame
 };
 
 template <typename Archive>
@@ -182,6 +197,7 @@ void walk(Archive& archive, BakeInfo& info, std::vector<std::vector<double>>& me
     in.list(mesh.rest.triangles);
     in.list(mesh.weights);
     in.list(mesh.coordinates);
+    in.number(mesh.line);
   });
   archive.list(info.character.file);
   archive.number(info.character.scale);
@@ -195,6 +211,7 @@ template <typename Archive>
 void walk(Archive& archive, BakeFrame& frame) {
   archive.number(frame.frame);
   archive.each(frame.positions, [](Archive& in, std::vector<Vec3>& x) { in.list(x); });
+  archive.each(frame.lines, [](Archive& in, std::vector<Vec3>& x) { in.list(x); });
   archive.list(frame.bodies);
 }
 
@@ -343,9 +360,11 @@ BakeFrame BakeReader::Data::read(int index, int mesh) const {
   BakeFrame frame;
   const std::string request = std::to_string(index) + " " + std::to_string(mesh);
   bool good = unpack(child.ask(request), frame) && frame.frame == info.frames[at] &&
-              frame.positions.size() == count;
+              frame.positions.size() == count &&
+              frame.lines.size() == (mesh < 0 ? info.meshes.size() : 0);
   for (std::size_t m = 0; good && m < count; ++m) {
-    good = frame.positions[m].size() == mesh_at(m).rest.vertices.size();
+    good = frame.positions[m].size() == mesh_at(m).rest.vertices.size() &&
+           (mesh >= 0 || frame.lines[m].size() == mesh_at(m).line);
   }
   good = good && frame.bodies.size() == (mesh < 0 ? info.character.rest.size() : 0);
   if (!good) child.refuse("its reader sent nonsense");
@@ -356,6 +375,13 @@ BakeFrame BakeReader::Data::read(int index, int mesh) const {
     child.refuse(mesh_at(m).name + ", frame " + std::to_string(frame.frame) + ", vertex " +
                  std::to_string(bad - x.begin()) +
                  " lies where no place is, or farther than 10 km");
+  }
+  for (std::size_t m = 0; m < frame.lines.size(); ++m) {
+    const auto& line = frame.lines[m];
+    if (std::all_of(line.begin(), line.end(), [](const Vec3& p) { return is_bounded(p); }))
+      continue;
+    child.refuse(mesh_at(m).name + ", frame " + std::to_string(frame.frame) +
+                 ": its line of action lies where no place is, or farther than 10 km");
   }
   if (!are_bounded(frame.bodies)) {
     child.refuse("a body of its character lies where no place is in frame " +

@@ -34,5 +34,46 @@ TEST_F(BakeMetrics, HaveTheActivationOfEachFrame) {
   EXPECT_GT(metric("activation/front")[2], 0.4);
 }
 
+// From where the origin is to where the insertion is, and as long as the path.
+TEST_F(BakeMetrics, HaveTheLineOfActionOfEachFrame) {
+  const Model model =
+      build_model(read_scene(THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml"));
+  BakeOptions options;
+  options.folder = folder;
+  options.frames = {1, 7, 13};
+  bake(model, options, [](const BakeFrame&) { return true; });
+  const BakeReader bake(folder / "bake.h5");
+  const Muscle& muscle = model.muscles[0];
+  const auto& meshes = bake.info().meshes;
+  const auto m = static_cast<size_t>(
+      std::find_if(meshes.begin(), meshes.end(),
+                   [&](const BakeMesh& mesh) { return mesh.name == muscle.name; }) -
+      meshes.begin());
+  ASSERT_EQ(meshes.at(m).line, 33u);
+  const auto& names = bake.info().metric_names;
+  const auto length = static_cast<int>(
+      std::find(names.begin(), names.end(), "length/" + muscle.name) - names.begin());
+  std::vector<Vec3> first;
+  for (int i = 0; i < 3; ++i) {
+    const BakeFrame frame = bake.read(i);
+    const std::vector<Vec3>& line = frame.lines[m];
+    ASSERT_EQ(line.size(), 33u);
+    std::vector<double> joints;
+    sample_clip(model.clip, model.skeleton, (options.frames[i] - model.first_frame) / model.fps,
+                joints);
+    Pose pose;
+    forward_kinematics(model.skeleton, joints, pose);
+    const auto& path = muscle.shape.path.points;
+    EXPECT_LT((line.front() - pose[path.front().body] * path.front().position).norm(), 1e-6);
+    EXPECT_LT((line.back() - pose[path.back().body] * path.back().position).norm(), 1e-6);
+    double sum = 0.0;
+    for (size_t k = 1; k < line.size(); ++k) sum += (line[k] - line[k - 1]).norm();
+    EXPECT_LE(sum, bake.metric(length)[i] + 1e-6);
+    EXPECT_GT(sum, 0.95 * bake.metric(length)[i]);  // corners are rounded
+    if (i == 0) first = line;
+  }
+  EXPECT_GT((bake.read(2).lines[m].back() - first.back()).norm(), 0.01);  // it moves
+}
+
 }  // namespace
 }  // namespace thew::tests

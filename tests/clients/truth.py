@@ -9,15 +9,60 @@ import sys
 import numpy
 
 
+def stretches(rest, triangles, positions):
+    """Larger and smaller principal stretch by frame and node, by singular values."""
+    def edges(x):
+        return numpy.stack([x[triangles[:, 1]] - x[triangles[:, 0]],
+                            x[triangles[:, 2]] - x[triangles[:, 0]]], axis=-1)
+
+    _, first = numpy.unique(rest, axis=0, return_inverse=True)  # vertices at one place
+    first = first.reshape(-1)
+    flat, upper = numpy.linalg.qr(edges(rest))
+    area = 0.5 * numpy.abs(numpy.linalg.det(upper))
+    good = area > 0
+    result = numpy.ones(positions.shape[:2] + (2,))
+    for frame, x in enumerate(positions):
+        by = edges(x)[good] @ numpy.linalg.inv(upper[good])
+        values = numpy.linalg.svd(by, compute_uv=False)
+        total, sums = numpy.zeros(first.max() + 1), numpy.zeros((first.max() + 1, 2))
+        for corner in range(3):
+            node = first[triangles[good][:, corner]]
+            numpy.add.at(total, node, area[good])
+            numpy.add.at(sums, node, values * area[good][:, None])
+        some = total[first] > 0
+        result[frame, some] = (sums[first[some]].T / total[first[some]]).T
+    return result
+
+
+def fibres(share, lines):
+    """Unit vectors by frame and node: those of the line of action at the node's share of it."""
+    result = []
+    for line in lines:
+        tangents = numpy.gradient(line, axis=0)
+        tangents /= numpy.linalg.norm(tangents, axis=1)[:, None]
+        at = numpy.clip(share, 0, 1) * (len(line) - 1)
+        between = numpy.stack([numpy.interp(at, numpy.arange(len(line)), tangents[:, k])
+                               for k in range(3)], axis=1)
+        result.append(between / numpy.linalg.norm(between, axis=1)[:, None])
+    return numpy.array(result)
+
+
 def write(folder, one):
     import h5py
 
-    arrays, meshes, at = [], [], 0
+    arrays, meshes, at, largest = [], [], 0, []
     with h5py.File(os.path.join(folder, "bake.h5")) as bake:
         for name, group in bake["meshes"].items():
             entry = {"name": name, "kind": bytes(group.attrs["kind"]).decode()}
-            for key in ("positions", "triangles"):
-                values = numpy.asarray(group[key], dtype="<f8")
+            found = {key: group[key][:] for key in ("positions", "triangles")}
+            if entry["kind"] == "skin":
+                found["stretch"] = stretches(group["rest"][:], found["triangles"].astype(int),
+                                             found["positions"].astype(float))
+                largest = found["stretch"][:, :, 0].max(axis=1).tolist()
+            if "line" in group:
+                found["fibre"] = fibres(group["coordinates"][:, 0], group["line"][:].astype(float))
+            for key, values in found.items():
+                values = numpy.asarray(values, dtype="<f8")
                 entry[key] = {"at": at, "shape": list(values.shape)}
                 arrays.append(values)
                 at += values.size
@@ -26,7 +71,7 @@ def write(folder, one):
             entry["fibres"] = "coordinates" in group
             meshes.append(entry)
         truth = {"fps": float(bake.attrs["fps"]), "frames": bake["frames"][:].tolist(),
-                 "one": one, "meshes": meshes}
+                 "one": one, "meshes": meshes, "largest_stretch": largest}
     with open(os.path.join(folder, "truth.bin"), "wb") as out:
         for values in arrays:
             out.write(values.tobytes())

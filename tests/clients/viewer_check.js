@@ -43,7 +43,27 @@
   for (const colour of ['muscle', 'weight', 'error']) {
     expect('another picture by ' + colour, (await set('colour', colour)).sum !== first.sum);
   }
+  // The skin's stretch, to two digits, is that of the bake.
+  if (window.truth?.length) {
+    const told_stretch = async (frame) => {
+      await go(frame);
+      return Number(box.querySelector('.scale').lastChild.textContent.match(/up to ([\d.]+)/)[1]);
+    };
+    expect('another picture by stretch', (await set('colour', 'stretch')).sum !== first.sum);
+    for (const frame of [0, truth.length - 1]) {
+      const read = await told_stretch(frame);
+      expect(`stretch of frame ${frame}: ${read}, the bake has ${truth[frame].toFixed(3)}`,
+             Math.abs(read - truth[frame]) < 0.01);
+    }
+    await go(0);
+  }
   await set('colour', 'flesh');
+  const alone = box.querySelector('[name=alone]');
+  if (alone.options.length > 2) {
+    expect('another picture of one muscle alone',
+           (await set('alone', alone.options[1].value)).sum !== first.sum);
+    expect('all muscles again', (await set('alone', '')).sum === first.sum);
+  }
   const bare = await set('muscle', false);
   expect('another picture without muscles', bare.sum !== first.sum);
   await set('muscle', true);
@@ -57,6 +77,28 @@
   expect('nearer by the wheel', (await look()).share > first.share);
   canvas.dispatchEvent(new MouseEvent('dblclick'));
   expect('back by a double click', (await look()).sum === first.sum);
+  // From a chart, a thumbnail and a worst frame to that frame.
+  const shown = () => box.querySelector('output').textContent;
+  const chart = document.querySelector('svg[data-frames]');
+  const [first_frame, last_frame] = chart.dataset.frames.split(' ').map(Number);
+  const [left, right] = chart.dataset.plot.split(' ').map(Number);
+  const middle = Math.round((first_frame + last_frame) / 2);
+  const at = chart.getBoundingClientRect();
+  const x = left + (right - left) * (middle - first_frame) / (last_frame - first_frame);
+  chart.dispatchEvent(new MouseEvent('click', {bubbles: true,
+    clientX: at.left + x * at.width / chart.viewBox.baseVal.width, clientY: at.top + 50}));
+  await look();
+  expect(`a click in a chart at frame ${middle} shows ${shown()}`, shown() === 'frame ' + middle);
+  const marked = Number(chart.querySelector('.now').getAttribute('x1'));
+  expect('the chart marks it', Math.abs(marked - x) < 0.1);
+  for (const button of document.querySelectorAll('.worst button, .sheet button')) {
+    button.click();
+    await look();
+    if (shown() !== 'frame ' + button.dataset.frame) expect('a button shows its frame', false);
+  }
+  expect('worst frames are named', document.querySelectorAll('.worst button').length > 0);
+  expect('no wider than the window', document.documentElement.scrollWidth <= innerWidth);
+  await go(0);
   const before = box.querySelector('output').textContent;
   box.querySelector('button').click();
   await wait(600);

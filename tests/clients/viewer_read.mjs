@@ -46,6 +46,8 @@ try {
       if (result.value === true) break;
       await new Promise((done) => setTimeout(done, 50));
     }
+    const truth = JSON.parse(fs.readFileSync(path.join(folder, 'truth.json'), 'utf8'));
+    await run(`window.truth = ${JSON.stringify(truth.largest_stretch)}`);
     const { result, exceptionDetails } = await run(check);
     const told = exceptionDetails ? ['wrong: ' + exceptionDetails.exception.description]
                                   : result.value;

@@ -27,9 +27,11 @@ double right_of(const LineChart& chart) {
   return std::max(kRight, 20.0 + kLetter * static_cast<double>(letters));
 }
 
-std::string begin(const std::string& title, const std::string& unit, double height) {
-  return "<svg viewBox=\"0 0 " + svg_px(kWidth) + " " + svg_px(height) +
-         "\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\" aria-label=\"" + escape_html(title) +
+// `more`: attributes.
+std::string begin(const std::string& title, const std::string& unit, double height,
+                  const std::string& more = "") {
+  return "<svg viewBox=\"0 0 " + svg_px(kWidth) + " " + svg_px(height) + "\"" + more +
+         " role=\"img\" xmlns=\"http://www.w3.org/2000/svg\" aria-label=\"" + escape_html(title) +
          "\">\n<text x=\"0\" y=\"14\" class=\"title\">" + escape_html(title) +
          (unit.empty() ? "" : "<tspan dx=\"8\" class=\"unit\">" + escape_html(unit) + "</tspan>") +
          "</text>\n";
@@ -228,7 +230,12 @@ std::string draw_chart(const LineChart& chart) {
   if (chart.x.empty() || chart.lines.empty()) return "";
   Scale scale = scale_of(chart);
   scale.height = height_of(chart);
-  std::string svg = begin(chart.title, chart.unit, scale.height) + axes(chart, scale);
+  // For a script that turns a place into a frame.
+  const std::string places = " data-frames=\"" + std::to_string(chart.x.front()) + " " +
+                             std::to_string(chart.x.back()) + "\" data-plot=\"" + svg_px(kLeft) +
+                             " " + svg_px(kWidth - right_of(chart)) + " " + svg_px(kTop) + " " +
+                             svg_px(scale.height - kBottom) + "\"";
+  std::string svg = begin(chart.title, chart.unit, scale.height, places) + axes(chart, scale);
   const std::vector<double> labels = label_heights(chart, scale);
   for (std::size_t i = 0; i < chart.lines.size(); ++i) {
     svg += draw_line(chart, scale, i, labels[i]);

@@ -23,7 +23,7 @@ struct ChartLine {
 };
 
 /// Lines against frames, each labelled at its end. On a logarithmic axis what is zero lies on the
-/// floor.
+/// floor. The drawing says by data-frames and data-plot where its first and last frame are.
 struct LineChart {
   std::string title;
   std::string unit;  ///< of the values, "" for a ratio

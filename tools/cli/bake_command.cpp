@@ -240,6 +240,8 @@ ExitCode conclude(const Scene& scene, const Model& model, const CommandOptions& 
     std::fprintf(stderr, "thew: warning: %s\n", report.warnings[i].c_str());
   }
   if (!image.renderer.empty()) report.origin.renderer = image.renderer;
+  report.pictured = pictures.sheet_frames(frames);
+  report.sheet_columns = pictures.sheet_columns(frames);
   report.files = files_beside_report(
       options.out, options.pictures ? scene.render.views : std::vector<SceneView>{});
   const std::string viewer = report_viewer(BakeReader(options.out / "bake.h5"));

@@ -255,17 +255,31 @@ std::string Pictures::movies(const std::vector<int>& frames, double fps) const {
   return wrong;
 }
 
-Image Pictures::sheet(const std::vector<int>& frames) const {
-  constexpr int kColumns = 6, kThumbnail = 320;
-  std::vector<Image> images;
+constexpr int kSheetColumns = 6;
+
+std::vector<int> Pictures::sheet_frames(const std::vector<int>& frames) const {
   std::vector<int> numbers;
-  for (const SceneView& view : views_) {
-    for (int index : spread_indices(static_cast<int>(frames.size()), kColumns)) {
-      images.push_back(read_png(file_of(view, frames[index])));
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    for (int index : spread_indices(static_cast<int>(frames.size()), kSheetColumns)) {
       numbers.push_back(frames[index]);
     }
   }
-  return images.empty() ? Image{} : contact_sheet(images, kColumns, kThumbnail, numbers);
+  return numbers;
+}
+
+int Pictures::sheet_columns(const std::vector<int>& frames) const {
+  return std::min(kSheetColumns, static_cast<int>(sheet_frames(frames).size()));
+}
+
+Image Pictures::sheet(const std::vector<int>& frames) const {
+  constexpr int kThumbnail = 320;
+  const std::vector<int> numbers = sheet_frames(frames);
+  std::vector<Image> images;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const SceneView& view = views_[i / (numbers.size() / views_.size())];
+    images.push_back(read_png(file_of(view, numbers[i])));
+  }
+  return images.empty() ? Image{} : contact_sheet(images, kSheetColumns, kThumbnail, numbers);
 }
 
 }  // namespace thew::tools

@@ -55,6 +55,9 @@ class Pictures {
   std::string movies(const std::vector<int>& frames, double fps) const;
   /// Thumbnails of all views of some frames, as one picture.
   Image sheet(const std::vector<int>& frames) const;
+  /// The frames of its thumbnails, row by row.
+  std::vector<int> sheet_frames(const std::vector<int>& frames) const;
+  int sheet_columns(const std::vector<int>& frames) const;
   std::filesystem::path sheet_file() const;
   /// Of all pictures that were drawn or kept; "" without views.
   std::string key() const;

@@ -97,12 +97,37 @@ std::string facts(const Report& report) {
   return html;
 }
 
-std::string picture(const std::filesystem::path& file) {
+std::string picture(const Report& report, const std::filesystem::path& file, bool viewer) {
   if (file.empty()) return "";
   const std::string png = read_whole_file(file, kLargestPicture);
+  std::string sheet = html_png("alt=\"Contact sheet of the baked frames\"", png);
+  if (viewer && !report.pictured.empty()) {
+    sheet = "<div class=\"sheet\">" + sheet + "<div style=\"grid-template-columns: repeat(" +
+            std::to_string(report.sheet_columns) + ", 1fr)\">";
+    for (const int frame : report.pictured) {
+      const std::string number = std::to_string(frame);
+      sheet += "<button type=\"button\" data-frame=\"" + number + "\" title=\"frame " + number +
+               " in the viewer\"></button>";
+    }
+    sheet += "</div></div>\n";
+  }
   return "<h2>Frames</h2>\n" +
-         html_figure(html_png("alt=\"Contact sheet of the baked frames\"", png),
+         html_figure(sheet,
                      "Chosen frames in the order of time, the first and the last among them.");
+}
+
+// One for each quantity that a bound can limit and that is anywhere more than nothing.
+std::string worst_frames(const Report& report) {
+  std::string html;
+  for (const Report::Worst& most : report.worst) {
+    if (most.part.empty()) continue;
+    html += " <button type=\"button\" data-frame=\"" + std::to_string(most.frame) + "\">" +
+            bounded(most.quantity) + " " +
+            escape_html(quantity_text(most.quantity, most.measured)) + " <small>" +
+            std::to_string(most.frame) + ", " + escape_html(in_words(most.part)) +
+            "</small></button>";
+  }
+  return html.empty() ? "" : "<p class=\"worst\">Worst frame by" + html + "</p>\n";
 }
 
 const Report::Bound* find_bound(const Report& report, const std::string& quantity) {
@@ -373,7 +398,8 @@ std::string report_as_html(const Report& report, const std::filesystem::path& co
   return html_page(
       name + " – bake report", "",
       "<h1>" + name + "</h1>\n<p class=\"soft\">Bake of muscles and skin</p>\n" + verdict(report) +
-          facts(report) + viewer + picture(contact_sheet) + charts(report) + table(report) +
+          facts(report) + viewer + (viewer.empty() ? "" : worst_frames(report)) +
+          picture(report, contact_sheet, !viewer.empty()) + charts(report) + table(report) +
           fidelity(report) + contacts(report) + rungs(report) + swings(report) + warnings(report) +
           origin(report) +
           "<footer>The same numbers for programs: report.json. Volume errors as written are those "

@@ -98,6 +98,8 @@ struct Report {
     std::string part;  ///< "": it is 0 everywhere
   };
   std::vector<Worst> worst;
+  std::vector<int> pictured;  ///< frames of the contact sheet's thumbnails
+  int sheet_columns = 1;
 
   struct Bound {
     std::string quantity;

@@ -30,8 +30,15 @@ struct Grid {
   double step = 1.0;  // m
 };
 
-Grid grid_of(const std::vector<BakeFrame>& frames) {
+// Only the skin's rest positions are sent: from them the viewer finds its stretch.
+bool has_rest(const BakeMesh& mesh) { return mesh.kind == BakeMesh::Kind::kSkin; }
+
+Grid grid_of(const BakeInfo& info, const std::vector<BakeFrame>& frames) {
   Eigen::AlignedBox3d box;
+  for (const BakeMesh& mesh : info.meshes) {
+    if (!has_rest(mesh)) continue;
+    for (const Vec3& p : mesh.rest.vertices) box.extend(p);
+  }
   for (const BakeFrame& frame : frames) {
     for (const auto& mesh : frame.positions) {
       for (const Vec3& p : mesh) box.extend(p);
@@ -51,17 +58,18 @@ std::vector<int> shown_places(const BakeInfo& info) {
   return places;
 }
 
-// By frame and axis: the differences to the frame before, folded so that small ones of either sign
-// are small numbers, all low bytes before all high bytes: this packs best.
-void put_motion(std::string& bytes, const std::vector<BakeFrame>& frames, std::size_t mesh,
+// By frame and axis, the rest pose before all others where it is sent: the differences to the frame
+// before, folded so that small ones of either sign are small numbers, all low bytes before all high
+// bytes: this packs best.
+void put_motion(std::string& bytes, const std::vector<const std::vector<Vec3>*>& frames,
                 const Grid& grid) {
-  const std::size_t count = frames.front().positions[mesh].size();
+  const std::size_t count = frames.front()->size();
   std::vector<std::uint16_t> before(3 * count, 0);
-  for (const BakeFrame& frame : frames) {
+  for (const std::vector<Vec3>* frame : frames) {
     for (int axis = 0; axis < 3; ++axis) {
       std::string low, high;
       for (std::size_t v = 0; v < count; ++v) {
-        const double steps = (frame.positions[mesh][v][axis] - grid.low[axis]) / grid.step;
+        const double steps = ((*frame)[v][axis] - grid.low[axis]) / grid.step;
         const auto value = static_cast<std::uint16_t>(std::clamp(std::round(steps), 0.0, kSteps));
         std::uint16_t& last = before[static_cast<std::size_t>(axis) * count + v];
         const auto change = static_cast<std::int16_t>(value - last);
@@ -112,7 +120,7 @@ std::string report_viewer(const BakeReader& bake) {
   const BakeInfo& info = bake.info();
   std::vector<BakeFrame> frames;
   for (const int place : shown_places(info)) frames.push_back(bake.read(place));
-  const Grid grid = grid_of(frames);
+  const Grid grid = grid_of(info, frames);
   nlohmann::json meshes = nlohmann::json::array();
   std::string bytes;
   std::size_t muscles = 0;
@@ -126,6 +134,7 @@ std::string report_viewer(const BakeReader& bake) {
                       {"vertices", mesh.rest.vertices.size()},
                       {"triangles", mesh.rest.triangles.size()},
                       {"weighted", !mesh.weights.empty()},
+                      {"rest", has_rest(mesh)},
                       {"colour", muscle ? chart_colour(muscles++) : ""},
                       {"errors", volume_errors(info, frames, mesh.name)}});
     for (const Triangle& triangle : shaded_triangles(mesh)) {
@@ -134,7 +143,10 @@ std::string report_viewer(const BakeReader& bake) {
     for (const double weight : mesh.weights) {
       bytes += static_cast<char>(std::lround(255.0 * std::max(weight, 0.0) / heaviest));
     }
-    put_motion(bytes, frames, m, grid);
+    std::vector<const std::vector<Vec3>*> motion;
+    if (has_rest(mesh)) motion.push_back(&mesh.rest.vertices);
+    for (const BakeFrame& frame : frames) motion.push_back(&frame.positions[m]);
+    put_motion(bytes, motion, grid);
   }
   std::vector<int> numbers;
   for (const BakeFrame& frame : frames) numbers.push_back(frame.frame);
@@ -150,8 +162,8 @@ std::string report_viewer(const BakeReader& bake) {
             " frames are shown";
   }
   return std::string(kViewerHtml) + "<p class=\"soft\">" + note +
-         ". Drag to turn, shift and drag to shift, wheel to come nearer, double click to go "
-         "back.</p>\n" +
+         ". Drag to turn, shift and drag to shift, wheel or two fingers to come nearer, double "
+         "click to go back. A click in a chart or on a thumbnail shows that frame.</p>\n" +
          "<script type=\"application/json\" id=\"viewer-head\">" + for_script(head) +
          "</script>\n<script type=\"text/plain\" id=\"viewer-data\">" + base64(packed(bytes)) +
          "</script>\n<script>" + kViewerJs + "</script>\n";

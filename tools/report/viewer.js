@@ -20,13 +20,18 @@ for (const mesh of head.meshes) {
   const n = mesh.vertices;
   mesh.index = new Uint32Array(bytes.slice(at, at += 12 * mesh.triangles).buffer);
   mesh.weight = mesh.weighted ? bytes.slice(at, at += n) : new Uint8Array(n);
-  mesh.steps = new Uint16Array(3 * n * frames);
-  for (let row = 0; row < 3 * frames; ++row, at += 2 * n) {
+  const rows = 3 * (frames + mesh.rest);  // the rest pose first
+  mesh.steps = new Uint16Array(n * rows);
+  for (let row = 0; row < rows; ++row, at += 2 * n) {
     for (let v = 0; v < n; ++v) {
       const folded = bytes[at + v] | bytes[at + n + v] << 8;
       const before = row < 3 ? 0 : mesh.steps[(row - 3) * n + v];
       mesh.steps[row * n + v] = before + ((folded >> 1) ^ -(folded & 1));
     }
+  }
+  if (mesh.rest) {
+    mesh.bind = mesh.steps.slice(0, 3 * n);
+    mesh.steps = mesh.steps.slice(3 * n);
   }
 }
 
@@ -44,9 +49,13 @@ vec3 ramp(float t) { t = 3.0 * clamp(t, 0.0, 1.0);
   vec3 c = mix(vec3(.93, .92, .87), vec3(.95, .72, .36), clamp(t, 0.0, 1.0));
   c = mix(c, vec3(.80, .27, .22), clamp(t - 1.0, 0.0, 1.0));
   return mix(c, vec3(.33, .07, .24), clamp(t - 2.0, 0.0, 1.0)); }
+vec3 stretched(float t) { vec3 even = vec3(.97, .96, .94);
+  return t < .5 ? mix(vec3(.13, .40, .67), even, 2.0 * t)
+                : mix(even, vec3(.70, .09, .17), 2.0 * t - 1.0); }
 void main() { vec3 n = normalize(normal); vec3 eye = normalize(-spot);
   if (dot(n, eye) < 0.0) n = -n;
-  vec3 c = level == -1.0 ? base.rgb : level == -2.0 ? ramp(share) : ramp(level);
+  vec3 c = level == -1.0 ? base.rgb : level == -2.0 ? ramp(share) :
+      level == -3.0 ? stretched(share) : ramp(level);
   float key = max(dot(n, normalize(vec3(.45, .7, .6))), 0.0), sky = .5 + .5 * n.y;
   vec3 lit = c * (.34 + .28 * sky + .52 * key);
   lit += .10 * pow(max(dot(reflect(-normalize(vec3(.45, .7, .6)), n), eye), 0.0), 24.0);
@@ -79,13 +88,44 @@ for (const mesh of head.meshes) {
     gl.enableVertexAttribArray(i);
     return buffer;
   });
-  gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-  gl.bufferData(gl.ARRAY_BUFFER, mesh.weight, gl.STATIC_DRAW);
+  gl.bindBuffer(gl.ARRAY_BUFFER, mesh.shares = gl.createBuffer());
+  gl.bufferData(gl.ARRAY_BUFFER, mesh.weight, mesh.bind ? gl.DYNAMIC_DRAW : gl.STATIC_DRAW);
   gl.vertexAttribPointer(2, 1, gl.UNSIGNED_BYTE, true, 0, 0);
   gl.enableVertexAttribArray(2);
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, mesh.index, gl.STATIC_DRAW);
   mesh.shown = -1;
+}
+
+// The larger principal stretch of a triangle: the root of the larger eigenvalue of C = F^T F. a, b:
+// its edges at rest, u, v now.
+function stretch_of(a, b, u, v) {
+  const dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+  const l = Math.sqrt(dot(a, a)), c = dot(a, b) / l, h = Math.sqrt(Math.max(dot(b, b) - c * c, 0));
+  if (!(l * h > 0)) return [0, 1];
+  const x = u.map((w) => w / l), y = v.map((w, i) => (w - c * x[i]) / h);
+  const xx = dot(x, x), yy = dot(y, y), xy = dot(x, y);
+  return [l * h, Math.sqrt((xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy))];
+}
+
+// By node, mean by the area at rest of the triangles around it: 1/2 to 2 as 0 to 255, by octaves.
+function load_stretch(mesh, frame) {
+  if (mesh.stretched === frame) return;
+  mesh.stretched = frame;
+  const {index, steps, bind, vertices: n, place: p} = mesh;
+  const area = new Float64Array(n), sum = new Float64Array(n);
+  const rest = (i, j) => [0, 1, 2].map((a) => head.step * (bind[a * n + j] - bind[a * n + i]));
+  const now = (i, j) => [0, 1, 2].map((a) => p[3 * j + a] - p[3 * i + a]);
+  for (let t = 0; t < index.length; t += 3) {
+    const [i, j, k] = index.subarray(t, t + 3);
+    const [size, stretch] = stretch_of(rest(i, j), rest(i, k), now(i, j), now(i, k));
+    for (const c of [i, j, k]) { area[c] += size; sum[c] += size * stretch; }
+  }
+  mesh.stretch = sum.map((s, v) => area[v] > 0 ? s / area[v] : 1);
+  const bytes = Uint8Array.from(mesh.stretch,
+      (s) => Math.round(255 * Math.max(0, Math.min(1, (Math.log2(s) + 1) / 2))));
+  gl.bindBuffer(gl.ARRAY_BUFFER, mesh.shares);
+  gl.bufferSubData(gl.ARRAY_BUFFER, 0, bytes);
 }
 
 // Positions and normals (sums of the triangles' cross products) of one frame.
@@ -136,6 +176,10 @@ let eye = home(), frame = 0, playing = false, started = 0, asked = false;
 const [play, range, told] =
     ['button', 'input[type=range]', 'output'].map((q) => box.querySelector(q));
 const control = (name) => box.querySelector(`[name=${name}]`);
+for (const mesh of head.meshes) {
+  if (mesh.kind !== 'muscle') continue;
+  control('alone').add(new Option(mesh.name.replaceAll('_', ' '), mesh.name));
+}
 const colours = {muscle: [0.66, 0.23, 0.19], bone: [0.88, 0.84, 0.74], skin: [0.86, 0.68, 0.58],
   prop: [0.44, 0.50, 0.56]};
 const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
@@ -175,9 +219,12 @@ function draw() {
   gl.uniformMatrix4fv(where.lens, false, [f * Math.min(1, height / width), 0, 0, 0,
       0, f * Math.min(1, width / height), 0, 0, 0, 0, (far + near) / (near - far), -1,
       0, 0, 2 * far * near / (near - far), 0]);
-  const by = control('colour').value, skin = Number(control('skin').value);
+  const by = control('colour').value, shown = Number(control('skin').value);
+  const skin = by === 'stretch' && shown > 0 ? 2 : shown;  // colours want a solid surface
+  const alone = control('alone').value;
   for (const mesh of head.meshes) {
     if (mesh.kind === 'skin' ? skin === 0 : !control(mesh.kind).checked) continue;
+    if (alone && mesh.kind === 'muscle' && mesh.name !== alone) continue;
     load(mesh, frame);
     gl.bindVertexArray(mesh.array);
     let base = [...colours[mesh.kind], 1], level = -1;
@@ -187,6 +234,11 @@ function draw() {
     if (mesh.kind === 'muscle' && by === 'error' && mesh.errors.length) {
       level = decade(mesh.errors[frame]);
     }
+    if (mesh.bind && by === 'stretch') {
+      load_stretch(mesh, frame);
+      level = -3;
+    }
+    mesh.level = level;
     mesh.paint = () => {
       gl.uniform4fv(where.base, base);
       gl.uniform1f(where.level, level);
@@ -198,7 +250,7 @@ function draw() {
   for (const mesh of skin === 1 ? head.meshes.filter((mesh) => mesh.kind === 'skin') : []) {
     gl.bindVertexArray(mesh.array);
     gl.uniform4f(where.base, ...colours.skin, 0.28);
-    gl.uniform1f(where.level, -1);
+    gl.uniform1f(where.level, mesh.level);
     gl.colorMask(false, false, false, false);
     gl.drawElements(gl.TRIANGLES, mesh.index.length, gl.UNSIGNED_INT, 0);
     gl.colorMask(true, true, true, true);
@@ -210,7 +262,8 @@ function draw() {
   range.value = frame;
   told.textContent = 'frame ' + head.frames[frame];
   const scale = box.querySelector('.scale');
-  scale.style.display = by === 'weight' || by === 'error' ? 'flex' : 'none';
+  scale.style.display = by === 'weight' || by === 'error' || by === 'stretch' ? 'flex' : 'none';
+  scale.classList.toggle('stretch', by === 'stretch');
   let worst = {name: '', error: -1};
   for (const {name, errors} of head.meshes) {
     if (errors.length && errors[frame] > worst.error) worst = {name, error: errors[frame]};
@@ -219,7 +272,51 @@ function draw() {
   scale.lastChild.textContent = by === 'weight' ? 'heaviest'
       : `1e-2 \u2003 largest in this frame: ${worst.error.toExponential(1)}, ` +
         worst.name.replaceAll('_', ' ');
+  if (by === 'stretch') {
+    const all = head.meshes.flatMap((mesh) => mesh.stretch ? [mesh.stretch] : []);
+    const most = all.reduce((m, one) => one.reduce((a, s) => Math.max(a, s), m), 0);
+    scale.firstChild.textContent = '\u00bd';
+    scale.lastChild.textContent = '2 \u2003 larger principal stretch; ' + (all.length
+        ? `in this frame up to ${most.toFixed(2)}` : 'there is no skin');
+  }
+  mark_charts();
 }
+
+// Charts tell where their frames are: a line at this one, and a click goes to another.
+function plot_of(chart) {
+  const [first, last] = chart.dataset.frames.split(' ').map(Number);
+  const [left, right, top, bottom] = chart.dataset.plot.split(' ').map(Number);
+  return {first, last: Math.max(last, first + 1), left, right, top, bottom};
+}
+function mark_charts() {
+  for (const chart of document.querySelectorAll('svg[data-frames]')) {
+    const {first, last, left, right, top, bottom} = plot_of(chart);
+    let line = chart.querySelector('.now');
+    if (!line) {
+      line = document.createElementNS('http://www.w3.org/2000/svg', 'line');
+      line.setAttribute('class', 'now');
+      chart.append(line);
+    }
+    const x = left + (right - left) * (head.frames[frame] - first) / (last - first);
+    const ends = {x1: x, x2: x, y1: top, y2: bottom};
+    for (const [name, value] of Object.entries(ends)) line.setAttribute(name, value);
+  }
+}
+// The shown frame that is nearest to a frame's number, with the viewer in sight.
+function show(number) {
+  const away = (f) => Math.abs(head.frames[f] - number);
+  go(head.frames.reduce((best, _, f) => away(f) < away(best) ? f : best, 0));
+  box.scrollIntoView({block: 'nearest'});
+}
+document.addEventListener('click', (event) => {
+  const button = event.target.closest('[data-frame]');
+  const chart = event.target.closest('svg[data-frames]');
+  if (button) return show(Number(button.dataset.frame));
+  if (!chart) return;
+  const {first, last, left, right} = plot_of(chart), size = chart.getBoundingClientRect();
+  const x = (event.clientX - size.left) * chart.viewBox.baseVal.width / size.width;
+  if (x >= left - 8 && x <= right + 8) show(first + (last - first) * (x - left) / (right - left));
+});
 function ask() { if (!asked) { asked = true; requestAnimationFrame(draw); } }
 function tick(now) {
   if (!playing) return;
@@ -236,7 +333,7 @@ function toggle() {
 function go(to) { if (playing) toggle(); frame = (to + frames) % frames; ask(); }
 play.addEventListener('click', toggle);
 range.addEventListener('input', () => go(Number(range.value)));
-for (const name of ['muscle', 'bone', 'skin', 'prop', 'colour']) {
+for (const name of ['muscle', 'bone', 'skin', 'prop', 'colour', 'alone']) {
   control(name).addEventListener('change', ask);
 }
 canvas.addEventListener('keydown', (event) => {
@@ -246,9 +343,25 @@ canvas.addEventListener('keydown', (event) => {
   else return;
   event.preventDefault();
 });
-canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
+const fingers = new Map();
+const apart = () => { const [a, b] = [...fingers.values()];
+  return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY); };
+canvas.addEventListener('pointerdown', (event) => {
+  canvas.setPointerCapture(event.pointerId);
+  fingers.set(event.pointerId, event);
+});
+for (const end of ['pointerup', 'pointercancel']) {
+  canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+}
+const nearer = (by) => { eye.far = Math.max(0.1 * radius, Math.min(12 * radius, eye.far * by)); };
 canvas.addEventListener('pointermove', (event) => {
   if (!event.buttons) return;
+  if (fingers.size === 2 && fingers.has(event.pointerId)) {
+    const before = apart();
+    fingers.set(event.pointerId, event);
+    nearer(before / Math.max(apart(), 1));
+    return ask();
+  }
   if (event.shiftKey || event.buttons & 6) {
     const step = 0.62 * eye.far / canvas.clientHeight, [right, up] = axes();
     eye.target = eye.target.map(
@@ -261,8 +374,7 @@ canvas.addEventListener('pointermove', (event) => {
 });
 canvas.addEventListener('contextmenu', (event) => event.preventDefault());
 canvas.addEventListener('wheel', (event) => {
-  const far = eye.far * Math.exp(0.0012 * event.deltaY);
-  eye.far = Math.max(0.1 * radius, Math.min(12 * radius, far));
+  nearer(Math.exp(0.0012 * event.deltaY));
   event.preventDefault();
   ask();
 }, {passive: false});

@@ -44,7 +44,8 @@ std::vector<ImageComparison> draw_worst_frame(const Comparison& comparison,
 }
 
 std::string page_of(Comparison comparison) {
-  if (!comparison.geometry || comparison.same() || !comparison.images.empty()) {
+  const auto& geometry = comparison.geometry;
+  if (!geometry || !geometry->of_bakes || comparison.same() || !comparison.images.empty()) {
     return comparison_as_html(comparison);
   }
   const TemporaryFolder folder("compare");

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 
+#include "rig/import/gltf_source.h"
 #include "rig/limits.h"
 #include "rig/text.h"
 #include "sim/solver/parallel.h"
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBake = "bake.h5";
 
-enum class Side { kBake, kImage, kFolder };
+enum class Side { kBake, kExport, kImage, kFolder };
 
 Side side_of(const fs::path& path) {
   std::error_code error;
@@ -26,13 +27,14 @@ Side side_of(const fs::path& path) {
   if (!fs::exists(path, error)) {
     throw Error(ErrorCode::kInput, path.string() + ": " +
                                        (error ? error.message() : "no such file or folder") +
-                                       "; give a bake.h5, a PNG or a folder with them");
+                                       "; give a bake.h5, a glTF, a PNG or a folder with them");
   }
   if (path.extension() == ".h5") return Side::kBake;
+  if (names_gltf(path)) return Side::kExport;
   if (path.extension() == ".png") return Side::kImage;
   throw Error(ErrorCode::kInput, path.string() +
-                                     ": neither a bake nor a picture; give a bake.h5, a PNG or a "
-                                     "folder with them");
+                                     ": neither a bake nor a glTF nor a picture; give a bake.h5, "
+                                     "a .glb, .gltf or .vrm, a PNG or a folder with them");
 }
 
 // PNGs in a folder and below it; the contact sheet shows nothing that the others do not.
@@ -127,12 +129,16 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
   Comparison result{expected, actual, options.mask, {}, options.limits, {}};
   const Side side = side_of(expected);
   if (side != side_of(actual)) {
-    throw Error(ErrorCode::kUsage, expected.string() + " and " + actual.string() +
-                                       " are not of one kind; give two bakes, two PNGs or two "
-                                       "folders");
+    throw Error(ErrorCode::kUsage,
+                expected.string() + " and " + actual.string() +
+                    " are not of one kind; give two bakes, two exports, two PNGs "
+                    "or two folders");
   }
   if (side == Side::kBake) {
     result.geometry = compare_bakes(expected, actual, options);
+  } else if (side == Side::kExport) {
+    result.geometry =
+        compare_exports(play_gltf(expected), play_gltf(actual), options.frames, options.distance);
   } else if (side == Side::kImage) {
     result.images.push_back(
         {expected.filename().string(), "", {}, expected, actual, "", "", "", {}});

@@ -42,7 +42,8 @@ struct Comparison {
   bool same() const { return (!geometry || geometry->same()) && different_images() == 0; }
 };
 
-/// Two bakes (bake.h5), two PNGs, or two folders with either or both; geometry first. Error(kInput)
+/// Two bakes (bake.h5), two characters' exports (glTF), two PNGs, or two folders with bakes or PNGs
+/// or both; geometry first. Error(kInput)
 /// for what cannot be read, Error(kUsage) for what cannot be compared with one another.
 Comparison compare(const std::filesystem::path& expected, const std::filesystem::path& actual,
                    const CompareOptions& options);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/cache/cache.h"
+#include "tools/compare/played_gltf.h"
 
 namespace thew::tools {
 
@@ -21,6 +22,7 @@ struct GeometryComparison {
   bool same_hash = false;            ///< of all positions in double precision, as the caches say
   bool exact = false;                ///< and nothing that was read differs by a bit
   bool rounded = false;              ///< one cache is of float32: the other was rounded alike
+  bool of_bakes = true;              ///< else of exports, which know no hash and no scene
   bool same_scene = false;           ///< the solver was given the same
   double tolerance = 0.0;            ///< m, beyond which a node has moved
   std::vector<int> frames;           ///< compared
@@ -40,5 +42,12 @@ inline constexpr double kDistanceTolerance = 1e-7;
 GeometryComparison compare_geometry(const BakeReader& expected, const BakeReader& actual,
                                     const std::vector<int>& frames,
                                     double tolerance = kDistanceTolerance);
+
+/// The same of two characters' exports as glTF, each as its first animation plays it: meshes by
+/// their place in the file, their names, materials, texture coordinates and times too. A frame's
+/// number is its time in frames where the file says how many a second has, else its place.
+GeometryComparison compare_exports(const PlayedGltf& expected, const PlayedGltf& actual,
+                                   const std::vector<int>& frames,
+                                   double tolerance = kDistanceTolerance);
 
 }  // namespace thew::tools

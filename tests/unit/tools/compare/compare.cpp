@@ -222,6 +222,10 @@ TEST_F(Compare, TheRenderersAreShownWhereTheyDiffer) {
              "same pictures: 1, the same\n  renderers differ: expected softpipe, 3.3 Mesa 22.3.6; "
              "actual llvmpipe");
   EXPECT_HAS(told(folder / "a.png", folder / "c.png"), "actual unknown");
+  // Where they are not the same, looser limits are offered; not between pictures of one renderer.
+  picture("d.png", 120, "llvmpipe");
+  EXPECT_HAS(told(folder / "a.png", folder / "d.png"), "--share 0.012 --largest 40 --flip 0.0012");
+  EXPECT_EQ(told(folder / "b.png", folder / "d.png").find("--share"), std::string::npos);
 }
 
 TEST_F(Compare, PicturesOfOtherSizeDifferAndWhatIsNoneIsRefused) {

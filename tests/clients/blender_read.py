@@ -156,12 +156,17 @@ def look(file):
     return found
 
 
-def onto(folder, truth, name):
-    """The character's own file with its skin as baked, within the error that the file states."""
-    with open(f"{folder}/{name}.glb", "rb") as file:
+def stated_in(name):
+    """m, as the file states it."""
+    with open(name, "rb") as file:
         head = file.read(20)
         text = json.loads(file.read(int.from_bytes(head[12:16], "little")))
-    stated = 1e-3 * text["asset"]["extras"]["position_error_max_mm"]
+    return 1e-3 * text["asset"]["extras"]["position_error_max_mm"]
+
+
+def onto(folder, truth, name):
+    """The character's own file with its skin as baked, within the error that the file states."""
+    stated = stated_in(f"{folder}/{name}.glb")
     result = Comparison(CLIENT, f"{folder}/{name}.glb", stated + 1e-6)
     before, after = look(f"{folder}/input.gltf"), look(f"{folder}/{name}.glb")
     for piece in PIECES:
@@ -179,6 +184,28 @@ def onto(folder, truth, name):
     return result.tell()
 
 
+def caches_onto(folder, truth):
+    """Each of the artist's own objects with its point cache on it."""
+    result = Comparison(CLIENT, f"{folder}/caches", 0.0, floats=True)
+    skin = next(m for m in truth["meshes"] if m["name"] == "skin")
+    empty()
+    bpy.ops.import_scene.gltf(filepath=f"{folder}/input.gltf")
+    things = [object_of(piece) for piece in PIECES]
+    for thing in things:
+        for modifier in list(thing.modifiers):
+            thing.modifiers.remove(modifier)
+        cache = thing.modifiers.new("cache", "MESH_CACHE")
+        cache.cache_format = "PC2"
+        cache.filepath = f"{folder}/caches.{thing.data.name.title()}.pc2"
+        if thing.data.name == "trunk":
+            cache.filepath = f"{folder}/caches.Body.pc2"  # files are named after nodes
+        cache.frame_start = truth["frames"][0]
+    for i, frame in enumerate(truth["frames"]):
+        read = numpy.concatenate([evaluated(thing, frame) for thing in things])
+        result.add(f"frame {frame}", read, skin["positions"][i])
+    return result.tell()
+
+
 def stated_error(folder):
     with open(f"{folder}/basis.txt") as text:
         return 1e-3 * float(text.read().split("position error ")[1].split(" mm")[0])
@@ -187,13 +214,14 @@ def stated_error(folder):
 def exports(folder, truth):
     if folder.endswith("/onto"):
         names = ("onto", "onto_basis", "correctives", "correctives_basis")
-        return all([onto(folder, truth, name) for name in names])
+        return all([onto(folder, truth, name) for name in names] + [caches_onto(folder, truth)])
     good = point_cache(folder, truth, "pc2")
     good &= point_cache(folder, truth, "mdd")
     good &= obj(folder, truth)
     good &= ply(folder, truth)
     good &= glb(folder, truth, "all.glb", 1e-6)
     good &= glb(folder, truth, "basis.glb", stated_error(folder) + 1e-6)
+    good &= glb(folder, truth, "quantized.glb", stated_in(f"{folder}/quantized.glb") + 1e-6)
     if os.path.exists(f"{folder}/input.gltf"):
         good &= same_order(folder, truth)
     return good

@@ -21,6 +21,9 @@ bake() {  # FOLDER SCENE MESH [arguments]
   for file in one.pc2 one.mdd ply/one.####.ply; do
     "$thew" export "$folder/bake.h5" "$folder/$file" --mesh "$mesh" --progress none >/dev/null
   done
+  "$thew" export "$folder/bake.h5" "$folder/quantized.glb" --quantized --onto none \
+    --progress none >/dev/null
+  "$thew" export "$folder/bake.h5" "$folder/fields.usdc" --fields --progress none >/dev/null
   "$thew" export "$folder/bake.h5" "$folder/basis.glb" --basis 4 --onto none --progress none |
     tee "$folder/basis.txt" | tail -n 1
   # The truth, by a reader of HDF5 that is not ours.
@@ -47,6 +50,10 @@ onto onto.glb
 onto onto_basis.glb --basis 4
 onto correctives.glb --correctives
 onto correctives_basis.glb --correctives --basis 4
+for ending in usda usdc usdz; do onto onto.$ending; done
+onto caches.pc2
+# Morph targets and correctives hold the same skin.
+"$thew" compare "$out/onto/onto.glb" "$out/onto/correctives.glb" --distance 0.001
 /usr/bin/python3 "$here/truth.py" "$out/onto" skin
 cp "$dressed" "$out/onto/input.gltf"
 # ... and its own animation, for clients that play that themselves.

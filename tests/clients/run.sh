@@ -33,10 +33,11 @@ case "$client" in
   web)
     install_readers
     node "$here/web_read.mjs" "$modules" "${folders[@]}" "$build/clients/wave" \
-      "$build/clients/onto" ;;
+      "$build/clients/onto"
+    node "$here/babylon_read.mjs" "$modules" "${folders[@]}" "$build/clients/onto" ;;
   usd)
     install_readers
-    node "$here/usd_read.mjs" "$modules" "${folders[@]}" ;;
+    node "$here/usd_read.mjs" "$modules" "${folders[@]}" "$build/clients/onto" ;;
   chromium)
     command -v chromium >/dev/null || skip "chromium is not installed"
     command -v node >/dev/null || skip "node is not installed"

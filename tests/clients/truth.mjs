@@ -10,7 +10,8 @@ export function load(folder) {
   const bytes = fs.readFileSync(path.join(folder, 'truth.bin'));
   const numbers = new Float64Array(bytes.buffer, bytes.byteOffset, bytes.byteLength / 8);
   for (const mesh of truth.meshes) {
-    for (const key of ['positions', 'triangles']) {
+    for (const key of ['positions', 'triangles', 'stretch', 'fibre']) {
+      if (!mesh[key]) continue;
       const { at, shape } = mesh[key];
       mesh[key] = numbers.subarray(at, at + shape.reduce((a, b) => a * b));
     }
@@ -19,8 +20,8 @@ export function load(folder) {
 }
 
 export class Comparison {
-  constructor(client, what, allowed) {
-    Object.assign(this, { client, what, allowed, largest: 0, values: 0, wrong: [] });
+  constructor(client, what, allowed, unit = ' m') {
+    Object.assign(this, { client, what, allowed, unit, largest: 0, values: 0, wrong: [] });
   }
   add(place, read, expected, rounded = (x) => x) {
     if (read.length !== expected.length) {
@@ -37,8 +38,8 @@ export class Comparison {
     this.values += read.length;
   }
   tell() {
-    console.log(`${this.client}, ${this.what}: largest error ${this.largest.toPrecision(3)} m ` +
-                `over ${this.values / 3} vertices`);
+    console.log(`${this.client}, ${this.what}: largest error ` +
+                `${this.largest.toPrecision(3)}${this.unit} over ${this.values} numbers`);
     for (const line of this.wrong.slice(0, 5)) console.log('  ' + line);
     all.good &&= this.wrong.length === 0 && this.values > 0;
   }

@@ -39,6 +39,7 @@ function by_tinyusdz(file) {
 
 function value_of(text) {
   if (text.startsWith('"')) return JSON.parse(text);
+  if (text.startsWith('@')) return text;
   const list = text.replaceAll('(', '[').replaceAll(')', ']');
   const value = JSON.parse(list);
   return Array.isArray(value) ? value.flat(2) : value;
@@ -58,6 +59,13 @@ function specs_of_text(text) {
     if (time) {
       attribute.timeSamples.times.push(Number(time));
       attribute.timeSamples.values.push(value_of(sample));
+      continue;
+    }
+    const [, , from, connect, to] =
+      line.match(/^(.*? )?([\w:]+)(\.connect)? = <(.*)>$/) ?? [];
+    if (to) {
+      const of = specs[`${open.at(-1)}.${from}`] ??= { fields: {} };
+      of.fields[connect ? 'connectionPaths' : 'targetPaths'] = [to];
       continue;
     }
     const [, declared, key, samples, value] =
@@ -157,8 +165,70 @@ function compare(client, file, specs, truth) {
   if (rigid.values > 0) rigid.tell();
 }
 
+// Values by node that Thew derives, against those of truth.py.
+function compare_fields(client, file, specs, truth) {
+  const told = { fibre: new Comparison(client, `${file}, fibre directions`, 2e-6, ''),
+                 stretch: new Comparison(client, `${file}, principal stretches`, 2e-5, '') };
+  for (const mesh of truth.meshes) {
+    for (const [key, comparison] of Object.entries(told)) {
+      const prim = `/Bake/${kScopes[mesh.kind]}/${mesh.name}`;
+      const values = specs[`${prim}.primvars:thew:${key}`];
+      if (!mesh[key] !== !values) comparison.wrong.push(`${mesh.name}: ${key} where none is`);
+      if (!mesh[key] || !values) continue;
+      const size = mesh[key].length / truth.frames.length;
+      truth.frames.forEach((time, i) => comparison.add(`${mesh.name}, frame ${time}`,
+          Array.from(value_at(values, time)), mesh[key].subarray(i * size, (i + 1) * size)));
+    }
+  }
+  for (const comparison of Object.values(told)) if (comparison.values > 0) comparison.tell();
+}
+
+// The materials of the character that the skin was put back onto, and the image beside or within.
+function compare_looks(client, file, specs) {
+  const wrong = [];
+  const to = (path, key) => {
+    const found = specs[path]?.fields[key];
+    const paths = found?.explicitItems ?? found?.items ?? found;
+    return String(Array.isArray(paths) ? paths[0] : paths).replace(/[<>]/g, '');
+  };
+  const expect = (what, read, expected) => {
+    if (String(read) !== String(expected)) wrong.push(`${what}: ${read}, expected ${expected}`);
+  };
+  const looks = '/Bake/Looks', texture = `${looks}/skin/Texture`;
+  for (const name of ['skin', 'cloth']) {
+    expect(`binding of ${name}`, to(`/Bake/Skin/skin/${name}.material:binding`, 'targetPaths'),
+           `${looks}/${name}`);
+    expect(`surface of ${name}`, to(`${looks}/${name}.outputs:surface`, 'connectionPaths'),
+           `${looks}/${name}/Surface.outputs:surface`);
+  }
+  expect('colour', Array.from(specs[`${looks}/cloth/Surface.inputs:diffuseColor`].fields.default,
+      (x) => x.toFixed(4)), ['0.2000', '0.3000', '0.6000']);
+  expect('textured colour', to(`${looks}/skin/Surface.inputs:diffuseColor`, 'connectionPaths'),
+         `${texture}.outputs:rgb`);
+  expect('coordinates', to(`${texture}.inputs:st`, 'connectionPaths'),
+         `${looks}/skin/Coordinates.outputs:result`);
+  const image = String(specs[`${texture}.inputs:file`].fields.default).replaceAll('@', '');
+  const bytes = file.endsWith('.usdz')
+    ? unzipSync(fs.readFileSync(file))[image] : fs.readFileSync(path.join(path.dirname(file), image));
+  if (bytes?.[1] !== 0x50) wrong.push(`${image} is no picture`);
+  console.log(`${client}, ${file}: materials ${wrong.length ? 'differ' : 'are those of the file'}`);
+  for (const line of wrong) console.log('  ' + line);
+  all.good &&= wrong.length === 0;
+}
+
 for (const folder of process.argv.slice(3)) {
+  if (folder.endsWith('/onto')) {
+    for (const ending of ['usda', 'usdc', 'usdz']) {
+      const file = `${folder}/onto.${ending}`;
+      compare_looks(`three.js ${REVISION}`, file, by_three(file));
+      compare_looks('TinyUSDZ', file, by_tinyusdz(file));
+    }
+    continue;
+  }
   const truth = load(folder);
+  const fields = `${folder}/fields.usdc`;
+  compare_fields(`three.js ${REVISION}`, fields, by_three(fields), truth);
+  compare_fields('TinyUSDZ', fields, by_tinyusdz(fields), truth);
   for (const ending of ['usda', 'usdc', 'usdz']) {
     const file = `${folder}/all.${ending}`;
     compare(`three.js ${REVISION}`, file, by_three(file), truth);

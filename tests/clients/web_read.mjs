@@ -268,6 +268,9 @@ for (const folder of process.argv.slice(3)) {
   await validate(`${folder}/all.glb`);
   await validate(`${folder}/basis.glb`);
   await gltf(`${folder}/all.glb`, truth, 1e-6);
+  await validate(`${folder}/quantized.glb`);
+  const steps = (await open_glb(`${folder}/quantized.glb`)).asset.extras.position_error_max_mm;
+  await gltf(`${folder}/quantized.glb`, truth, 1e-3 * steps + 1e-6);
   await gltf(`${folder}/basis.glb`, truth, 1e-3 * Number(stated[1]) + 1e-6);
 }
 process.exit(all.good ? 0 : 1);

@@ -21,18 +21,20 @@ ExitCode bake_command(const CommandOptions& options);
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene,
                         int turntable = 0);
 /// Onto which character's file a bake's skin is put back.
-struct OntoChoice {
+struct ExportChoice {
   std::filesystem::path character;  ///< "": the bake's, where it is found; "none": onto none
   bool correctives = false;
+  bool quantized = false;  ///< glTF of the bake's meshes: displacements as whole steps
+  bool fields = false;     ///< USD, Alembic: values by node and frame that follow from the bake
 };
 /// Cache -> a file of another program, options.out, whose ending says which. `meshes` empty: all;
 /// `basis` > 0: glTF with so many morph targets at most.
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
-                        int basis, const OntoChoice& onto = {});
+                        int basis, const ExportChoice& onto = {});
 /// The same; returns what the command prints with --json.
 nlohmann::ordered_json export_bake(const CommandOptions& options,
                                    const std::vector<std::string>& meshes, int basis,
-                                   const OntoChoice& onto);
+                                   const ExportChoice& onto);
 /// options.out is the page to be written, "" for none; bakes that differ are drawn for it where
 /// they moved most. kDifferent where they differ.
 ExitCode compare_command(const std::filesystem::path& expected, const std::filesystem::path& actual,

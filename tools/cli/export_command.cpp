@@ -72,13 +72,46 @@ bool takes_looks(const fs::path& file) {
   return ending == ".obj" || ending == ".abc" || ending.starts_with(".usd");
 }
 
+// Formats that hold values by node and frame.
+bool holds_fields(const fs::path& file) {
+  return file.extension() == ".abc" || file.extension().string().starts_with(".usd");
+}
+
+bool is_point_cache(const fs::path& file) {
+  return file.extension() == ".pc2" || file.extension() == ".mdd";
+}
+
+// One point cache for each mesh of the character.
+Exported write_caches_onto(Shot& shot, const CommandOptions& options, const ExportChoice& choice,
+                           bool meshes_chosen) {
+  if (meshes_chosen || choice.correctives || !names_gltf(choice.character)) {
+    throw Error(ErrorCode::kUsage,
+                "--onto " + choice.character.string() + " for " + options.out.string() +
+                    " takes a .gltf, .glb or .vrm, whose skin it writes, without --mesh and "
+                    "--correctives; leave these out");
+  }
+  const int skin = skin_mesh(shot.info());
+  if (skin < 0) {
+    throw Error(ErrorCode::kUsage, "--onto: the bake has no character's own skin; leave it out");
+  }
+  shot.meshes = {skin};
+  const std::vector<CachedNode> nodes = point_cache_nodes(shot, options.out, choice.character);
+  std::vector<fs::path> files;
+  for (const CachedNode& node : nodes) {
+    files.push_back(node.file);
+    files.push_back(rest_file(node.file));
+  }
+  claim(files, options.overwrite);
+  return export_point_caches_onto(shot, nodes);
+}
+
 /// Onto which character's file the skin goes; "" for none.
 struct Onto {
   fs::path character;
   std::string note;  ///< why it is none, where a user may have expected one
 };
 
-Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoice& choice,
+Onto choose_onto(const Shot& shot, const CommandOptions& options, const ExportChoice& choice,
                  bool meshes_chosen) {
   const auto refuse = [](const std::string& what) { throw Error(ErrorCode::kUsage, what); };
   const bool asked = !choice.character.empty() && choice.character != "none";
@@ -116,7 +149,7 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const OntoChoi
 }
 
 // Of a character that was not asked for and is not as it was baked, nothing is taken.
-void take_looks(const OntoChoice& choice, Onto& onto, Shot& shot) {
+void take_looks(const ExportChoice& choice, Onto& onto, Shot& shot) {
   const auto& meshes = shot.meshes;
   if (onto.character.empty() ||
       std::find(meshes.begin(), meshes.end(), skin_mesh(shot.info())) == meshes.end()) {
@@ -131,10 +164,11 @@ void take_looks(const OntoChoice& choice, Onto& onto, Shot& shot) {
   }
 }
 
-Exported write(const Shot& shot, const CommandOptions& options, int basis, const Onto& onto) {
+Exported write(const Shot& shot, const CommandOptions& options, const GlbOptions& glb,
+               const Onto& onto) {
   const std::filesystem::path& file = options.out;
   const std::string ending = file.extension().string();
-  if (basis > 0 && ending != ".glb") {
+  if (glb.basis > 0 && ending != ".glb") {
     throw Error(ErrorCode::kUsage, "--basis is for .glb only; " + file.string() +
                                        " holds every frame exactly, leave --basis out");
   }
@@ -146,7 +180,7 @@ Exported write(const Shot& shot, const CommandOptions& options, int basis, const
   if (ending == ".mdd") return export_mdd(shot, file);
   if (ending == ".obj") return noted(export_obj(shot, file));
   if (ending == ".ply") return export_ply(shot, file);
-  if (ending == ".glb") return noted(export_glb(shot, file, basis));
+  if (ending == ".glb") return noted(export_glb(shot, file, glb));
   if (ending == ".xmf" || ending == ".xdmf") return export_xdmf(shot, file, options.input);
   if (ending == ".usda" || ending == ".usdc" || ending == ".usdz") {
     return noted(export_usd(shot, file));
@@ -176,32 +210,54 @@ std::string as_text(const nlohmann::ordered_json& told) {
     if (name == "files" || name == "meshes") continue;
     facts += "  " + (name == "note" ? "" : name + ": ") + value.get<std::string>() + "\n";
   }
-  return files.front() + (files.size() > 1 ? " to " + files.back() : "") + "\n  meshes: " + names +
-         "\n" + facts;
+  const auto ending = [](const std::string& file) { return fs::path(file).extension(); };
+  const bool sequence = files.size() > 1 && ending(files.front()) == ending(files.back());
+  return files.front() + (files.size() > 1 ? (sequence ? " to " : " and ") + files.back() : "") +
+         "\n  meshes: " + names + "\n" + facts;
 }
 
 }  // namespace
 
 nlohmann::ordered_json export_bake(const CommandOptions& options,
                                    const std::vector<std::string>& meshes, int basis,
-                                   const OntoChoice& choice) {
+                                   const ExportChoice& choice) {
   const BakeReader reader(options.input);
   Shot shot = choose_shot(reader, meshes, options.frames);
   shot.progress = progress_style(options);
+  shot.fields = choice.fields;
+  if (choice.quantized && (options.out.extension() != ".glb" || basis > 0)) {
+    throw Error(ErrorCode::kUsage, "--quantized is for .glb without --basis; leave it out");
+  }
+  if (choice.fields && !holds_fields(options.out)) {
+    throw Error(ErrorCode::kUsage, "--fields is not for " + options.out.string() +
+                                       ", which has no place for them; leave it out, or write "
+                                       ".usdc or .abc");
+  }
+  if (is_point_cache(options.out) && !choice.character.empty() && choice.character != "none") {
+    return told(shot, write_caches_onto(shot, options, choice, !meshes.empty()));
+  }
   claim(files_of(shot, options.out), options.overwrite);
   Onto onto = choose_onto(shot, options, choice, !meshes.empty());
   if (takes_looks(options.out)) {
     take_looks(choice, onto, shot);
+    if (options.out.extension().string().starts_with(".usd")) {
+      claim(usd_images(shot, options.out), options.overwrite);
+    }
   } else if (!onto.character.empty()) {
+    if (choice.quantized) {
+      throw Error(
+          ErrorCode::kUsage,
+          "--quantized is for the bake's own meshes; give --onto none too, or leave it out");
+    }
     shot.meshes = {skin_mesh(shot.info())};
     return told(shot,
                 export_glb_onto(shot, {options.out, onto.character, choice.correctives, basis}));
   }
-  return told(shot, write(shot, options, basis, onto));
+  return told(shot, write(shot, options, {basis, choice.quantized}, onto));
 }
 
 ExitCode export_command(const CommandOptions& options, const std::vector<std::string>& meshes,
-                        int basis, const OntoChoice& choice) {
+                        int basis, const ExportChoice& choice) {
   const nlohmann::ordered_json told = export_bake(options, meshes, basis, choice);
   if (options.json) {
     print_json(told);

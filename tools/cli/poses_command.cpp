@@ -88,7 +88,7 @@ ExitCode poses_command(const CommandOptions& options) {
   const PoseSet set = make_pose_set(model, asked.joints, reader);
   if (ending == ".h5") sim::write_array_file(options.out, set.texts, set.arrays);
   if (ending == ".npz") write_npz(set, options.out);
-  if (ending == ".glb") export_glb(choose_shot(reader, {"skin"}, ""), options.out, 0);
+  if (ending == ".glb") export_glb(choose_shot(reader, {"skin"}, ""), options.out, {});
   const size_t poses = asked.frames.size();
   warn_of(set, "rungs", poses,
           "a muscle could not be solved and something stands in; leave out those whose `rungs` are "

@@ -87,7 +87,7 @@ CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, in
 }
 
 CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::string>& meshes,
-                     int& basis, OntoChoice& onto) {
+                     int& basis, ExportChoice& onto) {
   CLI::App* command = app.add_subcommand(
       "export", "a bake for other programs: .pc2 .mdd .obj .ply .glb .xdmf .usda .usdc .usdz .abc");
   command->add_option("BAKE", options.input, "bake.h5")->required();
@@ -104,6 +104,11 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
                       "where it is left out, the bake's, if it is found; none: the bake alone");
   command->add_flag("--correctives", onto.correctives,
                     "skeleton and weights are kept; morph targets hold what muscles add");
+  command->add_flag(
+      "--quantized", onto.quantized,
+      ".glb: displacements as whole steps, half as large; says what error that costs");
+  command->add_flag("--fields", onto.fields,
+                    ".usd*, .abc: fibre directions of muscles and stretch of the skin, by node");
   command->add_option("--frames", options.frames, kFrames);
   add_progress(*command, options);
   add_json(*command, options);
@@ -215,7 +220,8 @@ CLI::App* add_farm(CLI::App& app, CommandOptions& options, FarmChoice& choice) {
 CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
                       CompareOptions& compare, double& millimetres) {
   CLI::App* command = app.add_subcommand(
-      "compare", "two bakes, PNGs or folders of them; ends with 0 if the same, 1 if different");
+      "compare",
+      "two bakes, exports (.glb), PNGs or folders; ends with 0 if the same, 1 if different");
   command->add_option("EXPECTED", options.input, "bake, PNG or folder")->required();
   command->add_option("ACTUAL", actual, "the same kind")->required();
   command->add_option("--frames", options.frames, "those to compare");
@@ -282,7 +288,7 @@ struct Arguments {
   double millimetres = 1e3 * kDistanceTolerance;
   fs::path scene, repaired, maps, actual, golden;
   std::vector<std::string> meshes;
-  OntoChoice onto;
+  ExportChoice onto;
   NightOptions night;
   FarmChoice farm;
   int turntable = 0, basis = 0;

@@ -3,12 +3,14 @@
 // Each mesh NAME is a PolyMesh NAMEShape below an Xform NAME, which moves what moves as one piece.
 // The archive's bounds are those of all meshes.
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "sim/cache/version.h"
 #include "tools/base/bake_mesh.h"
 #include "tools/export/abc_archive.h"
 #include "tools/export/character_skin.h"
+#include "tools/export/fields.h"
 #include "tools/export/formats.h"
 #include "tools/export/looks.h"
 #include "tools/export/motion.h"
@@ -30,8 +32,8 @@ std::string titled(const std::string& schema, const std::string& compound) {
 
 // The meta of a value that a shader may read; `scope` is con, vtx or fvr.
 std::string parameter(const std::string& scope, const std::string& interpretation, int extent,
-                      const std::string& number = "float32_t") {
-  return "arrayExtent=1;geoScope=" + scope +
+                      const std::string& number = "float32_t", std::size_t count = 1) {
+  return "arrayExtent=" + std::to_string(count) + ";geoScope=" + scope +
          (interpretation.empty() ? "" : ";interpretation=" + interpretation) +
          ";isGeomParam=true;podExtent=" + std::to_string(extent) + ";podName=" + number;
 }
@@ -78,8 +80,8 @@ struct MeshObject {
   P positions{"P", "geoScope=vtx;interpretation=point", P::kArray, P::kFloat32, 3};
   P normals{"N", parameter("vtx", "normal", 3), P::kArray, P::kFloat32, 3};
   P matrix{".vals", "", P::kScalar, P::kFloat64, 16};
-  std::vector<P> measured;  ///< what the bake has measured of it
-  std::vector<const std::vector<double>*> values;
+  std::vector<P> measured;  ///< what changes of its parameters
+  std::vector<std::function<std::string(std::size_t i, const ShotFrame&)>> values;
   std::vector<P> constant, parameters;
 };
 
@@ -98,7 +100,45 @@ std::vector<int> clockwise(const std::vector<Triangle>& triangles, const At& at)
   return corners;
 }
 
-MeshObject begin_mesh(AbcArchive& out, const Shot& shot, std::size_t m) {
+// Parameters that change by frame.
+void add_measured(const Shot& shot, std::size_t m, const RigidMotion& rigid, MeshObject& object) {
+  const BakeMesh& mesh = shot.mesh(m);
+  const auto add = [&](P property, auto values) {
+    object.measured.push_back(std::move(property));
+    object.values.push_back(std::move(values));
+  };
+  for (const auto& [metric, values] : metrics_of(shot, mesh)) {
+    add({"thew_" + metric, parameter("con", "", 1, "float64_t"), P::kArray, P::kFloat64},
+        [values = values](auto, const ShotFrame& frame) {
+          return numbers<double>(std::vector<double>{(*values)[frame.place]});
+        });
+  }
+  if (mesh.line > 0) {
+    add({"thew_line", parameter("con", "point", 3, "float32_t", mesh.line), P::kArray, P::kFloat32,
+         3},
+        [m, &rigid](std::size_t i, const ShotFrame& frame) {
+          return floats(line_of_action(frame, m, i, rigid));
+        });
+  }
+  if (shot.fields && mesh.line > 0 && !mesh.coordinates.empty()) {
+    add({"thew_fibre", parameter("vtx", "vector", 3), P::kArray, P::kFloat32, 3},
+        [m, &rigid, &mesh](std::size_t i, const ShotFrame& frame) {
+          return floats(fibre_directions(mesh, line_of_action(frame, m, i, rigid)));
+        });
+  }
+  if (shot.fields && mesh.kind == BakeMesh::Kind::kSkin) {
+    add({"thew_stretch", parameter("vtx", "vector", 2), P::kArray, P::kFloat32, 2},
+        [m, &mesh, first = first_at_position(mesh.rest)](auto, const ShotFrame& frame) {
+          std::string bytes;
+          for (const auto& of : principal_stretches(mesh.rest, first, frame.positions[m])) {
+            bytes += numbers<float>(of);
+          }
+          return bytes;
+        });
+  }
+}
+
+MeshObject begin_mesh(AbcArchive& out, const Shot& shot, std::size_t m, const RigidMotion& rigid) {
   const BakeMesh& mesh = shot.mesh(m);
   const std::vector<Triangle>& triangles = mesh.rest.triangles;
   MeshObject object;
@@ -129,11 +169,7 @@ MeshObject begin_mesh(AbcArchive& out, const Shot& shot, std::size_t m) {
                  {"thew_weight", parameter("vtx", "", 1), P::kArray, P::kFloat32},
                  numbers<float>(mesh.weights));
   }
-  for (const auto& [metric, values] : metrics_of(shot, mesh)) {
-    object.measured.push_back(
-        {"thew_" + metric, parameter("con", "", 1, "float64_t"), P::kArray, P::kFloat64});
-    object.values.push_back(values);
-  }
+  add_measured(shot, m, rigid, object);
   return object;
 }
 
@@ -221,7 +257,7 @@ Exported export_alembic(const Shot& shot, const std::filesystem::path& file) {
   AbcArchive out(file);
   std::vector<MeshObject> meshes;
   for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
-    meshes.push_back(begin_mesh(out, shot, m));
+    meshes.push_back(begin_mesh(out, shot, m, rigid[m]));
     if (!rigid[m].empty()) add_shape(out, shot, m, shot.mesh(m).rest.vertices, meshes[m]);
   }
   P bounds{".childBnds", "interpretation=box", P::kScalar, P::kFloat64, 6};
@@ -238,8 +274,7 @@ Exported export_alembic(const Shot& shot, const std::filesystem::path& file) {
         out.add(meshes[m].matrix, numbers<double>(std::vector<double>(matrix, matrix + 16)));
       }
       for (std::size_t k = 0; k < meshes[m].measured.size(); ++k) {
-        out.add(meshes[m].measured[k],
-                numbers<double>(std::vector<double>{(*meshes[m].values[k])[frame.place]}));
+        out.add(meshes[m].measured[k], meshes[m].values[k](i, frame));
       }
     }
     out.add(bounds, bytes_of(all));

@@ -4,6 +4,7 @@
 // frames between samples, int32 samples; then float32 x, y, z by sample and point.
 // MDD (big-endian): int32 samples, int32 points, float32 seconds by sample; then as PC2.
 #include <algorithm>
+#include <functional>
 
 #include "tools/base/output_file.h"
 #include "tools/export/formats.h"
@@ -46,7 +47,46 @@ std::string blender_note(const Shot& shot) {
   return note;
 }
 
-Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& file) {
+// Some vertices of a mesh, and the triangles between them.
+BakeMesh some_of(const BakeMesh& mesh, const std::vector<int>& vertices) {
+  if (vertices.empty()) return mesh;
+  BakeMesh some{mesh.name, mesh.kind, {}, {}, {}};
+  std::vector<int> place(mesh.rest.vertices.size(), -1);
+  for (const int vertex : vertices) {
+    place[vertex] = static_cast<int>(some.rest.vertices.size());
+    some.rest.vertices.push_back(mesh.rest.vertices[vertex]);
+  }
+  for (const Triangle& t : mesh.rest.triangles) {
+    const Triangle moved = {place[t[0]], place[t[1]], place[t[2]]};
+    if (moved[0] >= 0 && moved[1] >= 0 && moved[2] >= 0) some.rest.triangles.push_back(moved);
+  }
+  return some;
+}
+
+std::string rest_text(const BakeMesh& mesh, bool double_precision) {
+  std::string text = "o " + one_line(mesh.name) + "\n";
+  for (const Vec3& p : mesh.rest.vertices) {
+    text += "v " + (double_precision ? digits<double>(p) : digits<float>(p)) + "\n";
+  }
+  for (const Triangle& t : mesh.rest.triangles) {
+    text += "f";
+    for (const int vertex : t) text += " " + std::to_string(vertex + 1);
+    text += "\n";
+  }
+  return text;
+}
+
+// Of all points, or of some.
+void for_each_point(const std::vector<Vec3>& points, const std::vector<int>& vertices,
+                    const std::function<void(const Vec3&)>& work) {
+  if (vertices.empty()) {
+    for (const Vec3& p : points) work(p);
+  }
+  for (const int vertex : vertices) work(points[vertex]);
+}
+
+Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& file,
+                const std::vector<int>& vertices) {
   WrittenFiles written;
   out.finish();
   written.add(file);
@@ -54,7 +94,9 @@ Exported finish(const Shot& shot, ExportFile& out, const std::filesystem::path& 
   ExportFile rest_out(rest);
   rest_out.append(facts_as_lines(shot, "# ") + "# rest mesh, for " + file.filename().string() +
                   "\n");
-  rest_out.append(obj_text(shot, obj_faces(shot), {shot.mesh(0).rest.vertices}));
+  rest_out.append(vertices.empty()
+                      ? obj_text(shot, obj_faces(shot), {shot.mesh(0).rest.vertices})
+                      : rest_text(some_of(shot.mesh(0), vertices), shot.info().double_precision));
   rest_out.finish();
   written.add(rest);
   return {written.keep(), "put the cache on the mesh of " + rest.filename().string() +
@@ -67,12 +109,14 @@ std::filesystem::path rest_file(const std::filesystem::path& cache) {
   return std::filesystem::path(cache).replace_extension(".rest.obj");
 }
 
-Exported export_pc2(const Shot& shot, const std::filesystem::path& file) {
-  const BakeMesh& mesh = only_mesh(shot, "PC2");
+Exported export_pc2(const Shot& shot, const std::filesystem::path& file,
+                    const std::vector<int>& vertices) {
+  const std::size_t points =
+      vertices.empty() ? only_mesh(shot, "PC2").rest.vertices.size() : vertices.size();
   std::string bytes = "POINTCACHE2";
   bytes += '\0';
   put<std::int32_t>(bytes, 1);
-  put(bytes, static_cast<std::int32_t>(mesh.rest.vertices.size()));
+  put(bytes, static_cast<std::int32_t>(points));
   put(bytes, static_cast<float>(shot.first_frame()));
   put(bytes, static_cast<float>(even_step(shot, file)));
   put(bytes, static_cast<std::int32_t>(shot.places.size()));
@@ -80,17 +124,19 @@ Exported export_pc2(const Shot& shot, const std::filesystem::path& file) {
   out.append(bytes);
   for_each_frame(shot, [&](const ShotFrame& frame) {
     bytes.clear();
-    for (const Vec3& p : frame.positions[0]) put_floats(bytes, p);
+    for_each_point(frame.positions[0], vertices, [&](const Vec3& p) { put_floats(bytes, p); });
     out.append(bytes);
   });
-  return finish(shot, out, file);
+  return finish(shot, out, file, vertices);
 }
 
-Exported export_mdd(const Shot& shot, const std::filesystem::path& file) {
-  const BakeMesh& mesh = only_mesh(shot, "MDD");
+Exported export_mdd(const Shot& shot, const std::filesystem::path& file,
+                    const std::vector<int>& vertices) {
+  const std::size_t points =
+      vertices.empty() ? only_mesh(shot, "MDD").rest.vertices.size() : vertices.size();
   std::string bytes;
   put_big(bytes, static_cast<std::int32_t>(shot.places.size()));
-  put_big(bytes, static_cast<std::int32_t>(mesh.rest.vertices.size()));
+  put_big(bytes, static_cast<std::int32_t>(points));
   for (std::size_t i = 0; i < shot.places.size(); ++i) {
     put_big(bytes, static_cast<float>(shot.frame(i) / shot.info().fps));
   }
@@ -98,12 +144,12 @@ Exported export_mdd(const Shot& shot, const std::filesystem::path& file) {
   out.append(bytes);
   for_each_frame(shot, [&](const ShotFrame& frame) {
     bytes.clear();
-    for (const Vec3& p : frame.positions[0]) {
+    for_each_point(frame.positions[0], vertices, [&](const Vec3& p) {
       for (int axis = 0; axis < 3; ++axis) put_big(bytes, static_cast<float>(p[axis]));
-    }
+    });
     out.append(bytes);
   });
-  return finish(shot, out, file);
+  return finish(shot, out, file, vertices);
 }
 
 }  // namespace thew::tools

@@ -82,8 +82,11 @@ void for_each_frame(const Shot& shot, const std::function<void(const ShotFrame&)
   for (const int place : shot.places) {
     stop_if_interrupted();
     BakeFrame baked = shot.reader.read(place);
-    ShotFrame frame{place, baked.frame, {}, std::move(baked.bodies)};
-    for (const int mesh : shot.meshes) frame.positions.push_back(std::move(baked.positions[mesh]));
+    ShotFrame frame{place, baked.frame, {}, {}, std::move(baked.bodies)};
+    for (const int mesh : shot.meshes) {
+      frame.positions.push_back(std::move(baked.positions[mesh]));
+      frame.lines.push_back(std::move(baked.lines[mesh]));
+    }
     work(frame);
     progress.step(++done, frame.frame);
   }
@@ -115,8 +118,10 @@ std::vector<std::pair<std::string, const std::vector<double>*>> metrics_of(const
                                                                            const BakeMesh& mesh) {
   std::vector<std::pair<std::string, const std::vector<double>*>> metrics;
   const std::vector<std::string>& names = shot.info().metric_names;
-  for (const std::string metric : {"activation", "length"}) {
-    const auto found = std::find(names.begin(), names.end(), metric + "/" + mesh.name);
+  for (const std::string metric : {"activation", "length", "penetration"}) {
+    const bool skin = mesh.kind == BakeMesh::Kind::kSkin;
+    const auto found =
+        std::find(names.begin(), names.end(), skin ? "skin_" + metric : metric + "/" + mesh.name);
     if (found == names.end()) continue;
     metrics.emplace_back(metric, &shot.reader.metric(static_cast<int>(found - names.begin())));
   }

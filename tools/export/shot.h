@@ -18,15 +18,34 @@ struct Uvs {
   std::vector<int> corners;
 };
 
+/// A material of the metal and roughness kind, as glTF and USD's preview surface have it.
+struct SkinMaterial {
+  std::string name;
+  std::array<float, 4> colour = {1, 1, 1, 1};  ///< base colour, linear, and alpha
+  std::array<float, 3> emission = {0, 0, 0};
+  float metallic = 1, roughness = 1;
+  float cut = 0;             ///< alpha below it is not drawn; 0: there is no such limit
+  bool see_through = false;  ///< alpha counts
+  int image = -1;            ///< by which the colour is multiplied; -1: none
+};
+struct SkinImage {
+  std::string name;  ///< of a file, with its ending; no two have the same
+  std::string bytes;
+};
+
 /// What a character's file says of the bake's skin beside its shape.
 struct SkinLooks {
   struct Part {
     std::string material;
     std::vector<int> triangles;
+    int look = -1;  ///< in `materials`; -1: the file gives none
   };
   Uvs uvs;
-  std::vector<Part> parts;  ///< by material, where there are more than one
-  std::vector<int> smooth;  ///< as Shot::smooth
+  std::vector<SkinMaterial> materials = {};
+  std::vector<SkinImage> images = {};  ///< PNG or JPEG
+  int look = -1;                       ///< of the whole, where there are no parts
+  std::vector<Part> parts;             ///< by material, where there are more than one
+  std::vector<int> smooth;             ///< as Shot::smooth
 };
 
 /// What of a bake is exported: some of its meshes, some of its frames.
@@ -37,6 +56,7 @@ struct Shot {
   ProgressStyle progress = ProgressStyle::kNone;
   /// By the bake's mesh and vertex, the first vertex that is shaded as one with it.
   std::vector<std::vector<int>> smooth = {};
+  bool fields = false;   ///< by node and frame: fibre directions, stretch of the skin
   SkinLooks looks = {};  ///< empty where the bake's skin is no character's or its file is not found
 
   const BakeInfo& info() const { return reader.info(); }
@@ -59,6 +79,7 @@ struct ShotFrame {
   int place = 0;  ///< in the bake
   int frame = 0;
   std::vector<std::vector<Vec3>> positions;  ///< by chosen mesh, m
+  std::vector<std::vector<Vec3>> lines;      ///< of action, by chosen mesh, m; empty: it has none
   std::vector<BodyFrame> bodies;             ///< of the bake's character
 };
 
@@ -71,8 +92,9 @@ std::vector<ShotFrame> all_frames(const Shot& shot);
 /// the first and the last frame that to the neighbour. A bake of one frame stands still.
 std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place);
 
-/// What the bake has measured of a muscle and other programs may use, by name: its activation, and
-/// the length of its whole path (m); values by place of the frame.
+/// What the bake has measured of a mesh and other programs may use, by name, values by place of the
+/// frame: of a muscle its activation, the length of its whole path (m), and the depth of its
+/// deepest node in another muscle or bone (m, "penetration"); of the skin that depth alone.
 std::vector<std::pair<std::string, const std::vector<double>*>> metrics_of(const Shot& shot,
                                                                            const BakeMesh& mesh);
 

@@ -36,6 +36,11 @@ std::string grid(const Shot& shot, std::size_t m, int place, const std::string& 
     text += "          <Attribute Name=\"weight\" AttributeType=\"Scalar\" Center=\"Node\">" +
             data_item(nodes, "Float", 8, group + "/weights") + "</Attribute>\n";
   }
+  for (const auto& [name, values] : metrics_of(shot, mesh)) {
+    text += "          <Attribute Name=\"" + name + "\" AttributeType=\"Scalar\" Center=\"Grid\">" +
+            "<DataItem Dimensions=\"1\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">" +
+            digits((*values)[place]) + "</DataItem></Attribute>\n";
+  }
   return text + "        </Grid>\n";
 }
 

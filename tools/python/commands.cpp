@@ -6,6 +6,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tools/base/options.h"
 #include "tools/base/printing.h"
@@ -28,15 +29,17 @@ std::string compare(const fs::path& expected, const fs::path& actual, double mil
 
 std::string export_bake(const fs::path& bake, const fs::path& out,
                         const std::vector<std::string>& meshes, const std::string& frames,
-                        int basis, const fs::path& onto, bool correctives, bool overwrite) {
+                        int basis, const fs::path& onto, const std::set<std::string>& flags) {
   tools::CommandOptions options;
   options.input = bake;
   options.out = out;
   options.frames = frames;
-  options.overwrite = overwrite;
+  options.overwrite = flags.contains("overwrite");
   options.progress = "none";
   const py::gil_scoped_release released;
-  return tools::json_text(tools::export_bake(options, meshes, basis, {onto, correctives}), 0);
+  const tools::ExportChoice choice{onto, flags.contains("correctives"), flags.contains("quantized"),
+                                   flags.contains("fields")};
+  return tools::json_text(tools::export_bake(options, meshes, basis, choice), 0);
 }
 
 std::string fit(const fs::path& character, const fs::path& out, const std::string& side,

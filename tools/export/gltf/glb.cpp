@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostBytes = 0xffffffffu;  // lengths in the file are 32 bits wide
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-enum ComponentType { kUint32 = 5125, kFloat = 5126 };
+enum ComponentType { kInt8 = 5120, kInt16 = 5122, kUint32 = 5125, kFloat = 5126 };
 enum BufferTarget { kNoTarget = 0, kVertices = 34962, kIndices = 34963 };
 
 std::size_t add_item(ordered_json& list, ordered_json item) {
@@ -79,6 +79,34 @@ std::size_t add_vectors(Glb& glb, const std::vector<Vec3>& values, bool with_bou
   if (with_bounds) add_bounds(values, glb.json["accessors"][accessor]);
   return accessor;
 }
+
+template <typename T>
+std::size_t add_rows(Glb& glb, const std::vector<std::array<T, 3>>& rows, bool with_bounds) {
+  constexpr std::size_t kRow = (3 * sizeof(T) + 3) / 4 * 4;
+  const std::size_t begin = begin_of_floats(glb);
+  std::array<T, 3> low = rows.front(), high = low;
+  for (const auto& row : rows) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      put(glb.bytes, row[k]);
+      low[k] = std::min(low[k], row[k]);
+      high[k] = std::max(high[k], row[k]);
+    }
+    glb.bytes.append(kRow - 3 * sizeof(T), '\0');
+  }
+  const std::size_t view = add_view(glb, begin, kVertices);
+  glb.json["bufferViews"][view]["byteStride"] = kRow;
+  const std::size_t accessor = add_accessor(glb, {{"bufferView", view}}, rows.size(), "VEC3",
+                                            sizeof(T) == 1 ? kInt8 : kInt16);
+  ordered_json& written = glb.json["accessors"][accessor];
+  written["normalized"] = true;
+  if (with_bounds) {
+    written["min"] = low;
+    written["max"] = high;
+  }
+  return accessor;
+}
+template std::size_t add_rows(Glb&, const std::vector<std::array<std::int8_t, 3>>&, bool);
+template std::size_t add_rows(Glb&, const std::vector<std::array<std::int16_t, 3>>&, bool);
 
 std::size_t add_sparse_vectors(Glb& glb, const std::vector<Vec3>& values, SparseIndices& indices,
                                bool with_bounds) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -26,6 +27,10 @@ inline constexpr std::size_t kManyTargets = 250;
 
 /// With bounds, which positions need.
 std::size_t add_vectors(Glb& glb, const std::vector<Vec3>& values, bool with_bounds);
+/// Whole steps, which a reader divides by the largest of their type; each row begins at a multiple
+/// of 4 bytes.
+template <typename T>
+std::size_t add_rows(Glb& glb, const std::vector<std::array<T, 3>>& rows, bool with_bounds);
 /// Values of which only those at the places `among`, rising, are not zero. All of them are stored
 /// where most are.
 struct SparseIndices {

@@ -13,6 +13,7 @@
 #include "tools/base/bake_mesh.h"
 #include "tools/export/formats.h"
 #include "tools/export/gltf/glb.h"
+#include "tools/export/gltf/quantized.h"
 #include "tools/export/motion.h"
 
 namespace thew::tools {
@@ -65,10 +66,16 @@ void add_rigid_channels(Glb& glb, std::size_t node, const RigidMotion& motion, s
   written["rotation"] = std::vector<float>(turns.begin(), turns.begin() + 4);
 }
 
-void add_targets(Glb& glb, std::size_t node, const Morphs& morphs, std::size_t times,
+// `scale` as of quantize(); 0: exact.
+void add_targets(Glb& glb, std::size_t node, const Morphs& morphs, std::size_t times, double scale,
                  ordered_json& mesh) {
   ordered_json targets = ordered_json::array();
   for (const Shape& target : morphs.targets) {
+    if (scale > 0.0) {
+      targets.push_back({{"POSITION", add_steps_16(glb, target.positions, scale)},
+                         {"NORMAL", add_normal_steps(glb, target.normals)}});
+      continue;
+    }
     targets.push_back({{"POSITION", add_vectors(glb, target.positions, true)},
                        {"NORMAL", add_vectors(glb, target.normals, false)}});
   }
@@ -83,7 +90,8 @@ void add_targets(Glb& glb, std::size_t node, const Morphs& morphs, std::size_t t
 
 // Returns the number of its morph targets.
 std::size_t add_mesh(Glb& glb, const Shot& shot, std::size_t m, const std::vector<Shape>& frames,
-                     int basis, std::size_t times, Deviation& deviation) {
+                     const GlbOptions& options, std::size_t times, Deviation& deviation) {
+  const int basis = options.basis;
   const BakeMesh& mesh = shot.mesh(m);
   ordered_json& json = glb.json;
   const std::size_t number = json["meshes"].size();
@@ -103,8 +111,11 @@ std::size_t add_mesh(Glb& glb, const Shot& shot, std::size_t m, const std::vecto
     morphs =
         basis > 0 ? basis_morphs(rest, frames, names, basis) : exact_morphs(rest, frames, names);
   }
+  const bool rounds = options.quantized && !morphs.targets.empty();
+  const double scale = rounds ? quantize(morphs) : 0.0;
   ordered_json primitive = {{"attributes",
-                             {{"POSITION", add_vectors(glb, morphs.base.positions, true)},
+                             {{"POSITION", rounds ? add_scaled(glb, morphs.base.positions, scale)
+                                                  : add_vectors(glb, morphs.base.positions, true)},
                               {"NORMAL", add_vectors(glb, morphs.base.normals, false)}}},
                             {"indices", add_triangles(glb, mesh.rest.triangles)},
                             {"material", material(glb, mesh.kind)}};
@@ -112,9 +123,11 @@ std::size_t add_mesh(Glb& glb, const Shot& shot, std::size_t m, const std::vecto
   json["nodes"].push_back({{"name", mesh.name}, {"mesh", number}});
   json["scenes"][0]["nodes"].push_back(number);
   if (!rigid.empty()) add_rigid_channels(glb, number, rigid, times);
-  if (!morphs.targets.empty()) add_targets(glb, number, morphs, times, written);
+  if (rounds) json["nodes"][number]["scale"] = std::vector<double>(3, scale);
+  if (!morphs.targets.empty()) add_targets(glb, number, morphs, times, scale, written);
   json["meshes"].push_back(written);
-  for (std::size_t f = 0; basis > 0 && rigid.empty() && f < frames.size(); ++f) {
+  const bool stated = basis > 0 || rounds;
+  for (std::size_t f = 0; stated && rigid.empty() && f < frames.size(); ++f) {
     const Shape read = morphed(morphs, f);
     for (std::size_t v = 0; v < read.positions.size(); ++v) {
       deviation.add(read.positions[v], frames[f].positions[v], mesh.name, shot.frame(f), v);
@@ -188,7 +201,9 @@ void put_errors(const Deviation& deviation, ordered_json& asset) {
   asset["extras"]["normal_error_max_deg"] = deviation.normal / kDegree;
 }
 
-Exported export_glb(const Shot& shot, const std::filesystem::path& file, int basis) {
+Exported export_glb(const Shot& shot, const std::filesystem::path& file,
+                    const GlbOptions& options) {
+  const int basis = options.basis;
   if (basis == 0) check_targets(file, shot.places.size());
   const std::vector<ShotFrame> shapes = all_frames(shot);
   Glb glb{head(shot), ""};
@@ -200,15 +215,19 @@ Exported export_glb(const Shot& shot, const std::filesystem::path& file, int bas
     for (const ShotFrame& shape : shapes) {
       frames.push_back({shape.positions[m], unit_normals(shot, m, shape.positions[m])});
     }
-    targets = std::max(targets, add_mesh(glb, shot, m, frames, basis, times, deviation));
+    targets = std::max(targets, add_mesh(glb, shot, m, frames, options, times, deviation));
   }
   check_targets(file, targets);
   if (glb.json["animations"][0]["channels"].empty()) glb.json.erase("animations");
-  if (basis > 0) put_errors(deviation, glb.json["asset"]);
+  const bool stated = basis > 0 || options.quantized;
+  if (stated) put_errors(deviation, glb.json["asset"]);
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    if (options.quantized && targets > 0) glb.json[list] = {kQuantization};
+  }
   write_glb(file, glb);
   return {{file},
           time_note(shot) + targets_note(targets, shapes.size(), basis) +
-              (basis > 0 ? error_note(deviation) : "")};
+              (stated ? error_note(deviation) : "")};
 }
 
 }  // namespace thew::tools

@@ -69,11 +69,19 @@ void keep_still(const Shape& base, const std::vector<Shape>& frames, Morphs& mor
 
 Morphs exact_morphs(const Shape& base, const std::vector<Shape>& frames,
                     const std::vector<std::string>& names) {
-  Morphs morphs{rounded(base), {}, names, {}};
+  Morphs morphs{rounded(base), {}, {}, {}};
+  std::vector<std::size_t> target_of;
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    morphs.targets.push_back({minus(frames[f].positions, morphs.base.positions),
-                              minus(frames[f].normals, morphs.base.normals)});
-    morphs.weights.emplace_back(frames.size(), 0.0f)[f] = 1.0f;
+    if (f == 0 || frames[f].positions != frames[f - 1].positions ||
+        frames[f].normals != frames[f - 1].normals) {
+      morphs.targets.push_back({minus(frames[f].positions, morphs.base.positions),
+                                minus(frames[f].normals, morphs.base.normals)});
+      morphs.names.push_back(names[f]);
+    }
+    target_of.push_back(morphs.targets.size() - 1);
+  }
+  for (const std::size_t target : target_of) {
+    morphs.weights.emplace_back(morphs.targets.size(), 0.0f)[target] = 1.0f;
   }
   return morphs;
 }

@@ -18,7 +18,7 @@ struct Morphs {
       weights;  ///< by frame, target; 0 to 1, which some readers ask for
 };
 
-/// A target a frame, named after it.
+/// A target a frame, named after it; frames in which nothing moves share one.
 Morphs exact_morphs(const Shape& base, const std::vector<Shape>& frames,
                     const std::vector<std::string>& names);
 /// `modes` targets at most that come closest to the positions, and one that leads from the base to

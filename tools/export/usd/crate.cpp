@@ -129,6 +129,31 @@ Crate::Rep Crate::number(double value) {
   return this->value(kDouble, bytes);
 }
 
+Crate::Rep Crate::number(float value) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return inlined(kFloat, bits);
+}
+
+// A list edit: uint8 which lists follow, then each: uint64 count, uint32 each.
+Crate::Rep Crate::prepended(const std::vector<std::string>& tokens) {
+  constexpr std::uint8_t kPrepended = 1 << 5;
+  std::string bytes;
+  put(bytes, kPrepended);
+  put<std::uint64_t>(bytes, tokens.size());
+  for (const std::string& token : tokens) put(bytes, number_of(token));
+  return value(kTokenList, bytes);
+}
+
+Crate::Rep Crate::paths(const std::vector<int>& numbers) {
+  constexpr std::uint8_t kExplicit = 1 << 0 | 1 << 1;
+  std::string bytes;
+  put(bytes, kExplicit);
+  put<std::uint64_t>(bytes, numbers.size());
+  for (const int number : numbers) put(bytes, static_cast<std::uint32_t>(number));
+  return value(kPathList, bytes);
+}
+
 Crate::Rep Crate::value(std::uint8_t type, std::string_view bytes) {
   const std::string key = static_cast<char>(type) + sim::hash_of(bytes);
   const auto found = kept_.find(key);
@@ -189,8 +214,9 @@ Crate::Rep Crate::samples(const std::vector<double>& times, const std::vector<Re
 
 int Crate::add(int parent, const std::string& name, Spec spec, const Fields& fields) {
   const auto token = parent < 0 ? 0 : static_cast<std::int32_t>(number_of(name));
-  nodes_.push_back({parent, spec == Spec::kAttribute ? -token : token, spec,
-                    static_cast<std::uint32_t>(field_sets_.size())});
+  const bool property = spec == Spec::kAttribute || spec == Spec::kRelationship;
+  nodes_.push_back(
+      {parent, property ? -token : token, spec, static_cast<std::uint32_t>(field_sets_.size())});
   for (const auto& [field, value] : fields) {
     const std::pair key(number_of(field), value);
     const auto [found, added] =

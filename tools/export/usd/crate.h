@@ -21,11 +21,15 @@ class Crate {
  public:
   using Rep = std::uint64_t;
   enum Type : std::uint8_t {
+    kFloat = 8,
     kDouble = 9,
     kString = 10,
     kToken = 11,
+    kAsset = 12,
     kMatrix = 15,
     kDictionary = 31,
+    kTokenList = 32,
+    kPathList = 34,
     kTokenVector = 41,
     kSpecifier = 42,
     kVariability = 44,
@@ -33,7 +37,7 @@ class Crate {
     kDoubleVector = 48,
     kBool = 1
   };
-  enum class Spec { kAttribute = 1, kPrim = 6, kRoot = 7 };
+  enum class Spec { kAttribute = 1, kPrim = 6, kRoot = 7, kRelationship = 8 };
   using Fields = std::vector<std::pair<std::string, Rep>>;
 
   /// Begins where `out` is.
@@ -42,7 +46,13 @@ class Crate {
   static Rep inlined(Type type, std::uint32_t value);
   Rep token(const std::string& text) { return inlined(kToken, number_of(text)); }
   Rep string(const std::string& text);
+  Rep asset(const std::string& place) { return inlined(kAsset, number_of(place)); }
   Rep number(double value);
+  Rep number(float value);
+  /// A list edit that puts these before what other layers have.
+  Rep prepended(const std::vector<std::string>& tokens);
+  /// A list edit that is these, by what add() has returned or will return for them.
+  Rep paths(const std::vector<int>& numbers);
   Rep tokens(const std::vector<std::string>& texts);  ///< a list of names of prims or properties
   Rep strings(const std::vector<std::pair<std::string, std::string>>& entries);  ///< by key
   Rep samples(const std::vector<double>& times, const std::vector<Rep>& values);

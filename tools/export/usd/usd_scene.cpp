@@ -7,25 +7,12 @@
 
 #include "tools/base/bake_mesh.h"
 #include "tools/export/character_skin.h"
+#include "tools/export/fields.h"
 #include "tools/export/looks.h"
 #include "tools/export/motion.h"
 
 namespace thew::tools {
 namespace {
-
-// A prim's name is an identifier, and no two prims of a scope have the same.
-std::string prim_name(const std::string& name, std::set<std::string>& taken) {
-  std::string result;
-  for (const char c : name) {
-    const bool digit = c >= '0' && c <= '9';
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    if (digit && result.empty()) result = "_";
-    result += digit || letter ? c : '_';
-  }
-  if (result.empty()) result = "_";
-  while (!taken.insert(result).second) result += "_";
-  return result;
-}
 
 UsdData floats(const std::vector<Vec3>& values) {
   std::vector<float> result;
@@ -118,8 +105,9 @@ void add_motion(const Shot& shot, std::size_t m, const RigidMotion& rigid, UsdPr
                              .uniform = true});
 }
 
-// The triangles of each material, to which a layer over this one may bind one.
+// The triangles of each material.
 void add_parts(const SkinLooks& looks, UsdPrim& prim) {
+  bind_look(looks, looks.look, prim);
   if (looks.parts.empty()) return;
   prim.attributes.push_back({.name = "subsetFamily:materialBind:familyType",
                              .type = UsdType::kToken,
@@ -133,6 +121,7 @@ void add_parts(const SkinLooks& looks, UsdPrim& prim) {
         {.name = "elementType", .type = UsdType::kToken, .value = "face", .uniform = true},
         {.name = "familyName", .type = UsdType::kToken, .value = "materialBind", .uniform = true},
         {"indices", UsdType::kInts, part.triangles}};
+    bind_look(looks, part.look, subset);
     prim.children.push_back(std::move(subset));
   }
 }
@@ -148,6 +137,43 @@ void add_metrics(const Shot& shot, const BakeMesh& mesh, UsdPrim& prim) {
   }
 }
 
+void add_line(const BakeMesh& mesh, std::size_t m, const RigidMotion& rigid, UsdPrim& prim) {
+  if (mesh.line == 0) return;
+  prim.attributes.push_back({.name = "thew:line",
+                             .type = UsdType::kPoints,
+                             .at =
+                                 [m, rigid](std::size_t i, const ShotFrame& frame) {
+                                   return floats(line_of_action(frame, m, i, rigid));
+                                 },
+                             .custom = true});
+}
+
+void add_fields(const BakeMesh& mesh, std::size_t m, const RigidMotion& rigid, UsdPrim& prim) {
+  if (mesh.line > 0 && !mesh.coordinates.empty()) {
+    prim.attributes.push_back(
+        {.name = "primvars:thew:fibre",
+         .type = UsdType::kVectors,
+         .at =
+             [m, rigid, &mesh](std::size_t i, const ShotFrame& frame) {
+               return floats(fibre_directions(mesh, line_of_action(frame, m, i, rigid)));
+             },
+         .interpolation = "vertex"});
+  }
+  if (mesh.kind != BakeMesh::Kind::kSkin) return;
+  prim.attributes.push_back(
+      {.name = "primvars:thew:stretch",
+       .type = UsdType::kFloat2s,
+       .at =
+           [m, &mesh, first = first_at_position(mesh.rest)](auto, const ShotFrame& frame) {
+             std::vector<float> values;
+             for (const auto& of : principal_stretches(mesh.rest, first, frame.positions[m])) {
+               values.insert(values.end(), of.begin(), of.end());
+             }
+             return UsdData(values);
+           },
+       .interpolation = "vertex"});
+}
+
 UsdPrim describe_mesh(const Shot& shot, std::size_t m, const RigidMotion& rigid,
                       std::set<std::string>& taken) {
   const BakeMesh& mesh = shot.mesh(m);
@@ -157,6 +183,8 @@ UsdPrim describe_mesh(const Shot& shot, std::size_t m, const RigidMotion& rigid,
   add_topology(mesh, prim);
   add_primvars(shot, m, prim);
   add_metrics(shot, mesh, prim);
+  add_line(mesh, m, rigid, prim);
+  if (shot.fields) add_fields(mesh, m, rigid, prim);
   if (shot.meshes[m] == skin_mesh(shot.info())) add_parts(shot.looks, prim);
   return prim;
 }
@@ -178,16 +206,32 @@ void add_sample(std::vector<UsdSample>& samples, const UsdSample& sample) {
 
 }  // namespace
 
+std::string prim_name(const std::string& name, std::set<std::string>& taken) {
+  std::string result;
+  for (const char c : name) {
+    const bool digit = c >= '0' && c <= '9';
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    if (digit && result.empty()) result = "_";
+    result += digit || letter ? c : '_';
+  }
+  if (result.empty()) result = "_";
+  while (!taken.insert(result).second) result += "_";
+  return result;
+}
+
 const UsdTypeFacts& facts_of(UsdType type) {
   static constexpr UsdTypeFacts kFacts[] = {
-      {"int[]", 1, true, 3},         {"float[]", 1, true, 8},     {"double", 1, false, 9},
-      {"token", 1, false, 11},       {"token[]", 1, true, 11},    {"float3[]", 3, true, 24},
-      {"point3f[]", 3, true, 24},    {"normal3f[]", 3, true, 24}, {"color3f[]", 3, true, 24},
-      {"texCoord2f[]", 2, true, 20}, {"matrix4d", 16, false, 15}};
+      {"int[]", 1, true, 3},      {"float[]", 1, true, 8},       {"double", 1, false, 9},
+      {"float", 1, false, 8},     {"float2", 2, false, 20},      {"float3", 3, false, 24},
+      {"float4", 4, false, 28},   {"color3f", 3, false, 24},     {"string", 1, false, 10},
+      {"asset", 1, false, 12},    {"token", 1, false, 11},       {"token[]", 1, true, 11},
+      {"float3[]", 3, true, 24},  {"point3f[]", 3, true, 24},    {"normal3f[]", 3, true, 24},
+      {"color3f[]", 3, true, 24}, {"texCoord2f[]", 2, true, 20}, {"vector3f[]", 3, true, 24},
+      {"float2[]", 2, true, 20},  {"matrix4d", 16, false, 15}};
   return kFacts[static_cast<std::size_t>(type)];
 }
 
-UsdLayer describe_usd(const Shot& shot) {
+UsdLayer describe_usd(const Shot& shot, const std::string& images) {
   const std::vector<RigidMotion> rigid = rigid_motions(shot);
   UsdLayer layer{shot.info().fps,
                  static_cast<double>(shot.first_frame()),
@@ -208,6 +252,8 @@ UsdLayer describe_usd(const Shot& shot) {
     }
     if (!scope.children.empty()) layer.root.children.push_back(std::move(scope));
   }
+  UsdPrim looks = describe_looks(shot.looks, images);
+  if (!looks.children.empty()) layer.root.children.push_back(std::move(looks));
   return layer;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,6 +20,13 @@ enum class UsdType {
   kInts,
   kFloats,
   kDouble,
+  kFloat,
+  kFloat2,
+  kFloat3,
+  kFloat4,
+  kColour,
+  kString,
+  kAsset,
   kToken,
   kTokens,
   kFloat3s,
@@ -26,10 +34,13 @@ enum class UsdType {
   kNormals,
   kColours,
   kUvs,
+  kVectors,
+  kFloat2s,
   kMatrix
 };
 
-/// A token's text; tokens; whole numbers; numbers one after another, `width` of them a value.
+/// The text of a token, a string or a place; tokens; whole numbers; numbers one after another,
+/// `width` of them a value.
 using UsdData = std::variant<std::string, std::vector<std::string>, std::vector<std::int32_t>,
                              double, std::vector<float>, Eigen::Matrix4d>;
 
@@ -55,6 +66,11 @@ struct UsdAttribute {
   std::string interpolation = {};                                   ///< of a primvar; else ""
   bool uniform = false;  ///< by schema not to change in time
   bool custom = false;   ///< of no schema
+  /// The path of an attribute that this one is connected to, or of a prim that this names, as no
+  /// attribute but a relationship. Then there is no value.
+  std::string target = {};
+  bool relationship = false;
+  bool has_value() const { return value || at; }
   /// As keep_values() has kept them.
   std::uint64_t kept = 0;
   std::vector<UsdSample> samples = {};
@@ -64,6 +80,7 @@ struct UsdPrim {
   std::string name, type;
   std::string kind = {};       ///< of a model, or ""
   std::string full_name = {};  ///< in the bake, where it may be no name in USD
+  bool bound = false;          ///< to a material, by a schema that it has to name
   std::vector<UsdAttribute> attributes = {};
   std::vector<UsdPrim> children = {};
 };
@@ -75,7 +92,14 @@ struct UsdLayer {
   UsdPrim root;
 };
 
-UsdLayer describe_usd(const Shot& shot);
+/// `images`: what stands before the names of images in their places.
+UsdLayer describe_usd(const Shot& shot, const std::string& images);
+/// The scope of the skin's materials, at /Bake/Looks; without any a prim without a name.
+UsdPrim describe_looks(const SkinLooks& looks, const std::string& images);
+/// Names a material of those for a mesh, or for a part of one.
+void bind_look(const SkinLooks& looks, int look, UsdPrim& prim);
+/// A prim's name is an identifier, and no two prims of a scope have the same.
+std::string prim_name(const std::string& name, std::set<std::string>& taken);
 
 /// Reads all frames and hands each value of each attribute to `keep`, which gives the same number
 /// for the same value. A sample between two of the same value is left out; where all are the same

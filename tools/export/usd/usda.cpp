@@ -49,11 +49,14 @@ std::string matrix_text(const Eigen::Matrix4d& matrix) {
 
 std::string text_of(UsdType type, const UsdData& data) {
   const UsdTypeFacts& facts = facts_of(type);
-  if (const auto* token = std::get_if<std::string>(&data)) return quoted(*token);
+  if (const auto* text = std::get_if<std::string>(&data)) {
+    return type == UsdType::kAsset ? "@" + *text + "@" : quoted(*text);
+  }
   if (const auto* number = std::get_if<double>(&data)) return digits(*number);
   if (const auto* matrix = std::get_if<Eigen::Matrix4d>(&data)) return matrix_text(*matrix);
   if (const auto* floats = std::get_if<std::vector<float>>(&data)) {
-    return "[" + tuples(*floats, facts.width) + "]";
+    const std::string text = tuples(*floats, facts.width);
+    return facts.array ? "[" + text + "]" : text;
   }
   if (const auto* ints = std::get_if<std::vector<std::int32_t>>(&data)) {
     return "[" + tuples(*ints, 1) + "]";
@@ -92,7 +95,17 @@ void write_attribute(ExportFile& out, const UsdAttribute& attribute, const Value
   const std::string declared = std::string(attribute.custom ? "custom " : "") +
                                (attribute.uniform ? "uniform " : "") +
                                facts_of(attribute.type).name + " " + attribute.name;
-  out.append(indent + declared + " = " + values.text(attribute.kept));
+  if (!attribute.target.empty()) {
+    out.append(indent + (attribute.relationship ? "rel " + attribute.name : declared + ".connect") +
+               " = <" + attribute.target + ">\n");
+    return;
+  }
+  out.append(indent + declared);
+  if (!attribute.has_value()) {
+    out.append("\n");
+    return;
+  }
+  out.append(" = " + values.text(attribute.kept));
   if (!attribute.interpolation.empty()) {
     out.append(" (\n" + indent + "    interpolation = " + quoted(attribute.interpolation) + "\n" +
                indent + ")");
@@ -110,8 +123,9 @@ void write_attribute(ExportFile& out, const UsdAttribute& attribute, const Value
 void write_prim(ExportFile& out, const UsdPrim& prim, const Values& values,
                 const std::string& indent) {
   out.append(indent + "def " + prim.type + " \"" + prim.name + "\"");
-  if (!prim.kind.empty() || !prim.full_name.empty()) {
+  if (!prim.kind.empty() || !prim.full_name.empty() || prim.bound) {
     out.append(" (\n");
+    if (prim.bound) out.append(indent + "    prepend apiSchemas = [\"MaterialBindingAPI\"]\n");
     if (!prim.full_name.empty()) {
       out.append(indent + "    customData = {\n" + indent +
                  "        string name = " + quoted(prim.full_name) + "\n" + indent + "    }\n");

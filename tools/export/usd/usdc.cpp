@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+
 #include "tools/export/usd/crate.h"
 #include "tools/export/usd/usd.h"
 
@@ -10,9 +12,17 @@ std::string_view memory_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), sizeof(T) * values.size()};
 }
 
-Crate::Rep keep(Crate& crate, const UsdTypeFacts& type, const UsdData& data) {
-  if (const auto* token = std::get_if<std::string>(&data)) return crate.token(*token);
+Crate::Rep keep(Crate& crate, UsdType of, const UsdData& data) {
+  const UsdTypeFacts& type = facts_of(of);
+  if (const auto* text = std::get_if<std::string>(&data)) {
+    if (of == UsdType::kString) return crate.string(*text);
+    return of == UsdType::kAsset ? crate.asset(*text) : crate.token(*text);
+  }
   if (const auto* number = std::get_if<double>(&data)) return crate.number(*number);
+  if (const auto* floats = std::get_if<std::vector<float>>(&data); floats && !type.array) {
+    if (of == UsdType::kFloat) return crate.number(floats->front());
+    return crate.value(type.crate, memory_of(*floats));
+  }
   if (const auto* floats = std::get_if<std::vector<float>>(&data)) {
     return crate.array(type.crate, floats->size() / type.width, memory_of(*floats));
   }
@@ -26,7 +36,27 @@ Crate::Rep keep(Crate& crate, const UsdTypeFacts& type, const UsdData& data) {
   return crate.token_array(std::get<std::vector<std::string>>(data));
 }
 
-void add_attribute(Crate& crate, int prim, const UsdAttribute& attribute) {
+/// By path, the number that each prim and attribute will have: in the order in which they are
+/// added.
+using Numbers = std::map<std::string, int>;
+
+void number_prims(const UsdPrim& prim, const std::string& above, Numbers& numbers) {
+  const auto add = [&](const std::string& path) {
+    numbers.emplace(path, static_cast<int>(numbers.size()) + 1);  // 0 is the root
+  };
+  const std::string path = above + "/" + prim.name;
+  add(path);
+  for (const UsdAttribute& attribute : prim.attributes) add(path + "." + attribute.name);
+  for (const UsdPrim& child : prim.children) number_prims(child, path, numbers);
+}
+
+void add_attribute(Crate& crate, int prim, const UsdAttribute& attribute, const Numbers& numbers) {
+  if (attribute.relationship) {
+    crate.add(prim, attribute.name, Crate::Spec::kRelationship,
+              {{"variability", Crate::inlined(Crate::kVariability, 1)},
+               {"targetPaths", crate.paths({numbers.at(attribute.target)})}});
+    return;
+  }
   Crate::Fields fields = {{"typeName", crate.token(facts_of(attribute.type).name)}};
   if (attribute.custom) fields.emplace_back("custom", Crate::inlined(Crate::kBool, 1));
   if (attribute.uniform) {
@@ -35,7 +65,10 @@ void add_attribute(Crate& crate, int prim, const UsdAttribute& attribute) {
   if (!attribute.interpolation.empty()) {
     fields.emplace_back("interpolation", crate.token(attribute.interpolation));
   }
-  fields.emplace_back("default", attribute.kept);
+  if (attribute.has_value()) fields.emplace_back("default", attribute.kept);
+  if (!attribute.target.empty()) {
+    fields.emplace_back("connectionPaths", crate.paths({numbers.at(attribute.target)}));
+  }
   if (!attribute.samples.empty()) {
     std::vector<double> times;
     std::vector<Crate::Rep> values;
@@ -48,21 +81,24 @@ void add_attribute(Crate& crate, int prim, const UsdAttribute& attribute) {
   crate.add(prim, attribute.name, Crate::Spec::kAttribute, fields);
 }
 
-void add_prim(Crate& crate, int parent, const UsdPrim& prim) {
+void add_prim(Crate& crate, int parent, const UsdPrim& prim, const Numbers& numbers) {
   Crate::Fields fields = {{"specifier", Crate::inlined(Crate::kSpecifier, 0)},  // def
                           {"typeName", crate.token(prim.type)}};
   if (!prim.kind.empty()) fields.emplace_back("kind", crate.token(prim.kind));
   if (!prim.full_name.empty()) {
     fields.emplace_back("customData", crate.strings({{"name", prim.full_name}}));
   }
+  if (prim.bound) fields.emplace_back("apiSchemas", crate.prepended({"MaterialBindingAPI"}));
   std::vector<std::string> attributes, children;
   for (const UsdAttribute& attribute : prim.attributes) attributes.push_back(attribute.name);
   for (const UsdPrim& child : prim.children) children.push_back(child.name);
   if (!attributes.empty()) fields.emplace_back("properties", crate.tokens(attributes));
   if (!children.empty()) fields.emplace_back("primChildren", crate.tokens(children));
   const int number = crate.add(parent, prim.name, Crate::Spec::kPrim, fields);
-  for (const UsdAttribute& attribute : prim.attributes) add_attribute(crate, number, attribute);
-  for (const UsdPrim& child : prim.children) add_prim(crate, number, child);
+  for (const UsdAttribute& attribute : prim.attributes) {
+    add_attribute(crate, number, attribute, numbers);
+  }
+  for (const UsdPrim& child : prim.children) add_prim(crate, number, child, numbers);
 }
 
 }  // namespace
@@ -70,7 +106,7 @@ void add_prim(Crate& crate, int parent, const UsdPrim& prim) {
 void write_usdc(const Shot& shot, UsdLayer& layer, ExportFile& out) {
   Crate crate(out);
   keep_values(shot, layer.root, [&](const UsdAttribute& attribute, const UsdData& data) {
-    return keep(crate, facts_of(attribute.type), data);
+    return keep(crate, attribute.type, data);
   });
   const int root = crate.add(-1, "", Crate::Spec::kRoot,
                              {{"customLayerData", crate.strings(layer.custom)},
@@ -82,7 +118,9 @@ void write_usdc(const Shot& shot, UsdLayer& layer, ExportFile& out) {
                               {"startTimeCode", crate.number(layer.first_frame)},
                               {"timeCodesPerSecond", crate.number(layer.fps)},
                               {"upAxis", crate.token("Y")}});
-  add_prim(crate, root, layer.root);
+  Numbers numbers;
+  number_prims(layer.root, "", numbers);
+  add_prim(crate, root, layer.root, numbers);
   crate.finish();
 }
 

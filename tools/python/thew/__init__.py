@@ -344,16 +344,19 @@ def compare(expected: Path, actual: Path, *, distance: float = 1e-7,
 
 def export(bake: Union[Bake, Path], out: Path, *, meshes: Iterable[str] = (), frames: str = "",
            basis: int = 0, onto: Optional[Path] = None, correctives: bool = False,
-           overwrite: bool = False) -> dict[str, Any]:
+           quantized: bool = False, fields: bool = False, overwrite: bool = False) -> dict[str, Any]:
     """A bake for other programs; the ending of `out` says which (.pc2 .mdd .obj .ply .glb .xdmf
     .usda .abc).
 
     meshes: by name, all where empty. onto: the character whose skin it is, for .glb; "none" for the
-    bake's own meshes. overwrite: also a file that Thew did not write. Returns what was written.
+    bake's own meshes. quantized: .glb, half as large. fields: by node, .usd* and .abc. overwrite: also a file that Thew did not
+    write. Returns what was written.
     """
+    flags = {name for name, given in [("correctives", correctives), ("quantized", quantized), ("fields", fields),
+                                      ("overwrite", overwrite)] if given}
     path = bake.path if isinstance(bake, Bake) else os.fspath(bake)
     return _document(_thew.export(path, os.fspath(out), list(meshes), frames, basis,
-                                  os.fspath(onto or ""), correctives, overwrite))
+                                  os.fspath(onto or ""), flags))
 
 
 def fit(character: Path, out: Optional[Path] = None, *, side: str = "both",

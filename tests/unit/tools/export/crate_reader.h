@@ -123,7 +123,8 @@ inline Crate read_crate(const std::string& bytes) {
     const std::string& parent = parent_of.at(i);
     const std::string path =
         i == 0 ? "" : parent + (elements[i] < 0 ? "." : "/") + crate.tokens[std::abs(elements[i])];
-    EXPECT_EQ(kinds[i], i == 0 ? 7 : elements[i] < 0 ? 1 : 6) << path;
+    const bool relationship = elements[i] < 0 && kinds[i] == 8;
+    EXPECT_EQ(kinds[i], i == 0 ? 7 : relationship ? 8 : elements[i] < 0 ? 1 : 6) << path;
     if (jumps[i] > 0) parent_of[i + static_cast<std::size_t>(jumps[i])] = parent;
     if (jumps[i] == 0) parent_of[i + 1] = parent;
     if (jumps[i] > 0 || jumps[i] == -1) parent_of[i + 1] = path;

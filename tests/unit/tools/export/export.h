@@ -60,7 +60,7 @@ class ExportTest : public CacheTest {
     options_.out = folder_ / name;
     testing::internal::CaptureStdout();
     try {
-      EXPECT_EQ(export_command(options_, meshes, basis), ExitCode::kDone);
+      EXPECT_EQ(export_command(options_, meshes, basis, choice_), ExitCode::kDone);
     } catch (const Error& error) {
       ADD_FAILURE() << error.what();
     }
@@ -70,7 +70,7 @@ class ExportTest : public CacheTest {
   void expect_refused(ErrorCode code, const std::string& word, const std::string& name,
                       const std::vector<std::string>& meshes, int basis = 0) {
     options_.out = folder_ / name;
-    expect_error(code, word, [&] { export_command(options_, meshes, basis); });
+    expect_error(code, word, [&] { export_command(options_, meshes, basis, choice_); });
     EXPECT_FALSE(std::filesystem::exists(options_.out));
     EXPECT_FALSE(std::filesystem::exists(folder_ / (name + ".tmp")));
   }
@@ -91,6 +91,7 @@ class ExportTest : public CacheTest {
   BakeInfo info_;
   std::optional<BakeReader> reader_;
   CommandOptions options_;
+  ExportChoice choice_;
   std::string said_;
 };
 

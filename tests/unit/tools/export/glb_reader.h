@@ -56,8 +56,17 @@ struct Glb {
       }
       return values;
     }
-    EXPECT_EQ(accessor["componentType"], 5126);
-    return items<float>(accessor_number);
+    if (accessor["componentType"] == 5126) return items<float>(accessor_number);
+    EXPECT_EQ(accessor["normalized"], true);
+    const bool bytes = accessor["componentType"] == 5120;
+    EXPECT_TRUE(bytes || accessor["componentType"] == 5122);
+    std::size_t i = 0;
+    if (bytes) {
+      for (const auto step : items<std::int8_t>(accessor_number)) values[i++] = step / 127.0f;
+    } else {
+      for (const auto step : items<std::int16_t>(accessor_number)) values[i++] = step / 32767.0f;
+    }
+    return values;
   }
 };
 

@@ -216,12 +216,36 @@ function compare_looks(client, file, specs) {
   all.good &&= wrong.length === 0;
 }
 
+// The skin as three.js would draw it: a group of faces for each material, one of them with a picture.
+// Node has no pictures: the loader asks for one and is not answered.
+globalThis.document = { createElementNS: () => ({ addEventListener() {}, removeEventListener() {} }) };
+globalThis.self ??= globalThis;
+const { USDLoader } = await load_module('three/examples/jsm/loaders/USDLoader.js');
+function compare_drawn(file) {
+  const wrong = [], found = {};
+  new USDLoader().parse(plain(fs.readFileSync(file))).traverse((mesh) => {
+    if (!mesh.isMesh || mesh.name !== 'skin') return;
+    for (const { count, materialIndex } of mesh.geometry.groups) {
+      const { color, map } = mesh.material[materialIndex];
+      found[map ? 'skin' : color.toArray().map((x) => x.toFixed(2)).join(' ')] = count;
+    }
+  });
+  const expected = { '0.20 0.30 0.60': 2790, skin: 3612 };  // corners
+  for (const key of new Set([...Object.keys(expected), ...Object.keys(found)])) {
+    if (found[key] !== expected[key]) wrong.push(`${key}: ${found[key]}, not ${expected[key]}`);
+  }
+  console.log(`three.js ${REVISION}, ${file}: materials ${wrong.length ? 'differ' : 'as'} drawn`);
+  for (const line of wrong) console.log('  ' + line);
+  all.good &&= wrong.length === 0;
+}
+
 for (const folder of process.argv.slice(3)) {
   if (folder.endsWith('/onto')) {
     for (const ending of ['usda', 'usdc', 'usdz']) {
       const file = `${folder}/onto.${ending}`;
       compare_looks(`three.js ${REVISION}`, file, by_three(file));
       compare_looks('TinyUSDZ', file, by_tinyusdz(file));
+      compare_drawn(file);
     }
     continue;
   }

@@ -104,9 +104,8 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
                       "where it is left out, the bake's, if it is found; none: the bake alone");
   command->add_flag("--correctives", onto.correctives,
                     "skeleton and weights are kept; morph targets hold what muscles add");
-  command->add_flag(
-      "--quantized", onto.quantized,
-      ".glb: displacements as whole steps, half as large; says what error that costs");
+  command->add_flag("--quantized", onto.quantized,
+                    ".glb: displacements in whole steps, half as large; says what that costs");
   command->add_flag("--fields", onto.fields,
                     ".usd*, .abc: fibre directions of muscles and stretch of the skin, by node");
   command->add_option("--frames", options.frames, kFrames);

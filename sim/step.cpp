@@ -74,8 +74,7 @@ std::optional<StepDiagnosis> step_skin(const Model& model, double time, double s
   if (model.skinned) {
     set_felt(model, state, state.colliders);
     step_skinned(*model.skinned, state.bodies, state.colliders, parallel.loop(), state.layer,
-                 state.skin, share_of_return);
-    leave_props(state.props, state.skin.x, state.skin.held);
+                 state.skin, share_of_return, state.props);
   } else {
     set_colliders(model, state, state.colliders);
     state.colliders.resize(below_skin(model));

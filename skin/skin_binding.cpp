@@ -252,10 +252,12 @@ SkinModel bind_skin(const TriMesh& mesh, const Skeleton& skeleton, const Pose& b
 }
 
 void finish_binding(const std::vector<Triangle>& triangles, const std::vector<double>& hold,
-                    const std::vector<Collider>& below, SkinModel& model) {
+                    const std::vector<Collider>& below, const std::vector<double>& slide,
+                    SkinModel& model) {
   const Edges edges = weighted_edges(model, triangles);
   for (const double weight : hold) model.anchor.push_back(anchoring(edges, model) + weight);
   measure_fat(below, model);
+  bind_slide(below, slide, edges.mean_length, model);
   build_elasticity(edges, model);
   find_wall_levels(model);
   find_rest_covers(below, model);

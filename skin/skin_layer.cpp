@@ -97,7 +97,7 @@ void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below,
   untangle(model, below, state);
   store_motion(model,
                state);  // before the volume is restored, which is done anew in each step
-  leave_props(props, state.x, state.held);
+  leave_props(props, model.surface, state);
   if (model.settings.keeps_volume) restore_volume(model, below, props, loop, state);
   fit_tree(model.surface, state);
 }

@@ -36,15 +36,17 @@ void step_skin(const SkinModel& model, const Pose& pose, const std::vector<Colli
                const Loop& loop, SkinState& state, double share_of_return = kReturn,
                const Props& props = {});
 
-/// The same for a skin whose turns and bound shape are set in the state (bind_to_pose() in
-/// skin_passes.h sets them in step_skin()).
+/// The same for a skin of which turns, bound shape and what sticks are set in the state
+/// (bind_to_pose() and find_stuck() in skin_passes.h set them in step_skin()).
 void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
                      SkinState& state, double share_of_return, const Props& props = {});
 /// Sets what step_bound_skin() needs of a model whose rest, surface and settings are set. The
 /// elastic `triangles` are of all nodes; those of the surface, which meet flesh and each other, may
-/// be fewer. `hold` [1] is the weight by which each node is anchored to the bound shape besides.
+/// be fewer. `hold` [1] is the weight by which each node is anchored to the bound shape besides,
+/// and `slide` that of SkinMaps by node.
 void finish_binding(const std::vector<Triangle>& triangles, const std::vector<double>& hold,
-                    const std::vector<Collider>& below, SkinModel& model);
+                    const std::vector<Collider>& below, const std::vector<double>& slide,
+                    SkinModel& model);
 
 SkinMetrics measure_skin(const SkinModel& model, const std::vector<Collider>& below,
                          const SkinState& state);

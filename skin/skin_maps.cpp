@@ -43,7 +43,7 @@ void shape_fat(const std::vector<Collider>& below, const std::vector<double>& fa
   std::vector<int> hints(nodes * (below.size() + 1), -1);
   for (size_t i = 0; i < nodes; ++i) {
     const int node = static_cast<int>(i);
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; fat[i] >= 0.0 && round < kRounds; ++round) {
       find_flesh(below, model.rest, {1, {node}}, reach, bridging, lengths.least_direction, hints,
                  planes);
       const FleshValue flesh = flesh_value(planes, node, to_vec(model.rest[i]), bridging);

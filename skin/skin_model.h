@@ -37,11 +37,12 @@ struct SkinSettings {
 /// All lengths multiplied by the size of a body [1].
 SkinSettings times(const SkinSettings& settings, double size);
 
-/// What may be given by node of a skin layer; empty: nowhere.
+/// What may be given by node of a skin layer, or by vertex of a character; empty: nowhere.
 struct SkinMaps {
-  std::vector<double> fat = {};  ///< m, how far the rest shape lies over the flesh
-  std::vector<double> slide =
-      {};  ///< 0..1: 0 sticks to the flesh below it at rest, 1 slides freely
+  /// m, how far the rest shape lies over the flesh; negative: as modelled.
+  std::vector<double> fat = {};
+  /// 0..1: 0 sticks to the flesh below it at rest, 1 slides freely.
+  std::vector<double> slide = {};
 };
 
 /// The point of the flesh that is nearest to a node at rest.
@@ -177,6 +178,7 @@ struct SkinState : SkinMotion {
   Points crossings_at;                        ///< m, ...where it lay then
   std::vector<char> marked, frozen;           ///< nodes
   std::vector<char> held;                     ///< nodes, by props
+  std::vector<SkinPlane> under_props;         ///< faces; their normals have them below the level
   Points unswollen;                           ///< m, x before the volume is restored
   PointPairs solution;
   SkinnedWork skinned;

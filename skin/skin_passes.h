@@ -32,6 +32,10 @@ void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below
 /// the same depth look only for nodes that the skin may have come near since.
 void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,
                  double ahead, bool first, const Loop& loop, SkinState& state);
+/// Whether a point of an open surface lies on its border: what is nearest to that lies beside the
+/// surface, not under it.
+bool is_on_border(const Surface& surface, const ClosestPoint& near);
+SkinPlane plane_at(const ClosestPoint& near, double level);
 /// Finds nodes of the skin that are near the other wall of a fold or have come through it.
 void find_folds(const SkinModel& model, const Loop& loop, SkinState& state);
 

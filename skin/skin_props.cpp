@@ -2,9 +2,12 @@
 #include "skin/skin_props.h"
 
 #include "skin/contact/contact.h"
+#include "skin/skin_passes.h"
 
 namespace thew::skin {
 namespace {
+
+constexpr int kRounds = 10;  // of moving nodes and faces in turn
 
 // Calls visit(i, nearest point) for nodes nearer to a prop than `gap` (m).
 template <typename Visit>
@@ -19,16 +22,57 @@ void for_each_near(const Props& props, const Points& x, double gap, const Visit&
   }
 }
 
+void move_nodes(const Props& props, SkinState& state) {
+  constexpr double kLeastDirection = 1e-9;  // m; nearer, the surface's normal is the direction
+  for_each_near(props, state.x, props.gap, [&](size_t i, const ClosestPoint& near) {
+    const Vec3 normal = contact_normal(near, to_vec(state.x[i]), kLeastDirection);
+    state.x[i] = to_point(Vec3(near.point + props.gap * normal));
+    state.held[i] = 1;
+  });
+}
+
+// A prop may be finer than the skin, and come through between its nodes. Moves the face that is
+// nearest to such a point of it inwards. Returns whether there was one.
+bool move_faces(const Props& props, const Surface& surface, SkinState& state) {
+  fit_tree(surface, state);
+  state.under_props.clear();
+  for (const Collider& prop : props.colliders) {
+    for (const Point& point : *prop.x) {
+      const Vec3 p = to_vec(point);
+      if (box_distance(state.bvh, point) > props.gap) continue;
+      const ClosestPoint near = closest_point(surface, state.bvh, state.x, p, props.reach);
+      if (near.triangle < 0 || near.distance >= props.gap - kRounding) continue;
+      if (is_on_border(surface, near)) continue;
+      const double level = near.normal.dot(p) - props.gap;  // and no higher
+      state.under_props.push_back(plane_at(near, level));
+    }
+  }
+  for (const SkinPlane& plane : state.under_props) {
+    const Triangle& t = surface.triangles[plane.triangle];
+    const auto& b = plane.barycentric;
+    Point on{};
+    double squares = 0.0;
+    for (int k = 0; k < 3; ++k) on += b[k] * state.x[t[k]], squares += b[k] * b[k];
+    const double excess = plane.normal.dot(to_vec(on)) - plane.level;
+    if (excess <= 0.0) continue;
+    for (int k = 0; k < 3; ++k) {
+      state.x[t[k]] -= (excess * b[k] / squares) * to_point(plane.normal);
+      state.held[t[k]] = 1;
+    }
+  }
+  return !state.under_props.empty();
+}
+
 }  // namespace
 
-void leave_props(const Props& props, Points& x, std::vector<char>& marked) {
-  constexpr double kLeastDirection = 1e-9;  // m; nearer, the surface's normal is the direction
-  marked.assign(x.size(), 0);
-  for_each_near(props, x, props.gap, [&](size_t i, const ClosestPoint& near) {
-    const Vec3 normal = contact_normal(near, to_vec(x[i]), kLeastDirection);
-    x[i] = to_point(Vec3(near.point + props.gap * normal));
-    marked[i] = 1;
-  });
+void leave_props(const Props& props, const Surface& surface, SkinState& state) {
+  state.held.assign(state.x.size(), 0);
+  if (props.colliders.empty()) return;
+  for (int round = 0; round < kRounds; ++round) {
+    move_nodes(props, state);
+    if (!move_faces(props, surface, state)) return;
+  }
+  move_nodes(props, state);
 }
 
 void mark_at_props(const Props& props, const Points& x, std::vector<char>& marked) {

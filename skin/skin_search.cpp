@@ -16,11 +16,6 @@ namespace {
 
 constexpr int kGroups = 16;  // that a thread takes at a time
 
-SkinPlane plane_at(const ClosestPoint& near, double level) {
-  const double* b = near.barycentric;
-  return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
-}
-
 void order_by_planes(SkinState& state) {
   std::array<int, FleshPlanes::kMaxPlanes + 2> begin = {};
   for (const int count : state.planes.count) ++begin[count + 1];
@@ -51,29 +46,6 @@ void group_flesh(const std::vector<Collider>& below, SkinState& state) {
   state.cover_slack.resize(begin.back());
   state.cover_over.resize(begin.back());
   state.covered.resize(begin.back());
-}
-
-// Whether a point of an open surface lies on its border: what is nearest to that lies beside the
-// surface, not under it.
-bool is_on_border(const Surface& surface, const ClosestPoint& near) {
-  const double* b = near.barycentric;
-  const auto is_border = [&](int triangle, int edge) {
-    return surface.neighbours[triangle][edge] < 0;
-  };
-  for (int k = 0; k < 3; ++k) {
-    if (b[k] >= 1.0) {  // a corner
-      const int node = surface.triangles[near.triangle][k];
-      for (const int t : surface.vertex_triangles[node]) {
-        for (int edge = 0; edge < 3; ++edge) {
-          const Triangle& c = surface.triangles[t];
-          if ((c[edge] == node || c[(edge + 1) % 3] == node) && is_border(t, edge)) return true;
-        }
-      }
-    } else if (b[k] <= 0.0 && is_border(near.triangle, (k + 1) % 3)) {
-      return true;
-    }
-  }
-  return false;
 }
 
 // Sets cover_over of the nodes of a group that the skin may have come near since they were last
@@ -222,6 +194,32 @@ void find_flesh_below(const SkinModel& model, const std::vector<Collider>& below
     for (int g = from; g < to; ++g) search(state.groups[g]);
   });
   order_by_planes(state);
+}
+
+bool is_on_border(const Surface& surface, const ClosestPoint& near) {
+  const double* b = near.barycentric;
+  const auto is_border = [&](int triangle, int edge) {
+    return surface.neighbours[triangle][edge] < 0;
+  };
+  for (int k = 0; k < 3; ++k) {
+    if (b[k] >= 1.0) {  // a corner
+      const int node = surface.triangles[near.triangle][k];
+      for (const int t : surface.vertex_triangles[node]) {
+        for (int edge = 0; edge < 3; ++edge) {
+          const Triangle& c = surface.triangles[t];
+          if ((c[edge] == node || c[(edge + 1) % 3] == node) && is_border(t, edge)) return true;
+        }
+      }
+    } else if (b[k] <= 0.0 && is_border(near.triangle, (k + 1) % 3)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+SkinPlane plane_at(const ClosestPoint& near, double level) {
+  const double* b = near.barycentric;
+  return {near.triangle, {b[0], b[1], b[2]}, near.normal, level};
 }
 
 void find_covers(const SkinModel& model, const std::vector<Collider>& below, double depth,

@@ -6,7 +6,9 @@
 #include <map>
 
 #include "muscles/volume.h"
+#include "rig/math.h"
 #include "skin/sides.h"
+#include "skin/skin_passes.h"
 #include "skin/skinned_skin.h"
 
 namespace thew::skin {
@@ -193,8 +195,59 @@ void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
   for (size_t i = 0; i < near.size(); ++i) near[i] &= piece[i] >= 0 && !hard[piece[i]];
 }
 
-void build_layer(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,
+// A map by vertex at the nodes of the layer. Between vertices of which one is negative, so is it.
+std::vector<double> at_nodes(const SkinnedSkin& skin, const std::vector<double>& map) {
+  std::vector<double> values;
+  for (const SkinnedSkin::Node& node : skin.nodes) {
+    double value = 0.0, least = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      if (node.shares[k] <= 0.0) continue;
+      value += node.shares[k] * map[node.corners[k]];
+      least = std::min(least, map[node.corners[k]]);
+    }
+    values.push_back(least < 0.0 ? least : value);
+  }
+  return values;
+}
+
+// How much of its fat a node takes: all within reach of a muscle, nothing where the layer ends.
+double share_of_fat(const SkinnedSkin& skin, const std::vector<Collider>& below, int muscles,
+                    const std::vector<char>& limbs, const SkinnedSkin::Node& node, const Vec3& x) {
+  const double reach = skin.settings.reach;
+  double distance = kLayerReach * reach, on_limbs = 0.0;
+  for (int m = 0; m < muscles; ++m) {
+    const ClosestPoint near =
+        closest_point(*below[m].surface, *below[m].bvh, *below[m].x, x, distance);
+    if (near.triangle >= 0) distance = std::min(distance, std::max(near.distance, 0.0));
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (node.shares[k] <= 0.0) continue;
+    on_limbs += node.shares[k] * share_of(skin.weights, limbs, node.corners[k]);
+  }
+  return (1.0 - smoothstep(reach, kLayerReach * reach, distance)) *
+         smoothstep(kLeastShare, 2.0 * kLeastShare, on_limbs);
+}
+
+// Moves the layer's rest shape to its fat over the flesh.
+void lift_to_fat(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,
+                 const std::vector<Triangle>& triangles, const std::vector<double>& fat,
                  SkinnedSkin& skin) {
+  if (fat.empty()) return;
+  const Points before = skin.layer.rest;
+  TriMesh mesh{{}, triangles};
+  for (const Point& x : before) mesh.vertices.push_back(to_vec(x));
+  shape_fat(below, at_nodes(skin, fat), vertex_normals(mesh), skin.layer);
+  for (size_t i = 0; i < skin.nodes.size(); ++i) {
+    const SkinnedSkin::Node& node = skin.nodes[i];
+    const double share =
+        node.is_held ? 0.0 : share_of_fat(skin, below, muscles, limbs, node, mesh.vertices[i]);
+    skin.lift.push_back(share * (skin.layer.rest[i] - before[i]));
+    skin.layer.rest[i] = before[i] + skin.lift[i];
+  }
+}
+
+void build_layer(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,
+                 const SkinMaps& maps, SkinnedSkin& skin) {
   std::vector<char> near = find_near(skin, below, muscles, limbs);
   leave_out_hard_pieces(skin, near);
   Division division = undivided(skin, near);
@@ -221,23 +274,25 @@ void build_layer(const std::vector<Collider>& below, int muscles, const std::vec
                                 [&](int corner) { return near[corner] != 0; });
     hold.push_back(node.is_held ? kHeld : 0.0);
   }
-  finish_binding(division.triangles, hold, below, layer);
+  lift_to_fat(below, muscles, limbs, division.triangles, maps.fat, skin);
+  const std::vector<double> slide = maps.slide.empty() ? maps.slide : at_nodes(skin, maps.slide);
+  finish_binding(division.triangles, hold, below, slide, layer);
   find_carriers(skin);
 }
 
 }  // namespace
 
-SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
-                         const SkinWeights& weights, const std::vector<Affine>& rest,
+SkinnedSkin bind_skinned(const Character& character, const std::vector<Affine>& rest,
                          const std::vector<Collider>& below, int muscles,
-                         const std::vector<char>& limbs, const SkinSettings& settings) {
+                         const std::vector<char>& limbs, const SkinSettings& settings,
+                         const SkinMaps& maps) {
   SkinnedSkin skin;
-  skin.mesh = mesh, skin.weights = weights, skin.map_back = map_back, skin.settings = settings;
-  skin.bodies = rest;
-  skin_vertices(weights, mesh, rest, skin.rest);
+  skin.mesh = character.mesh, skin.weights = character.skin, skin.map_back = character.map_back;
+  skin.settings = settings, skin.bodies = rest;
+  skin_vertices(skin.weights, skin.mesh, rest, skin.rest);
   skin.surface = surface_of(skin);
   find_seen(skin);
-  build_layer(below, muscles, limbs, skin);
+  build_layer(below, muscles, limbs, maps, skin);
   return skin;
 }
 

@@ -31,7 +31,8 @@ void find_turns(const SkinnedSkin& skin, const std::vector<Affine>& bodies, Skin
   }
 }
 
-// The bound shape of the layer: positions by the weights, rotations by the blend of the links'.
+// The bound shape of the layer: positions by the weights and fat, rotations by the blend of the
+// links'.
 void bind_to_weights(const SkinnedSkin& skin, const SkinnedWork& work, SkinState& layer) {
   for (size_t i = 0; i < skin.nodes.size(); ++i) {
     layer.bound[i] = point_at(skin.nodes[i], work.carried);
@@ -44,6 +45,7 @@ void bind_to_weights(const SkinnedSkin& skin, const SkinnedWork& work, SkinState
     const double length = sum.norm();
     layer.turns[i] =
         Eigen::Quaterniond(Eigen::Vector4d(length > 0.0 ? sum / length : main)).toRotationMatrix();
+    if (!skin.lift.empty()) layer.bound[i] += to_point(layer.turns[i] * to_vec(skin.lift[i]));
   }
 }
 
@@ -99,7 +101,7 @@ SkinState initial_layer(const SkinnedSkin& skin) {
 
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, const Loop& loop, SkinState& layer,
-                  SkinState& state, double share_of_return) {
+                  SkinState& state, double share_of_return, const Props& props) {
   SkinnedWork& work = state.skinned;
   link_transforms(skin.weights, bodies, work.of_links);
   skin_by_links(skin.weights, skin.mesh, work.of_links, work.carried);
@@ -107,6 +109,7 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
   if (!skin.nodes.empty()) {
     find_turns(skin, bodies, work);
     bind_to_weights(skin, work, layer);
+    find_stuck(skin.layer, below, layer);
     step_bound_skin(skin.layer, below, loop, layer, share_of_return);
     for (size_t i = 0; i < skin.nodes.size(); ++i) {
       if (skin.nodes[i].is_vertex() && !skin.nodes[i].is_held)
@@ -114,6 +117,7 @@ void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
     }
     keep_triangles_out(skin, layer, work, state.x);
   }
+  leave_props(props, skin.surface, state);
   for (size_t i = 0; i < skin.rest.size(); ++i) state.x[i] = state.x[skin.map_back[i]];
 }
 

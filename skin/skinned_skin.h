@@ -27,25 +27,27 @@ struct SkinnedSkin {
   Surface surface;  ///< of the first vertices of their positions, facing outwards
   SkinWeights weights;
   std::vector<int> map_back;   ///< for each vertex, the first vertex of the same position
-  Points rest;                 ///< m, in the rest pose of the muscles
+  Points rest;                 ///< m, in the rest pose of the muscles, as the weights give it
   std::vector<Affine> bodies;  ///< world transforms in that pose, scale included
   std::vector<char> seen;      ///< by vertex, whether it is the first of its position and can be
                                ///< seen from outside at rest; muscles may go through the others
   SkinSettings settings;
   std::vector<Node> nodes;  ///< of the layer
+  Points lift;              ///< m, by node, what fat adds to its rest position; empty: nothing
   SkinModel layer;          ///< its surface is of triangles that are seen
   SkinMotion start;         ///< the layer where the muscles are made, all joints at 0
   /// By node, the links that carry it and how much, of which its rotation is blended.
   std::vector<std::vector<std::pair<int, double>>> carriers;
 };
 
-/// Binds a skin: `below` are the muscles in the rest pose and then the bones that the skin feels,
-/// `muscles` the number of the former, `limbs` by body whether it is moved by them, `rest` the
-/// transforms of the bodies there, scale included.
-SkinnedSkin bind_skinned(const TriMesh& mesh, const std::vector<int>& map_back,
-                         const SkinWeights& weights, const std::vector<Affine>& rest,
+/// Binds the skin of a character: `rest` are the transforms of its bodies in the rest pose, scale
+/// included, `below` the muscles there and then the bones that the skin feels, `muscles` the number
+/// of the former, `limbs` by body whether it is moved by them. Of the `maps`, by vertex, fat counts
+/// within SkinSettings::reach of a muscle and fades out to where the layer ends.
+SkinnedSkin bind_skinned(const Character& character, const std::vector<Affine>& rest,
                          const std::vector<Collider>& below, int muscles,
-                         const std::vector<char>& limbs, const SkinSettings& settings);
+                         const std::vector<char>& limbs, const SkinSettings& settings,
+                         const SkinMaps& maps = {});
 /// Sets `seen` of a skin whose topology and rest are set.
 void find_seen(SkinnedSkin& skin);
 /// Which vertices that are seen at rest, are no free nodes of the layer and lie among muscles are
@@ -59,10 +61,10 @@ std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Affine
 SkinState initial_skinned(const SkinnedSkin& skin);
 SkinState initial_layer(const SkinnedSkin& skin);
 /// One step. The result depends only on `bodies` (world transforms, scale included), on what is
-/// `below` as in bind_skinned(), and on the layer of the step before. `share_of_return` is that of
-/// step_skin().
+/// `below` as in bind_skinned(), on the props, and on the layer of the step before.
+/// `share_of_return` is that of step_skin().
 void step_skinned(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
                   const std::vector<Collider>& below, const Loop& loop, SkinState& layer,
-                  SkinState& state, double share_of_return = kReturn);
+                  SkinState& state, double share_of_return = kReturn, const Props& props = {});
 
 }  // namespace thew::skin

@@ -20,4 +20,10 @@ Character import_character(const std::filesystem::path& file, double scale = 1.0
 /// unit.
 Character import_motion(const std::filesystem::path& file);
 
+/// A number for each vertex of a character from its glTF file: of a custom attribute
+/// ("_THEW_FAT"), or with a `channel` (0 to 3; else -1) of colours ("COLOR_0"). Vertices of parts
+/// that lack it get NaN. Throws Error(kInput) where all do.
+std::vector<double> import_attribute(const std::filesystem::path& file, const std::string& name,
+                                     int channel, const Character& of);
+
 }  // namespace thew::rig

@@ -3,8 +3,10 @@
 // Numbers by vertex that assimp leaves out: custom attributes of glTF, point attributes of PLY.
 #include <bit>
 #include <functional>
+#include <limits>
 
 #include "rig/import/assimp_scene.h"
+#include "rig/import/character_import.h"
 #include "rig/import/child.h"
 #include "rig/import/gltf_file.h"
 #include "rig/import/gltf_source.h"
@@ -75,6 +77,45 @@ std::vector<double> gltf_attribute(const fs::path& file, const std::string& name
     if (!root.is_number_unsigned()) gltf.refuse("scenes: a node is none");
     visit(root.get<size_t>(), 0);
   }
+  return values;
+}
+
+// Of the parts of a character, in their order. A colour has three numbers or four, all else one.
+std::vector<double> parts_attribute(const fs::path& file, const std::string& name, int channel,
+                                    const Character& of) {
+  GltfFile gltf(file);
+  std::vector<double> values(of.mesh.vertices.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<std::string> names;
+  bool found = false;
+  for (size_t p = 0; p < of.parts.size(); ++p) {
+    const MeshPart& part = of.parts[p];
+    const std::string from = "meshes[" + std::to_string(part.mesh_index) + "].primitives[" +
+                             std::to_string(part.primitive) + "]";
+    const Json& mesh = gltf.item("meshes", part.mesh_index, "parts");
+    const Json& attributes = mesh.at("primitives").at(part.primitive).at("attributes");
+    for (const auto& [key, one] : attributes.items()) {
+      if (key.starts_with('_')) names.push_back(key);
+    }
+    if (!attributes.contains(name)) continue;
+    const size_t accessor = gltf.index_of(attributes, name.c_str(), from);
+    const std::string type = GltfFile::text_of(gltf.item("accessors", accessor, from), "type");
+    const size_t width = channel < 0 ? 1 : type == "VEC3" ? 3 : 4;
+    if (channel >= static_cast<int>(width)) gltf.refuse(from + ": its colours have no alpha");
+    const std::vector<double> numbers = gltf.numbers(accessor, width);
+    const size_t first = part.first_vertex;
+    const size_t end = p + 1 < of.parts.size() ? of.parts[p + 1].first_vertex : values.size();
+    if (numbers.size() != width * (end - first)) {
+      gltf.refuse(from + ": attribute \"" + name + "\" has " +
+                  std::to_string(numbers.size() / width) + " numbers for " +
+                  std::to_string(end - first) + " vertices");
+    }
+    for (size_t i = first; i < end; ++i) {
+      values[i] = numbers[width * (i - first) + std::max(channel, 0)];
+    }
+    found = true;
+  }
+  if (!found && channel < 0) refuse_name(file, name, names);
+  if (!found) refuse(file, "has no vertex colours; export it with them");
   return values;
 }
 
@@ -178,18 +219,13 @@ std::vector<double> ply_attribute(const fs::path& file, const std::string& name)
   return values;
 }
 
-}  // namespace
-
-std::vector<double> import_attribute(const fs::path& file, const std::string& name) {
-  const bool ply = lower_ending(file) == "ply";
-  if (!ply && !names_gltf(file)) {
-    refuse(file, "attributes are read from PLY and glTF; export it as one of them");
-  }
+// What a child reads of the file.
+std::vector<double> numbers_of(const fs::path& file,
+                               const std::function<std::vector<double>()>& read) {
   check_readable(file, kAssimpFileLimit);
   Child child(file, "export it again", [&](std::string_view) {
-    const auto values = ply ? ply_attribute(file, name) : gltf_attribute(file, name);
     Packer packer;
-    packer.list(values);
+    packer.list(read());
     return packer.bytes;
   });
   const std::string bytes = child.ask();
@@ -197,6 +233,29 @@ std::vector<double> import_attribute(const fs::path& file, const std::string& na
   Unpacker unpacker{bytes};
   unpacker.list(values);
   if (!unpacker.finished()) child.refuse("its reader sent nonsense");
+  return values;
+}
+
+}  // namespace
+
+std::vector<double> import_attribute(const fs::path& file, const std::string& name) {
+  const bool ply = lower_ending(file) == "ply";
+  if (!ply && !names_gltf(file)) {
+    refuse(file, "attributes are read from PLY and glTF; export it as one of them");
+  }
+  return numbers_of(file,
+                    [&] { return ply ? ply_attribute(file, name) : gltf_attribute(file, name); });
+}
+
+std::vector<double> import_attribute(const fs::path& file, const std::string& name, int channel,
+                                     const Character& of) {
+  if (!names_gltf(file)) {
+    refuse(file,
+           "attributes and colours of a character are read from glTF; export it as that, or name "
+           "a mesh that has them as `file`");
+  }
+  const auto values = numbers_of(file, [&] { return parts_attribute(file, name, channel, of); });
+  if (values.size() != of.mesh.vertices.size()) refuse(file, "its reader sent nonsense");
   return values;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "muscles/weights.h"
+#include "rig/import/character_import.h"
 #include "rig/limits.h"
 #include "rig/math.h"
 #include "rig/text.h"
@@ -77,35 +78,34 @@ std::vector<double> by_place(const NodeMap& map, const TriMesh& rest) {
 }
 
 // The colours or the attribute of a mesh, by vertex of it or of its file.
-std::vector<double> painted_values(const NodeMap& map, const ImportedMesh& mesh,
-                                   const std::filesystem::path& file) {
+std::vector<double> painted_values(const NodeMap& map, const MappedMesh& on) {
   std::vector<double> values;
-  if (!map.attribute.empty()) {
-    if (file.empty()) {
+  if (on.character) {
+    const std::string name = map.attribute.empty() ? "COLOR_0" : map.attribute;
+    values = import_attribute(on.file, name, map.channel, *on.character);
+  } else if (map.attribute.empty()) {
+    if (on.imported.colours.empty()) {
+      refuse(map,
+             "a colour, but the mesh has no vertex colours; export it with them (PLY or glTF)");
+    }
+    for (const auto& colour : on.imported.colours) values.push_back(colour[map.channel]);
+  } else {
+    if (on.file.empty()) {
       refuse(map, "an attribute, but the mesh is of no file; name the one that has it");
     }
-    values = import_attribute(file, map.attribute);
-  } else if (mesh.colours.empty()) {
-    refuse(map, "a colour, but the mesh has no vertex colours; export it with them (PLY or glTF)");
-  }
-  if (map.attribute.empty()) {
-    for (const auto& colour : mesh.colours) values.push_back(colour[map.channel]);
+    values = import_attribute(on.file, map.attribute);
   }
   const auto [zero, one] = map.scale;
   for (double& value : values) value = zero == 0.0 ? one * value : zero + (one - zero) * value;
-  return values;
+  return by_order(map, values, on.rest, on.imported.map_back);
 }
 
 std::vector<double> by_paint(const NodeMap& map, const MappedMesh& on) {
-  if (map.painted.empty()) {
-    return by_order(map, painted_values(map, on.imported, on.file), on.rest, on.imported.map_back);
-  }
+  if (map.painted.empty()) return painted_values(map, on);
   const ImportedMesh other = import_mesh(map.painted);
   std::vector<Vec3> points;
   for (const Vec3& p : other.mesh.vertices) points.push_back(on.to_rest * p);
-  return by_point(
-      map, points,
-      by_order(map, painted_values(map, other, map.painted), other.mesh, other.map_back), on.rest);
+  return by_point(map, points, painted_values(map, {other.mesh, other, map.painted}), on.rest);
 }
 
 std::vector<double> unchecked_values(const NodeMap& map, const MappedMesh& on) {
@@ -123,6 +123,10 @@ std::vector<double> map_values(const NodeMap& map, const MappedMesh& on) {
   std::vector<double> values = unchecked_values(map, on);
   const auto [least, most] = map.bounds;
   for (size_t i = 0; i < values.size(); ++i) {
+    if (on.character && std::isnan(values[i])) {
+      values[i] = on.otherwise;
+      continue;
+    }
     if (values[i] >= least && values[i] <= most) continue;
     refuse(map, number_text(values[i]) + " at vertex " + std::to_string(i) + ", " +
                     point_text(on.rest.vertices[i]) + "; give " + number_text(least) + " to " +

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rig/character.h"
 #include "rig/import/mesh_import.h"
 
 namespace thew::sim {
@@ -47,6 +48,10 @@ struct MappedMesh {
   std::filesystem::path file = {};
   Eigen::Affine3d to_rest = Eigen::Affine3d::Identity();  ///< from its file
   const std::vector<double>* u = nullptr;                 ///< along the belly; null: it has none
+  /// Set: the mesh is that of this character and `file`. Where its parts have no attribute or
+  /// colour of the map, that means `otherwise`.
+  const Character* character = nullptr;
+  double otherwise = 0.0;
 };
 
 /// The values by vertex of `rest`. Error(kUsage) or Error(kInput), with the map's location, where

@@ -318,9 +318,17 @@ void build_skinned(const SkinDef& skin, Model& model) {
   }
   const LimbPose at(model, rig.skin_pose);
   const Below below(model, model.colliders(), at.pose, at.muscles);
-  model.skinned = bind_skinned(character.mesh, character.map_back, character.skin, at.bodies,
-                               felt_of(model, below), static_cast<int>(at.muscles.size()),
-                               limbs_of(model), skin.settings);
+  model.skinned =
+      bind_skinned(character, at.bodies, felt_of(model, below), static_cast<int>(at.muscles.size()),
+                   limbs_of(model), skin.settings, skin.maps);
+  const auto& [fat, slide] = skin.maps;
+  const bool painted = !fat.empty() || std::any_of(slide.begin(), slide.end(),
+                                                   [](double value) { return value != 1.0; });
+  if (painted && model.skinned->nodes.empty()) {
+    model.warnings.push_back(skin.location +
+                             ": no skin lies near a muscle of a limb, a body with a "
+                             "bone or below one; fat and slide change nothing");
+  }
   model.skin.surface.triangles = character.mesh.triangles;
   model.skin.rest = model.skinned->rest;
   model.has_skin = true;

@@ -348,7 +348,9 @@ SolverSettings solver_of(const Scene& scene) {
   return solver;
 }
 
-void define_skin(const Scene& scene, std::vector<std::string>& warnings, SkinDef& def) {
+// `character` is that of a skinned skin, else null.
+void define_skin(const Scene& scene, const Character* character, std::vector<std::string>& warnings,
+                 SkinDef& def) {
   const SceneSkin& skin = scene.skin;
   def.skinned = skin.skinned;
   def.ignore = skin.ignore;
@@ -359,15 +361,26 @@ void define_skin(const Scene& scene, std::vector<std::string>& warnings, SkinDef
     def.motion = skin_motion(scene, def, warnings);
     return;
   }
-  if (skin.mesh.empty()) return;
-  const ImportedMesh imported = import_closed_mesh_whole(skin.mesh, Eigen::Affine3d::Identity());
-  def.mesh = imported.mesh;
-  const auto by_node = [&](double number, const NodeMap& map) {
-    if (map.given()) return map_values(map, {def.mesh, imported, skin.mesh});
-    return std::vector<double>(def.mesh.vertices.size(), number);
+  if (skin.mesh.empty() && !character) return;
+  ImportedMesh imported;
+  if (!character) {
+    imported = import_closed_mesh_whole(skin.mesh, Eigen::Affine3d::Identity());
+    def.mesh = imported.mesh;
+  }
+  const TriMesh& mesh = character ? character->mesh : def.mesh;
+  MappedMesh mapped{mesh, imported, character ? scene.rig : skin.mesh};
+  mapped.character = character;
+  mapped.to_rest = Eigen::Scaling(character ? scene.character.scale : 1.0);
+  const auto by_node = [&](double number, const NodeMap& map, double otherwise) {
+    mapped.otherwise = otherwise;
+    if (map.given()) return map_values(map, mapped);
+    return std::vector<double>(mesh.vertices.size(), number);
   };
-  if (skin.fat >= 0.0 || skin.fat_map.given()) def.maps.fat = by_node(skin.fat, skin.fat_map);
-  def.maps.slide = by_node(skin.slide, skin.slide_map);
+  const SceneSkin plain;
+  if (skin.fat >= 0.0 || skin.fat_map.given()) {
+    def.maps.fat = by_node(skin.fat, skin.fat_map, plain.fat);
+  }
+  def.maps.slide = by_node(skin.slide, skin.slide_map, plain.slide);
 }
 
 }  // namespace
@@ -409,7 +422,8 @@ ModelDef define_model(const Scene& scene) {
   }
   if (def.character) def.character->skin_pose.resize(def.skeleton.size(), 0.0);
   define_thickness(scene, imported, def);
-  define_skin(scene, def.warnings, def.skin);
+  const bool skinned = scene.skin.skinned;
+  define_skin(scene, skinned ? &def.character->character : nullptr, def.warnings, def.skin);
   return def;
 }
 

@@ -248,8 +248,9 @@ void hash_model(const ModelDef& def, Model& model) {
     hash.list(surface.thicknesses);
     hash.end_part("contact.thickness of \"" + surface.name + "\", by node", model);
   }
-  if (!model.skin.stick.empty()) {
-    hash.list(model.skin.stick);
+  const SkinModel& layer = model.skinned ? model.skinned->layer : model.skin;
+  if (!layer.stick.empty()) {
+    hash.list(layer.stick);
     hash.end_part("skin.slide", model);
   }
   if (!def.skin.maps.fat.empty()) {

@@ -202,9 +202,9 @@ void read_skin(TomlValue& table, const Folders& folders, Scene& scene) {
   read_number_or_map(table, kSkin["slide"], folders, scene.size, skin.slide, skin.slide_map);
   for (const Key* key : {&kSkin["fat"], &kSkin["slide"]}) {
     TomlValue* value = find(table, *key);
-    if (!value || (!skin.skinned && skin.cache.empty())) continue;
+    if (!value || skin.cache.empty()) continue;
     refuse(*value, "remove it, or give a layer's mesh without a cache",
-           ", but a skin that comes with a shape of its own keeps to its flesh as it was modelled");
+           ", but a skin with a shape by frame keeps to its flesh as it was modelled");
   }
   settings.keeps_volume = read_word(table, kSkin["volume"]) == "exact";
   if (settings.keeps_volume && scene.skin.skinned) {

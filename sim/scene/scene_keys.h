@@ -135,15 +135,19 @@ inline constexpr Key kSkinKeys[] = {
      .form = "names, [\"bone\", ...]"},
     {.name = "fat",
      .type = KeyType::kForm,
-     .meaning = "How far a layer's rest shape lies over muscle and bone: it is moved there when it "
-                "is bound. Where left out, it stays as modelled.",
+     .meaning =
+         "How far the rest shape lies over muscle and bone: it is moved there when it is "
+         "bound. Where left out, it stays as modelled. A skinned skin takes it within `reach` "
+         "of a muscle, and less and less up to twice that; a map of it is by vertex of the "
+         "character's file, places in its bind pose, and parts without the attribute stay "
+         "as modelled.",
      .unit = "m",
      .range = {0.0, 0.03},
      .form = "number or map"},
     {.name = "slide",
      .type = KeyType::kForm,
-     .meaning = "How freely a layer moves over its flesh: 0 sticks to the point below it at rest, "
-                "1 slides without friction.",
+     .meaning = "How freely the skin moves over its flesh: 0 sticks to the point below it at rest, "
+                "1 slides without friction. A map of a skinned skin is as that of `fat`.",
      .standard = default_of<&SceneSkin::slide>,
      .range = kShare,
      .form = "number or map"},

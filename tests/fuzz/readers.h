@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "rig/clip.h"
+#include "rig/import/character_import.h"
 #include "rig/import/mesh_import.h"
 #include "rig/import/urdf_import.h"
 #include "rig/skeleton.h"
@@ -29,8 +30,9 @@ inline void put_bytes(const fs::path& file, std::string_view bytes) {
 }
 
 /// What anyone may hand to Thew, each as a file of the folder, which has what a scene names.
-enum class Reader { kScene, kClip, kUrdf, kMesh, kCache, kPoints };
-inline constexpr const char* kReaders[] = {"scene", "clip", "urdf", "mesh", "cache", "points"};
+enum class Reader { kScene, kClip, kUrdf, kMesh, kCache, kPoints, kAttribute };
+inline constexpr const char* kReaders[] = {"scene", "clip",   "urdf",     "mesh",
+                                           "cache", "points", "attribute"};
 
 inline void prepare_folder(const fs::path& folder) {
   fs::remove_all(folder);
@@ -59,16 +61,36 @@ inline void read_clip(const fs::path& folder, std::string_view bytes) {
   for (const double time : {-1.0, 0.0, 0.5, 1e9}) sample_clip(clip, skeleton, time, values);
 }
 
-/// The first line of the bytes is the file's ending.
-inline void read_mesh(const fs::path& folder, std::string_view bytes) {
+/// Writes bytes whose first line is the file's ending; nothing where that is none.
+inline fs::path put_with_ending(const fs::path& folder, std::string_view bytes) {
   const size_t end = std::min(bytes.find('\n'), bytes.size());
   const std::string ending(bytes.substr(0, std::min<size_t>(end, 5)));
-  if (ending.find('/') != ending.npos || ending.find('\0') != ending.npos) return;
+  if (ending.find('/') != ending.npos || ending.find('\0') != ending.npos) return {};
   const fs::path file = folder / ("mesh." + ending);
   put_bytes(file, bytes.substr(std::min(end + 1, bytes.size())));
+  return file;
+}
+
+inline void read_mesh(const fs::path& folder, std::string_view bytes) {
+  const fs::path file = put_with_ending(folder, bytes);
+  if (file.empty()) return;
   const ImportedMesh mesh = import_mesh(file);
   fs::remove(file);
   find_defects(mesh.mesh);
+}
+
+/// A PLY or glTF with an attribute, of a character where it has a skin.
+inline void read_attribute(const fs::path& folder, std::string_view bytes) {
+  const fs::path file = put_with_ending(folder, bytes);
+  if (file.empty()) return;
+  if (bytes.find("\"skins\"") == bytes.npos) {
+    import_attribute(file, file.extension() == ".ply" ? "fat" : "_THEW_FAT");
+  } else {
+    const Character character = import_character(file);
+    import_attribute(file, "_THEW_FAT", -1, character);
+    import_attribute(file, "COLOR_0", 2, character);
+  }
+  fs::remove(file);
 }
 
 /// The bake of which the parts and the bake.h5 of the corpus are.
@@ -140,6 +162,9 @@ inline bool accepts(Reader reader, const fs::path& folder, std::string_view byte
         break;
       case Reader::kPoints:
         read_points(folder, bytes);
+        break;
+      case Reader::kAttribute:
+        read_attribute(folder, bytes);
         break;
     }
     return true;

@@ -78,8 +78,9 @@ std::vector<Map> maps_of(const ModelDef& def) {
       if (bone.name == name) add(name, "thickness", bone.in_body, values, maps);
     }
   }
-  add("skin", "fat", def.skin.mesh, def.skin.maps.fat, maps);
-  add("skin", "slide", def.skin.mesh, def.skin.maps.slide, maps);
+  const TriMesh& skin = def.skin.skinned ? def.character->character.mesh : def.skin.mesh;
+  add("skin", "fat", skin, def.skin.maps.fat, maps);
+  add("skin", "slide", skin, def.skin.maps.slide, maps);
   std::erase_if(maps, [](const Map& map) {
     return map.quantity != "weights" &&
            std::all_of(map.values.begin(), map.values.end(),
@@ -116,15 +117,22 @@ std::vector<DrawnMap> draw_maps(const Scene& scene, const fs::path& folder, bool
   std::vector<DrawnMap> drawn;
   std::vector<fs::path> files;
   for (const Map& map : maps) {
-    const auto [least, most] = std::minmax_element(map.values.begin(), map.values.end());
     files.push_back(folder / (map.mesh + "." + map.quantity + ".png"));
-    drawn.push_back({map.mesh, map.quantity, *least, *most, files.back()});
+    DrawnMap one{map.mesh, map.quantity, 1e300, -1e300, files.back()};
+    for (const double value : map.values) {
+      if (value < 0.0) continue;
+      one.least = std::min(one.least, value), one.most = std::max(one.most, value);
+    }
+    drawn.push_back(one);
   }
   claim_folder(folder);
   claim(files, overwrite);
   for (size_t m = 0; m < maps.size(); ++m) {
     const auto& [mesh, quantity, least, most, picture] = drawn[m];
     BakeMesh one{mesh, BakeMesh::Kind::kMuscle, *maps[m].on, maps[m].values, {}};
+    std::erase_if(one.rest.triangles, [&](const Triangle& t) {  // as modelled: nothing is drawn
+      return std::any_of(t.begin(), t.end(), [&](int i) { return one.weights[i] < 0.0; });
+    });
     // The renderer's scale ends at 2.
     for (double& w : one.weights) w = most > least ? 2.0 * (w - least) / (most - least) : 1.0;
     const std::vector<BakeMesh> meshes = {one};

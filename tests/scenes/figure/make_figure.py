@@ -4,7 +4,7 @@ overlap, with seams along them; the bones run beside the middle of the flesh, th
 circles, and the thickness differs from the template's in each. One animation has curves of all
 kinds. Usage: make_figure.py figure.gltf [dressed.gltf], where the second is the same person as an
 artist's program would write it: in pieces and materials, with normals, texture and a hat, in
-centimetres under a turned armature."""
+centimetres under a turned armature, with fat painted on its arms."""
 import base64
 import json
 import math
@@ -247,6 +247,11 @@ def piece(number, with_tangents):
         "WEIGHTS_0": accessor(weights[first:end], "VEC4", "f", 5126, 34962)},
         "indices": accessor([(i - first,) for t in triangles if first <= t[0] < end for i in t],
                             "SCALAR", "H", 5123, 34963)}
+    if number > 0:  # painted on the arms alone: 1 on the upper arm, 0 on the forearm
+        arm = 3 if number == 1 else 7
+        painted = [(sum(w for j, w in zip(joints[i], weights[i]) if j == arm),)
+                   for i in range(first, end)]
+        out["attributes"]["_THEW_FAT"] = accessor(painted, "SCALAR", "f", 5126, 34962)
     if with_tangents:
         tangents = [unit(cross(n, (0.1, 0.2, 0.97))) + (1.0,) for n in normals]
         out["attributes"]["TANGENT"] = accessor(tangents, "VEC4", "f", 5126, 34962)

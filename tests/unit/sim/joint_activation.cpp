@@ -104,6 +104,22 @@ TEST(JointActivation, ALoadIsHeldByItsMomentOverTheMomentArm) {
   }
 }
 
+// A forearm and hand of 1.6 kg (de Leva 1996: 2.2 % of 73 kg), 18 cm from the elbow, held by the
+// arm's four flexors at 90 degrees: the preset's amount is chosen, and several times that.
+TEST(JointActivation, APresetIsFarAboveWhatHoldsAForearm) {
+  Settings settings = {"skin.enabled=false", "contact.enabled=false", "scene.settle=0",
+                       "rig.clip.keys={ elbow = [[1, 90], [120, 90]] }"};
+  for (const std::string name : {"biceps_long", "biceps_short", "brachialis", "brachioradialis"}) {
+    settings.push_back("muscle." + name +
+                       ".activation={ joint = \"elbow\", load = { mass = 1.6, body = \"ulna\", at "
+                       "= [0, -0.18, 0] } }");
+  }
+  const State state =
+      run(build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", settings)), 1);
+  EXPECT_GT(state.muscles[0].activation, 0.01);
+  EXPECT_LT(state.muscles[0].activation, keyed_value(activation_preset("flexor"), 90.0) / 4.0);
+}
+
 // Two muscles with different moment arms and forces pull alike, and together hold it.
 TEST(JointActivation, ALoadIsShared) {
   const auto both = [](const std::string& activation) {

@@ -16,35 +16,43 @@ namespace {
 
 constexpr int kSide = 13;
 
+Character of_one_body(const TriMesh& mesh) {
+  Character character;
+  character.mesh = mesh;
+  SkinWeights& weights = character.skin;
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    character.map_back.push_back(static_cast<int>(i));
+    weights.first.push_back(static_cast<int>(i));
+    weights.link.push_back(0);
+    weights.weight.push_back(1.0);
+  }
+  weights.first.push_back(static_cast<int>(mesh.vertices.size()));
+  weights.links.push_back({0, Affine::Identity()});
+  return character;
+}
+
 // A wide sheet at y = 12 mm over a wide flat muscle whose top is at 10 mm.
 struct Sheet {
-  TriMesh mesh;
-  SkinWeights weights;
-  std::vector<int> map_back;
+  Character character;
   TriMesh muscle = ball(1.0, Vec3(0, 0, 0), 48, 47);
   Surface surface;
   SkinnedSkin skin;
 
   template <typename Act>
-  auto with_muscle(const Vec3& by, Act act) const {
+  auto with_muscle(const Affine& place, Act act) const {
     Points x;
-    for (const Vec3& p : muscle.vertices) x.push_back(to_point(p + by));
+    for (const Vec3& p : muscle.vertices) x.push_back(to_point(Vec3(place * p)));
     const Bvh bvh = build_bvh(surface, x);
     return act(std::vector<Collider>{{&surface, &bvh, &x, nullptr}});
   }
 
-  explicit Sheet(double edge = 0.008, double radius = 0.12) {
+  explicit Sheet(double edge = 0.008, double radius = 0.12, const SkinMaps& maps = {}) {
     for (Vec3& p : muscle.vertices) p = p.cwiseProduct(Vec3(radius, 0.01, radius));
+    TriMesh mesh;
     for (int i = 0; i < kSide * kSide; ++i) {
       mesh.vertices.emplace_back(edge * (i % kSide - kSide / 2), 0.012,
                                  edge * (i / kSide - kSide / 2));
-      map_back.push_back(i);
-      weights.first.push_back(i);
-      weights.link.push_back(0);
-      weights.weight.push_back(1.0);
     }
-    weights.first.push_back(kSide * kSide);
-    weights.links.push_back({0, Affine::Identity()});
     for (int row = 0; row + 1 < kSide; ++row) {
       for (int k = 0; k + 1 < kSide; ++k) {
         const int a = row * kSide + k, b = a + kSide;
@@ -52,9 +60,10 @@ struct Sheet {
         mesh.triangles.push_back({a, b + 1, a + 1});
       }
     }
+    character = of_one_body(mesh);
     surface = make_surface(muscle.triangles, static_cast<int>(muscle.vertices.size()));
-    skin = with_muscle(Vec3::Zero(), [&](const std::vector<Collider>& below) {
-      return bind_skinned(mesh, map_back, weights, {Affine::Identity()}, below, 1, {1}, {});
+    skin = with_muscle(Affine::Identity(), [&](const std::vector<Collider>& below) {
+      return bind_skinned(character, {Affine::Identity()}, below, 1, {1}, {}, maps);
     });
   }
 
@@ -68,7 +77,9 @@ struct Sheet {
       const double share = std::min(1.0, static_cast<double>(k) / steps);
       Affine place = Affine::Identity();
       place.translation() = share * body;
-      with_muscle(share * (body + by), [&](const std::vector<Collider>& below) {
+      Affine muscle_place = Affine::Identity();
+      muscle_place.translation() = share * (body + by);
+      with_muscle(muscle_place, [&](const std::vector<Collider>& below) {
         step_skinned(skin, {place}, below, {}, layer, state);
         return 0;
       });
@@ -124,6 +135,81 @@ TEST(SkinnedSkin, LetsAMuscleSlide) {
   EXPECT_NEAR(sheet.middle(Vec3::Zero(), Vec3(0.01, 0, 0)).y(), 0.012, 5e-4);
 }
 
+std::vector<double> everywhere(double value) { return std::vector<double>(kSide * kSide, value); }
+
+TEST(SkinnedSkin, StandsOffByItsFat) {
+  const Vec3 none = Vec3::Zero();
+  const Sheet thin(0.008, 0.12, {.fat = everywhere(0.002)});
+  const Sheet thick(0.008, 0.12, {.fat = everywhere(0.008)});
+  const Points a = thin.moved(none, none), b = thick.moved(none, none);
+  constexpr double kFacets = 5e-5;  // m, of the muscle below its ellipsoid
+  EXPECT_NEAR(a[kSide * kSide / 2][1], 0.012, kFacets);
+  EXPECT_NEAR(b[kSide * kSide / 2][1], 0.018, kFacets);
+  for (size_t i = 0; i < thin.skin.nodes.size(); ++i) {
+    EXPECT_NEAR(thin.skin.layer.fat[i], 0.002, 2e-6);
+    EXPECT_NEAR(thick.skin.layer.fat[i], 0.008, 2e-6);
+  }
+  // The place of a muscle's point below a vertex: along the normal, which for a flat muscle is up.
+  double least = 1.0, most = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double by = norm(b[i] - a[i]);
+    least = std::min(least, by), most = std::max(most, by);
+  }
+  EXPECT_NEAR(least, 0.006, 5e-4);
+  EXPECT_NEAR(most, 0.006, 5e-4);
+}
+
+// Where there is none it stays as modelled.
+TEST(SkinnedSkin, TakesItsFatVertexByVertex) {
+  std::vector<double> half = everywhere(-1.0);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    if (i % kSide < kSide / 2) half[i] = 0.006;
+  }
+  const Sheet plain, painted(0.008, 0.12, {.fat = half});
+  const SkinModel& layer = painted.skin.layer;
+  for (size_t i = 0; i < painted.skin.nodes.size(); ++i) {
+    const auto& corners = painted.skin.nodes[i].corners;  // of a divided edge, its two ends
+    if (std::all_of(corners.begin(), corners.end(), [&](int c) { return half[c] > 0.0; })) {
+      EXPECT_NEAR(layer.fat[i], 0.006, 2e-6);
+    } else {
+      EXPECT_EQ(norm(layer.rest[i] - plain.skin.layer.rest[i]), 0.0);
+    }
+  }
+}
+
+// Body and muscle turn together: what fat adds turns with them.
+TEST(SkinnedSkin, ItsFatTurnsWithItsBody) {
+  const Sheet thick(0.008, 0.12, {.fat = everywhere(0.008)});
+  const Points at_rest = thick.moved(Vec3::Zero(), Vec3::Zero());
+  SkinState state = initial_skinned(thick.skin), layer = initial_layer(thick.skin);
+  Affine place = Affine::Identity();
+  for (int k = 1; k <= 90; ++k) {
+    place.linear() = rotation_about(Vec3::UnitZ(), std::min(k, 30) * 3.0 * kDegree);
+    thick.with_muscle(place, [&](const std::vector<Collider>& below) {
+      step_skinned(thick.skin, {place}, below, {}, layer, state);
+      return 0;
+    });
+  }
+  for (size_t i = 0; i < at_rest.size(); ++i) {
+    EXPECT_LT((to_vec(state.x[i]) - Vec3(place * to_vec(at_rest[i]))).norm(), 1e-5);
+  }
+}
+
+// The muscle slides by 5 mm, and the body stays.
+TEST(SkinnedSkin, SticksToItsFleshOrSlidesOverIt) {
+  const Vec3 along(0.005, 0, 0);
+  const auto follows = [&](double slide) {
+    const Sheet sheet(0.008, 0.12, {.slide = everywhere(slide)});
+    return (sheet.middle(Vec3::Zero(), along).x()) / along.x();
+  };
+  EXPECT_NEAR(follows(0.0), 1.0, 0.02);
+  EXPECT_NEAR(follows(1.0), 0.0, 0.02);
+  // Of the flesh's pull 1/l^2 (l = 3 cm) and that of the anchors (12 cm); edges do not pull in the
+  // middle of a sheet that goes along as a whole.
+  const double pull = 1.0 / (0.03 * 0.03), anchors = 1.0 / (0.12 * 0.12);
+  EXPECT_NEAR(follows(0.5), pull / (pull + anchors), 0.03);
+}
+
 // A muscle that fills the room between the two shells of a body is in no skin that is seen.
 TEST(SkinnedSkin, WallsWithinTheBodyAreNotSeen) {
   const TriMesh outer = ball(0.06, Vec3(0, 0, 0), 24, 23),
@@ -136,19 +222,8 @@ TEST(SkinnedSkin, WallsWithinTheBodyAreNotSeen) {
   for (const Triangle& t : inner.triangles) {
     mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
-  SkinWeights weights;
-  std::vector<int> map_back;
-  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    map_back.push_back(static_cast<int>(i));
-    weights.first.push_back(static_cast<int>(i));
-    weights.link.push_back(0);
-    weights.weight.push_back(1.0);
-  }
-  weights.first.push_back(static_cast<int>(mesh.vertices.size()));
-  weights.links.push_back({0, Affine::Identity()});
   const auto seen = [&](const TriMesh& of) {
-    const SkinnedSkin skin =
-        bind_skinned(of, map_back, weights, {Affine::Identity()}, below, 1, {1}, {});
+    const SkinnedSkin skin = bind_skinned(of_one_body(of), {Affine::Identity()}, below, 1, {1}, {});
     Points points;
     for (size_t i = 0; i < skin.rest.size(); ++i) {
       if (skin.seen[i]) points.push_back(skin.rest[i]);

@@ -17,6 +17,9 @@ nlohmann::ordered_json speed_of(const std::string& scene, int repetitions);
 /// The skin layer: what a frame costs more than one without, as it comes and with its volume kept.
 /// Error(kInput) where the scene has none.
 nlohmann::ordered_json skin_price(const std::string& scene, int repetitions);
+/// What the maps, the activation and the props of a scene cost: its time over that of the same
+/// scene without them. Error(kInput) where it has none of these.
+nlohmann::ordered_json price_of_features(const std::string& scene, int repetitions);
 /// What solver.tolerance chooses for an error of `millimetres`, what it costs, and the cheapest
 /// step that is the same for all muscles and as right.
 nlohmann::ordered_json tolerance_of(const std::string& scene, double millimetres,

@@ -6,6 +6,7 @@
 // code 1 where the choice misses the tolerance.
 // thew_bench SCENE --copies OUT.svg: contact of 1 to 56 of it in one scene.
 // thew_bench SCENE --skin: its skin layer as it comes, and with its volume kept.
+// thew_bench SCENE --features: the scene over itself without its maps, activation, or props.
 // One JSON object each (benches.h).
 // thew_bench --whole SCENE [--against BUILD] [--runs N] [--pictures]: a table of the whole bake by
 // stage, beside that of another build (its folder, such as ../other/build/release).
@@ -51,6 +52,9 @@ bool show_whole(int argc, char** argv) {
 int run(int argc, char** argv) {
   if (show_whole(argc, argv)) return 0;
   if (argc == 3 && std::string_view(argv[2]) == "--skin") return show(skin_price(argv[1], kRuns));
+  if (argc == 3 && std::string_view(argv[2]) == "--features") {
+    return show(price_of_features(argv[1], kRuns));
+  }
   if (argc == 4 && std::string_view(argv[2]) == "--copies") {
     return show(contact_of_copies(argv[1], argv[3]));
   }
@@ -67,7 +71,7 @@ int run(int argc, char** argv) {
     std::fprintf(
         stderr,
         "usage: thew_bench SCENE.toml [--tolerance MM [--set KEY=VALUE]... | --copies OUT.svg | "
-        "--skin]\n"
+        "--skin | --features]\n"
         "       thew_bench --whole SCENE.toml [--against BUILD] [--runs N] [--pictures]\n");
     return 2;
   }

@@ -37,7 +37,8 @@ const std::vector<std::string>& figure_head();
 /// against anatomy where the scene has the arm's muscles. `last`: frame, 0 for the scene's own.
 Table flexion_table(const std::filesystem::path& scene, int last, int threads);
 /// Price of contact and exact volume, sag, distance from the refined step (thew_bench SCENE); in
-/// whole runs also of the skin (--skin) and of copies (--copies).
+/// whole runs also of the skin (--skin), of copies (--copies), and of the activation of the curl
+/// beside the scene (--features).
 Table speed_table(const std::filesystem::path& scene, bool quick);
 /// What a tolerance of 0.5 mm chooses (thew_bench SCENE --tolerance 0.5), by muscle.
 std::vector<Table> tolerance_tables(const std::filesystem::path& scene);

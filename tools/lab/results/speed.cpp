@@ -49,6 +49,14 @@ void add_copies(const std::string& scene, Table& table) {
   }
 }
 
+// What activation costs in the arm's curl, which has it. Small scenes have maps and props.
+void add_activation(const std::filesystem::path& arm, Table& table) {
+  const Json price = price_of_features((arm.parent_path() / "curl.toml").string(), kRuns);
+  table.rows.push_back({"`curl.toml` with its activation over without",
+                        text(price["ratio_of_activation"]), "`thew_bench SCENE --features`",
+                        kUntested});
+}
+
 }  // namespace
 
 Table speed_table(const std::filesystem::path& scene, bool quick) {
@@ -77,6 +85,7 @@ Table speed_table(const std::filesystem::path& scene, bool quick) {
   if (quick) return table;
   add_skin(scene.string(), table);
   add_copies(scene.string(), table);
+  add_activation(scene, table);
   return table;
 }
 

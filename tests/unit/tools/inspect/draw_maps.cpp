@@ -53,5 +53,22 @@ TEST_F(MapPictures, EachMapOfASceneOnItsMesh) {
   }
 }
 
+// Parts of a character without the attribute are not drawn.
+TEST_F(MapPictures, OfACharacterOnItsOwnMesh) {
+  const Scene scene = read_scene(THEW_SOURCE_DIR "/tests/scenes/figure/painted.toml");
+  const auto drawn = draw_maps(scene, folder / "maps", false);
+  std::set<std::string> names;
+  for (const auto& map : drawn) {
+    names.insert(map.mesh + "." + map.quantity);
+    if (map.quantity != "fat") continue;
+    EXPECT_NEAR(map.least, 0.005, 1e-9);
+    EXPECT_NEAR(map.most, 0.009, 1e-9);
+    const Image image = read_png(map.picture);  // the trunk, in the middle, is not there
+    EXPECT_LT(count_of(image, 300, 340, {84, 18, 61}), 40);
+  }
+  EXPECT_EQ(names,
+            (std::set<std::string>{"front.weights", "back.weights", "skin.fat", "skin.slide"}));
+}
+
 }  // namespace
 }  // namespace thew::tests

@@ -3,9 +3,10 @@
 
 #include "rig/loop.h"
 #include "skin/skin_model.h"
-#include "skin/skin_props.h"
 
 namespace thew::skin {
+
+struct Props;  // skin_props.h
 
 // The passes of one step of the skin, in the order in which step_skin calls them.
 

@@ -6,6 +6,7 @@
 
 #include "muscles/volume.h"
 #include "skin/skin_passes.h"
+#include "skin/skin_props.h"
 
 namespace thew::skin {
 namespace {

@@ -236,7 +236,11 @@ void lift_to_fat(const std::vector<Collider>& below, int muscles, const std::vec
   const Points before = skin.layer.rest;
   TriMesh mesh{{}, triangles};
   for (const Point& x : before) mesh.vertices.push_back(to_vec(x));
-  shape_fat(below, at_nodes(skin, fat), vertex_normals(mesh), skin.layer);
+  std::vector<double> at = at_nodes(skin, fat);
+  for (size_t i = 0; i < at.size(); ++i) {  // walls within the body have none
+    if (skin.layer.surface.vertex_triangles[i].empty()) at[i] = -1.0;
+  }
+  shape_fat(below, at, vertex_normals(mesh), skin.layer);
   for (size_t i = 0; i < skin.nodes.size(); ++i) {
     const SkinnedSkin::Node& node = skin.nodes[i];
     const double share =

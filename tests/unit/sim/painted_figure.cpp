@@ -25,6 +25,14 @@ constexpr double kReach = 0.03;  // m, [skin] reach
 
 ModelDef defined(const Settings& settings) { return define_model(read_scene(kPainted, settings)); }
 
+// With one fat (m; negative: as modelled) and slide everywhere.
+Model model_with(double fat, double slide) {
+  Scene scene = read_scene(kPainted);
+  scene.skin.fat = fat, scene.skin.fat_map = {};
+  scene.skin.slide = slide, scene.skin.slide_map = {};
+  return build_model(scene);
+}
+
 // In the pose in which everything is made, at rest, and in the last frame.
 struct Painted {
   Model model;
@@ -32,12 +40,7 @@ struct Painted {
   Points layer;                               // m, its layer at rest
   std::vector<Points> muscles, muscles_bent;  // m
 
-  // With one fat (m; negative: as modelled) and slide everywhere.
-  Painted(double fat, double slide) {
-    Scene scene = read_scene(kPainted);
-    scene.skin.fat = fat, scene.skin.fat_map = {};
-    scene.skin.slide = slide, scene.skin.slide_map = {};
-    model = build_model(scene);
+  Painted(double fat, double slide) : model(model_with(fat, slide)) {
     Parallel one(1);
     State state = initial_state(model);
     settle(model, one, state);
@@ -220,11 +223,15 @@ TEST(PaintedFigure, ItsSkinSticksOrSlides) {
   EXPECT_GT(free / count, 2e-3);
 }
 
-// What is not set changes nothing.
+// What is not set changes nothing, and what is set is in the hash, or a bake would be resumed.
 TEST(PaintedFigure, NothingSetIsNothing) {
-  const Painted plain(-1.0, 1.0);
-  EXPECT_TRUE(plain.model.skinned->lift.empty());
-  EXPECT_TRUE(plain.model.skinned->layer.sites.empty());
+  const Model plain = model_with(-1.0, 1.0);
+  EXPECT_TRUE(plain.skinned->lift.empty());
+  EXPECT_TRUE(plain.skinned->layer.sites.empty());
+  const std::string fat = model_with(0.004, 1.0).hash, slide = model_with(-1.0, 0.5).hash;
+  EXPECT_NE(fat, plain.hash);
+  EXPECT_NE(slide, plain.hash);
+  EXPECT_NE(fat, slide);
 }
 
 }  // namespace

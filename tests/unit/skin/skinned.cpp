@@ -233,6 +233,14 @@ TEST(SkinnedSkin, WallsWithinTheBodyAreNotSeen) {
   EXPECT_EQ(seen(mesh).size(), outer.vertices.size());
   EXPECT_EQ(deepest_inside(below, seen(mesh)), 0.0);
   EXPECT_NEAR(deepest_inside(below, to_points(mesh.vertices)), 0.02, 1e-3);
+  // Nor does fat move them.
+  const SkinMaps fat{.fat = std::vector<double>(mesh.vertices.size(), 0.004)};
+  const SkinnedSkin fatter =
+      bind_skinned(of_one_body(mesh), {Affine::Identity()}, below, 1, {1}, {}, fat);
+  for (size_t i = 0; i < fatter.nodes.size(); ++i) {
+    const bool is_outer = fatter.nodes[i].corners[0] < first;
+    EXPECT_NEAR(norm(fatter.lift[i]), is_outer ? 0.016 : 0.0, 1e-3);
+  }
   // Without the outer shell the inner one is seen, and is in the muscle.
   TriMesh bare = mesh;
   std::erase_if(bare.triangles, [&](const Triangle& t) { return t[0] < first; });

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "rig/text.h"
 #include "sim/scene/define_model.h"
@@ -144,6 +146,34 @@ TEST(PaintedFigure, EachWayToGiveAMapGivesTheSame) {
       std::minmax_element(balls.skin.maps.fat.begin(), balls.skin.maps.fat.end());
   EXPECT_EQ(*least, 0.004);
   EXPECT_GT(*most, 0.005);
+}
+
+// The left arm's positions in its file, in cm, as its colours.
+TEST(PaintedFigure, ItsColoursAreReadPartByPart) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("coloured_" + std::to_string(getpid()));
+  fs::copy(kPainted.parent_path(), folder, fs::copy_options::recursive);
+  nlohmann::json gltf = nlohmann::json::parse(std::ifstream(folder / "dressed.gltf"));
+  for (nlohmann::json& mesh : gltf["meshes"]) {
+    if (mesh["name"] != "arms") continue;
+    nlohmann::json& attributes = mesh["primitives"][0]["attributes"];
+    attributes["COLOR_0"] = attributes["POSITION"];
+  }
+  std::ofstream(folder / "dressed.gltf") << gltf.dump();
+  const ModelDef def = define_model(read_scene(
+      folder / "painted.toml", {"skin.fat={ colour = \"green\", scale = [0.01, 0.0101] }"}));
+  fs::remove_all(folder);
+  const Character& character = def.character->character;
+  int painted = 0;
+  for (size_t p = 0; p + 1 < character.parts.size(); ++p) {
+    const MeshPart& part = character.parts[p];
+    const bool coloured = part.mesh == "arms" && part.primitive == 0;
+    for (int i = part.first_vertex; i < character.parts[p + 1].first_vertex; ++i) {
+      const Vec3 in_file = part.to_bind.inverse() * character.mesh.vertices[i];
+      EXPECT_NEAR(def.skin.maps.fat[i], coloured ? 0.01 + 1e-4 * in_file.y() : -1.0, 1e-8);
+      painted += coloured;
+    }
+  }
+  EXPECT_GT(painted, 450);
 }
 
 TEST(PaintedFigure, MistakesAreToldWithTheirPlace) {

@@ -178,7 +178,7 @@ struct SkinState : SkinMotion {
   Points crossings_at;                        ///< m, ...where it lay then
   std::vector<char> marked, frozen;           ///< nodes
   std::vector<char> held;                     ///< nodes, by props
-  std::vector<SkinPlane> under_props;         ///< faces; their normals have them below the level
+  std::vector<SkinPlane> at_props;            ///< points of props
   Points unswollen;                           ///< m, x before the volume is restored
   PointPairs solution;
   SkinnedWork skinned;

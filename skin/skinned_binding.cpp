@@ -210,9 +210,11 @@ std::vector<double> at_nodes(const SkinnedSkin& skin, const std::vector<double>&
   return values;
 }
 
-// How much of its fat a node takes: all within reach of a muscle, nothing where the layer ends.
+// How much of its fat a node takes: all within reach of a muscle, nothing where the layer ends or
+// goes over into the trunk.
 double share_of_fat(const SkinnedSkin& skin, const std::vector<Collider>& below, int muscles,
                     const std::vector<char>& limbs, const SkinnedSkin::Node& node, const Vec3& x) {
+  constexpr double kTrunk = 0.2, kLimb = 0.4;  // shares of the weights on limbs; chosen by trial
   const double reach = skin.settings.reach;
   double distance = kLayerReach * reach, on_limbs = 0.0;
   for (int m = 0; m < muscles; ++m) {
@@ -225,7 +227,7 @@ double share_of_fat(const SkinnedSkin& skin, const std::vector<Collider>& below,
     on_limbs += node.shares[k] * share_of(skin.weights, limbs, node.corners[k]);
   }
   return (1.0 - smoothstep(reach, kLayerReach * reach, distance)) *
-         smoothstep(kLeastShare, 2.0 * kLeastShare, on_limbs);
+         smoothstep(kTrunk, kLimb, on_limbs);
 }
 
 // Moves the layer's rest shape to its fat over the flesh.

@@ -259,24 +259,15 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfAWalk) {
   EXPECT_LT(most_outside(man), 2e-3);
 }
 
-// A motion that lays the arm into the trunk puts the trunk's skin into the arm's muscles, as its
-// weights put it into the arm's skin. That is told by itself.
-TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
-  MadeArm arm(asked(kFigure, "right"));
+// m, how deep skin lies in muscle that its weights put inside other skin, by winding numbers and
+// distances of points on all triangles.
+double deepest_covered(const MadeArm& arm) {
   const SkinnedSkin& skin = *arm.model.skinned;
-  arm.model.character->clip = swing(find_body(arm.model.skeleton, "RightArm"), {-0.2, -0.17, -0.015},
-                                    {{0.25, -0.95, 0.1}});
-  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
-  SkinMetrics now;
-  for (int frame = 1; frame <= 16; ++frame) {
-    arm.step(frame);
-    now = measure(arm.model, measuring, arm.parallel, arm.state).skin;
-  }
-  double most = 0.0;  // m, by winding numbers and all distances
-  TriMesh carried{{}, skin.surface.triangles};
   Points by_weights;
   skin_vertices(skin.weights, skin.mesh, arm.state.bodies, by_weights);
+  TriMesh carried{{}, skin.surface.triangles};
   for (const Point& x : by_weights) carried.vertices.push_back(to_vec(x));
+  double most = 0.0;
   for (size_t m = 0; m < arm.state.muscles.size(); ++m) {
     TriMesh muscle{{}, arm.model.muscles[m].rest.triangles};
     for (const Point& x : arm.state.muscles[m].x) muscle.vertices.push_back(to_vec(x));
@@ -288,11 +279,29 @@ TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
       if (winding(carried, over) > 0.5) most = std::max(most, distance(muscle, x));
     }
   }
-  std::printf("%.2f mm in muscle, covered %.2f and %.2f\n", 1e3 * now.max_penetration,
-              1e3 * now.max_covered_penetration, 1e3 * most);
-  EXPECT_GT(now.max_covered_penetration, 5e-3);
-  EXPECT_NEAR(now.max_covered_penetration, most, 1e-6);
-  EXPECT_LT(now.max_penetration, 2e-3);
+  return most;
+}
+
+// A motion that lays the arm into the trunk puts the trunk's skin into the arm's muscles, as its
+// weights put it into the arm's skin. That is told by itself.
+TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
+  MadeArm arm(asked(kFigure, "right"));
+  arm.model.character->clip =
+      swing(find_body(arm.model.skeleton, "RightArm"), {-0.2, -0.17, -0.015}, {{0.5, -0.85, 0.1}});
+  Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
+  double in = 0.0, covered = 0.0;
+  for (int frame = 1; frame <= 16; ++frame) {
+    arm.step(frame);
+    const SkinMetrics now = measure(arm.model, measuring, arm.parallel, arm.state).skin;
+    if (now.max_covered_penetration > covered) {
+      EXPECT_NEAR(now.max_covered_penetration, deepest_covered(arm), 5e-4) << frame;
+    }
+    covered = std::max(covered, now.max_covered_penetration);
+    in = std::max(in, now.max_penetration);
+  }
+  std::printf("%.2f mm in muscle, covered %.2f\n", 1e3 * in, 1e3 * covered);
+  EXPECT_GT(covered, 3e-3);
+  EXPECT_LT(in, 2e-3);
 }
 
 // The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.

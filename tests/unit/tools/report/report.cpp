@@ -43,9 +43,8 @@ Report sample() {
     }
     report.muscles.push_back(muscle);
   }
-  report.skin = {
-      9984,  1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
-      2e-15, 3e-9};
+  report.skin = {9984, 1.5e-4, 2e-4, std::vector<double>(120, 1e-4), std::vector<double>(120, 2e-4),
+                 3e-3, 2e-15,  3e-9};
   report.contact = {2e-4, std::vector<int>(120, 0)};
   report.seconds = {.total = {10.0, 15},
                     .setup = {0.1, 0.15},
@@ -105,8 +104,8 @@ TEST(ReportJson, HasWhatIsPromised) {
                                          "renderer", "scene", "scene_hash"}));
   EXPECT_EQ(keys(read["solver"]), Words({"chosen_because", "integrator", "substeps", "volume"}));
   EXPECT_EQ(keys(read["skin"]),
-            Words({"max_penetration_m", "max_poke_through_m", "max_volume_error",
-                   "max_volume_error_written", "triangles"}));
+            Words({"max_covered_penetration_m", "max_penetration_m", "max_poke_through_m",
+                   "max_volume_error", "max_volume_error_written", "triangles"}));
   EXPECT_EQ(keys(read["contact"]), Words({"intersecting_triangle_pairs", "max_penetration_m"}));
   EXPECT_EQ(read["scene"], report.scene);
   EXPECT_EQ(read["frames"], report.frames);

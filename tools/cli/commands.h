@@ -20,7 +20,7 @@ ExitCode bake_command(const CommandOptions& options);
 /// `turntable` > 0: so many of one frame, all round it.
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene,
                         int turntable = 0);
-/// Onto which character's file a bake's skin is put back.
+/// What an export is to be: onto which character's file the skin is put back, and what it holds.
 struct ExportChoice {
   std::filesystem::path character;  ///< "": the bake's, where it is found; "none": onto none
   bool correctives = false;

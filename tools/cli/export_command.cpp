@@ -158,6 +158,10 @@ void take_looks(const ExportChoice& choice, Onto& onto, Shot& shot) {
   try {
     shot.looks = read_skin_looks(shot, onto.character);
     shot.smooth[skin_mesh(shot.info())] = shot.looks.smooth;
+    if (!shot.looks.unread.empty()) {
+      onto.note = "\n  without the materials of " + onto.character.string() +
+                  ", which could not be read; export it again: " + shot.looks.unread;
+    }
   } catch (const Error& error) {
     if (!choice.character.empty()) throw;
     onto.note = std::string("\n  without texture coordinates of the skin: ") + error.what();

@@ -221,7 +221,7 @@ CLI::App* add_compare(CLI::App& app, CommandOptions& options, fs::path& actual,
   CLI::App* command = app.add_subcommand(
       "compare",
       "two bakes, exports (.glb), PNGs or folders; ends with 0 if the same, 1 if different");
-  command->add_option("EXPECTED", options.input, "bake, PNG or folder")->required();
+  command->add_option("EXPECTED", options.input, "bake, export (.glb), PNG or folder")->required();
   command->add_option("ACTUAL", actual, "the same kind")->required();
   command->add_option("--frames", options.frames, "those to compare");
   command->add_option("--html", options.out, "write a page with both, difference and slider");

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rig/math.h"
+#include "rig/text.h"
 #include "tools/export/character_skin.h"
 
 namespace thew::tools {
@@ -96,7 +97,8 @@ int add_material(const Character& character, std::size_t part, const nlohmann::j
   return static_cast<int>(looks.materials.size()) - 1;
 }
 
-// What is wrong in the file's materials leaves the skin without them: its shape is sound.
+// What is wrong in the file's materials leaves the skin without them, and is told: its shape is
+// sound.
 void add_materials(const Character& character, const GltfSource& source, SkinLooks& looks) {
   try {
     const auto json = nlohmann::json::parse(source.json);
@@ -111,7 +113,8 @@ void add_materials(const Character& character, const GltfSource& source, SkinLoo
     if (looks.parts.empty() && !character.parts.empty()) {
       looks.look = add_material(character, 0, json, source, looks);
     }
-  } catch (const std::exception&) {  // of the JSON library, or a view beyond the bytes
+  } catch (const std::exception& error) {  // of the JSON library, or a view beyond the bytes
+    looks.unread = printable(error.what());
     looks.materials.clear();
     looks.images.clear();
     looks.look = -1;

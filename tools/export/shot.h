@@ -43,9 +43,10 @@ struct SkinLooks {
   Uvs uvs;
   std::vector<SkinMaterial> materials = {};
   std::vector<SkinImage> images = {};  ///< PNG or JPEG
-  int look = -1;                       ///< of the whole, where there are no parts
-  std::vector<Part> parts;             ///< by material, where there are more than one
-  std::vector<int> smooth;             ///< as Shot::smooth
+  std::string unread;       ///< why the file's materials were left out; "": they were not
+  int look = -1;            ///< of the whole, where there are no parts
+  std::vector<Part> parts;  ///< by material, where there are more than one
+  std::vector<int> smooth;  ///< as Shot::smooth
 };
 
 /// What of a bake is exported: some of its meshes, some of its frames.

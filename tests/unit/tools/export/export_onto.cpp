@@ -215,6 +215,13 @@ TEST_F(OntoTest, UsdHasItsTextureCoordinates) {
   }
   const std::string image = was_.doc["images"][0]["uri"];
   EXPECT_EQ(bytes_of(folder_ / "bent.check_0.png"), decoded(image.substr(image.find(',') + 1)));
+  json broken = was_.doc;
+  broken["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = "red";
+  put_bytes(character_, broken.dump());
+  const std::string without = bytes_of(write("bent.usda", {}));
+  EXPECT_NE(without.find("primvars:st"), std::string::npos);
+  EXPECT_EQ(without.find("material:binding"), std::string::npos);
+  EXPECT_NE(said_.find("without the materials of"), std::string::npos) << said_;
   put_bytes(character_, bytes_of(THEW_SOURCE_DIR "/tests/scenes/figure/figure.gltf"));
   EXPECT_EQ(bytes_of(write("bent.usda", {})).find("primvars:st"), std::string::npos);
   EXPECT_NE(said_.find("without texture coordinates"), std::string::npos) << said_;

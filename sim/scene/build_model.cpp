@@ -177,21 +177,36 @@ struct Below {
   std::vector<int> bodies;
 
   // `carried` has the positions (m) of the muscles.
-  Below(const Model& model, int count, const Pose& bind_pose, const std::vector<Points>& carried) {
+  Below(const Model& model, int count, const Pose& pose, const std::vector<Points>& carried) {
     x.resize(count);
+    place(model, pose, carried);
     trees.reserve(count);
     for (int c = 0; c < count; ++c) {
       const ContactSurface& it = model.surfaces[c];
-      if (it.body < 0) {
-        x[c] = carried[c];
-      } else {
-        for (const Vec3& p : model.bones[c - carried.size()].in_body.vertices) {
-          x[c].push_back(to_point(Vec3(bind_pose[it.body] * p)));
-        }
-      }
       trees.push_back(build_bvh(it.surface, x[c]));
       colliders.push_back({&it.surface, &trees.back(), &x[c], nullptr});
       bodies.push_back(it.body);
+    }
+  }
+
+  // To another pose, in the same trees.
+  void move(const Model& model, const Pose& pose, const std::vector<Points>& carried) {
+    place(model, pose, carried);
+    for (size_t c = 0; c < x.size(); ++c) refit_bvh(model.surfaces[c].surface, x[c], trees[c]);
+  }
+
+ private:
+  void place(const Model& model, const Pose& pose, const std::vector<Points>& carried) {
+    for (size_t c = 0; c < x.size(); ++c) {
+      const int body = model.surfaces[c].body;
+      if (body < 0) {
+        x[c] = carried[c];
+        continue;
+      }
+      x[c].clear();
+      for (const Vec3& p : model.bones[c - carried.size()].in_body.vertices) {
+        x[c].push_back(to_point(Vec3(pose[body] * p)));
+      }
     }
   }
 };
@@ -290,19 +305,20 @@ std::vector<Collider> felt_of(const Model& model, const Below& below) {
 
 // Brings the layer from the pose in which it is tied to the muscles to the one in which they are
 // made and every simulation begins.
-void find_start(Model& model) {
+void find_start(Below& below, Model& model) {
   SkinnedSkin& skin = *model.skinned;
   const std::vector<double>& from = model.character->skin_pose;
   double farthest = 0.0;
   for (const double angle : from) farthest = std::max(farthest, std::abs(angle));
   const int steps = static_cast<int>(std::ceil(farthest / skin.settings.max_turn));
+  const std::vector<Collider> felt = felt_of(model, below);
   SkinState layer = initial_layer(skin), shown = initial_skinned(skin);
   for (int k = 1; k <= steps; ++k) {
     std::vector<double> joints = from;
     for (double& angle : joints) angle *= 1.0 - static_cast<double>(k) / steps;
     const LimbPose at(model, joints);
-    const Below below(model, model.colliders(), at.pose, at.muscles);
-    step_skinned(skin, at.bodies, felt_of(model, below), {}, layer, shown);
+    below.move(model, at.pose, at.muscles);
+    step_skinned(skin, at.bodies, felt, {}, layer, shown);
   }
   skin.start = layer;
 }
@@ -317,7 +333,7 @@ void build_skinned(const SkinDef& skin, Model& model) {
                 skin.location + ": has no skin; export the character with its mesh");
   }
   const LimbPose at(model, rig.skin_pose);
-  const Below below(model, model.colliders(), at.pose, at.muscles);
+  Below below(model, model.colliders(), at.pose, at.muscles);
   model.skinned =
       bind_skinned(character, at.bodies, felt_of(model, below), static_cast<int>(at.muscles.size()),
                    limbs_of(model), skin.settings, skin.maps);
@@ -333,7 +349,7 @@ void build_skinned(const SkinDef& skin, Model& model) {
   model.skin.rest = model.skinned->rest;
   model.has_skin = true;
   model.skin_bends = bends_of(model);
-  find_start(model);
+  find_start(below, model);
 }
 
 }  // namespace

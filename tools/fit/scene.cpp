@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <numeric>
 
-#include "rig/import/mesh_import.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "tools/base/obj_text.h"
@@ -67,15 +66,6 @@ std::vector<Ring> rings_of(const TriMesh& tube) {
   return rings;
 }
 
-// A bone of the template as it lies at rest, in the world.
-TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual) {
-  TriMesh mesh = import_closed_mesh(visual.mesh_file);
-  for (Vec3& p : mesh.vertices) {
-    p = from.rest[body] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
-  }
-  return mesh;
-}
-
 // Over the template's, of the upper arm and of the forearm.
 std::array<double, 2> thickness_of(const Target& to) {
   const double elbow = to.from.arm.elbow.y(), wrist = to.fit.wrist_template.y();
@@ -89,10 +79,10 @@ namespace {
 void add_bones(const Target& to, NewArms& out) {
   const Template& from = to.from;
   for (int b = 0; b < from.skeleton.size(); ++b) {
-    for (const Skeleton::Visual& visual : from.skeleton.visuals[b]) {
+    for (const TriMesh& bone : from.bones[b]) {
       const int body = to.body_of(b);
       const std::string name = from.skeleton.body_names[b] + "_" + to.side;
-      TriMesh mesh = mapped_mesh(to, bone_mesh(from, b, visual));
+      TriMesh mesh = mapped_mesh(to, bone);
       if (body == to.arm.hand && !fit_hand(to, mesh)) {
         out.handless.push_back(to.side);
         continue;
@@ -112,10 +102,11 @@ void add_bones(const Target& to, NewArms& out) {
 void add_muscles(const Target& to, NewArms& out) {
   const Template& from = to.from;
   double volume = 0.0, own_volume = 0.0;
-  for (const SceneMuscle& muscle : from.scene.muscles) {
+  for (size_t m = 0; m < from.muscles.size(); ++m) {
+    const SceneMuscle& muscle = from.scene.muscles[m];
     const std::string name = muscle.name + "_" + to.side;
     const fs::path file = fs::path("muscles") / (name + ".obj");
-    const TriMesh before = import_closed_mesh(muscle.mesh);
+    const TriMesh& before = from.muscles[m];
     const TriMesh mesh = mapped_muscle(to, before);
     std::vector<Vec3> points = before.vertices;
     for (Vec3& p : points) p -= from.humerus;

@@ -11,7 +11,9 @@ struct Template {
   Scene scene;
   Skeleton skeleton;
   Pose rest;
-  Vec3 humerus;  // its origin at rest
+  std::vector<TriMesh> muscles;             // as those of the scene
+  std::vector<std::vector<TriMesh>> bones;  // by body, as its visuals; at rest, in the world
+  Vec3 humerus;                             // its origin at rest
   ArmTemplate arm;
 };
 
@@ -105,8 +107,6 @@ std::string why_picture(const ArmTemplate& from, const ArmFit& fit, const TriMes
 
 /// Over the template's, of the upper arm and of the forearm.
 std::array<double, 2> thickness_of(const Target& to);
-/// A bone of the template as it lies at rest, in the world.
-TriMesh bone_mesh(const Template& from, int body, const Skeleton::Visual& visual);
 /// The hand's bones, mapped as the forearm's, into the character's hand; false where it has no room
 /// for them.
 bool fit_hand(const Target& to, TriMesh& bones);

@@ -44,27 +44,28 @@ Slab between(const Slab& a, const Slab& b, double t) {
 
 Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
   Near near;
-  double best = 1e9;
+  double best = 1e9, at = 0.0;
+  size_t nearest = 0;
   const size_t n = muscle.sections.size();
-  Vec3 a = muscle.origin;
-  Slab from{0.0, muscle.tendon_radius[0], muscle.sections.front().slab.along};
   for (size_t i = 0; i <= n; ++i) {
+    const Vec3& a = i > 0 ? muscle.sections[i - 1].centre : muscle.origin;
     const Vec3& b = i < n ? muscle.sections[i].centre : muscle.insertion;
-    const Slab to =
-        i < n ? grown(muscle.sections[i]) : Slab{0.0, muscle.tendon_radius[1], from.along};
     const Vec3 d = b - a;
     const double t = std::clamp(d.dot(p - a) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
     const Vec3 q = a + t * d;
     const double distance = (p - q).squaredNorm();
-    if (distance < best) {
-      best = distance;
-      near.point = q;
-      near.slab = between(from, to, t);
-      near.soft = std::max(near.slab.radius - muscle.tendon_radius[2 * i > n], 1e-4);
-    }
-    a = b;
-    from = to;
+    if (distance >= best) continue;
+    best = distance;
+    nearest = i;
+    at = t;
+    near.point = q;
   }
+  const auto& radius = muscle.tendon_radius;
+  const Slab from = nearest > 0 ? grown(muscle.sections[nearest - 1])
+                                : Slab{0.0, radius[0], muscle.sections.front().slab.along};
+  const Slab to = nearest < n ? grown(muscle.sections[nearest]) : Slab{0.0, radius[1], from.along};
+  near.slab = between(from, to, at);
+  near.soft = std::max(near.slab.radius - radius[2 * nearest > n], 1e-4);
   return near;
 }
 
@@ -249,7 +250,7 @@ void smooth_centres(SectionedMuscle& muscle) {
 
 // No ridge across the rings of the belly either: what sticks out from the rings before and after.
 void round_along(SectionedMuscle& muscle) {
-  constexpr double kMost = 1.3;   // of the mean of both
+  constexpr double kMost = 1.3;  // of the mean of both
   for (int pass = 0; pass < 3; ++pass) {
     const std::vector<Section> was = muscle.sections;
     for (size_t i = 1; i + 1 < was.size(); ++i) {

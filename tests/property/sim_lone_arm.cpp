@@ -63,11 +63,11 @@ TEST(LoneArm, IsTheSameWhateverCameBefore) {
   solve(model, 31, straight);
   solve(model, 60, bent, 2);
   for (const auto& [frame, expected] :
-       {std::pair<double, const State&>(60, bent), {31, straight}, {60, bent}}) {
+       {std::pair<double, const State&>(60, bent), {31, straight}}) {
     solve(model, frame, state);
     EXPECT_TRUE(are_equal(state, expected)) << "frame " << frame;
   }
-  solve(model, 61, state);  // the same pose, at another time
+  solve(model, 61, state);  // the pose of frame 60, at another time and from the straight arm
   const Distances apart = between(state, bent);
   EXPECT_EQ(std::max({apart.bones, apart.muscles, apart.skin, apart.slip}), 0.0);
 }
@@ -109,9 +109,9 @@ TEST(LoneArm, IsContinuousWhereTheWayGetsAStepLonger) {
 // The dynamic arm goes slowly, stops, and has settled there.
 TEST(LoneArm, IsNearToWhatASlowMotionSettlesTo) {
   const std::string clip =
-      "rig.clip.keys={elbow=[[1,0],[60,45],[90,45],[150,90],[180,90],[240,130],[280,130]]}";
-  const Model slow = arm({clip, "scene.frames=1-280"});
-  const Model lone = arm({clip, "scene.frames=1-280", "solver.integrator=quasi_static"});
+      "rig.clip.keys={elbow=[[1,0],[45,45],[70,45],[115,90],[140,90],[175,130],[200,130]]}";
+  const Model slow = arm({clip, "scene.frames=1-200"});
+  const Model lone = arm({clip, "scene.frames=1-200", "solver.integrator=quasi_static"});
   Parallel parallel(2);
   State state = initial_state(slow), alone;
   StageSeconds unused;
@@ -120,7 +120,7 @@ TEST(LoneArm, IsNearToWhatASlowMotionSettlesTo) {
     if (frame > slow.first_frame) {
       step_frame(slow, (frame - slow.first_frame) / slow.fps, parallel, state, unused);
     }
-    if (frame != 1 && frame != 90 && frame != 180 && frame != 280) continue;
+    if (frame != 1 && frame != 70 && frame != 140 && frame != 200) continue;
     solve(lone, frame, alone);
     const Distances apart = between(state, alone);
     std::printf("frame %d: muscles %.3f, skin %.3f mm apart\n", frame, 1e3 * apart.muscles,

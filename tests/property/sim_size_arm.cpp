@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFrames = 60;
+constexpr int kFrames = 40;
 
 std::string text_of(const fs::path& file) {
   std::ostringstream text;
@@ -135,8 +135,8 @@ TEST_F(SizedArm, MovesAsTheArmDoes) {
   for (size_t k = 1; k < sizes.size(); ++k) {
     std::printf("size %g: muscles %.2g mm, skin %.2g mm off\n", sizes[k], 1e3 * muscles[k],
                 1e3 * skin[k]);
-    // Bellies that touch all along are parted by exact tests of crossing, which notice rounding; the
-    // skin follows them.
+    // Bellies that touch all along are parted by exact tests of crossing, which notice rounding;
+    // the skin follows them.
     EXPECT_LT(muscles[k], 1e-4);
     EXPECT_LT(skin[k], 1e-4);
     const State& state = runs[k].state;

@@ -53,7 +53,7 @@ class LoneFigure : public NewScene {
 TEST_F(LoneFigure, BendsInProportionToItsBones) {
   const Model model = made();
   ASSERT_TRUE(stands_alone(model));
-  expect_continuous(model, {4, 10, 15, 20, 25, 30, 33, 35});
+  expect_continuous(model, {4, 15, 25, 30, 35});
 }
 
 // In the bent elbow a muscle is pinched. What it is said to swing by is what it does: where less is
@@ -101,7 +101,7 @@ TEST_F(LoneFigure, IsAnimatedInProportionToItsBones) {
     fore.rotation.values.emplace_back(rotation_about(elbow.axis, bent - elbow.at_bind));
   }
   model.last_frame = 25;
-  expect_continuous(model, {1, 5, 9, 13, 17, 21, 24});
+  expect_continuous(model, {1, 9, 17, 24});
 }
 
 }  // namespace

@@ -157,7 +157,8 @@ void push(std::mt19937& random, State& state) {
   for (Point& x : state.skin.x) x += anywhere(0.001);
 }
 
-// Steps to `last`, and compares each frame as it is and every tenth also pushed.
+// Steps to `last`, and compares every fourth frame as it is and every twelfth also pushed: the
+// plain definitions take many times as long as the steps.
 Found compare(const Model& model, int last) {
   Parallel parallel(2);
   State state = initial_state(model);
@@ -169,8 +170,9 @@ Found compare(const Model& model, int last) {
   for (int f = 0; f <= last; ++f) {
     SCOPED_TRACE("frame " + std::to_string(model.first_frame + f));
     if (f > 0) step_frame(model, f / model.fps, parallel, state, seconds);
+    if (f % 4 != 0) continue;
     expect_plain(model, measuring, state, found);
-    if (f % 10 != 0) continue;
+    if (f % 12 != 0) continue;
     State pushed = state;
     push(random, pushed);
     expect_plain(model, measuring, pushed, found);

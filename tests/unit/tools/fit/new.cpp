@@ -240,15 +240,15 @@ TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
 double farthest_in_view(const NewOptions& options) {
   EXPECT_EQ(new_command(options), ExitCode::kDone);
   double most = 0.0;
-  for (const char* angle : {"0", "60", "120"}) {
-    const double raised = read_scene(options.out).character.hinges[0].at_bind / kDegree;
-    const std::string keys = "shoulder_" + options.side + " = [[1, " + number_text(raised) +
-                             "]], elbow_" + options.side + " = [[1, " + angle + "]]";
-    const Scene scene =
-        read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"});
-    const Model model = build_model(scene);
-    State state = initial_state(model);
-    drive_bones(model, 0.0, state);
+  const double raised = read_scene(options.out).character.hinges[0].at_bind / kDegree;
+  const std::string keys = "shoulder_" + options.side + " = [[1, " + number_text(raised) +
+                           "]], elbow_" + options.side + " = [[1, 0], [25, 60], [49, 120]]";
+  const Scene scene =
+      read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"});
+  const Model model = build_model(scene);
+  State state = initial_state(model);
+  for (const double time : {0.0, 1.0, 2.0}) {  // s
+    drive_bones(model, time, state);
     const SkinWeights& skin = model.skinned->weights;
     Points x;
     skin_vertices(skin, model.skinned->mesh, state.bodies, x);

@@ -23,9 +23,12 @@ class NewFigure : public NewScene {
     asked_for.out = folder / "scene" / "character.toml";
     return asked_for;
   }
-  Model made(const NewOptions& asked_for) {
+  // Without its skin, which takes as long as all else, and with it.
+  Model made(const NewOptions& asked_for) { return built(asked_for, {"skin.enabled=false"}); }
+  Model made_with_skin(const NewOptions& asked_for) { return built(asked_for, {}); }
+  Model built(const NewOptions& asked_for, const std::vector<std::string>& overrides) {
     EXPECT_EQ(new_command(asked_for), ExitCode::kDone);
-    return build_model(read_scene(asked_for.out));
+    return build_model(read_scene(asked_for.out, overrides));
   }
   // The refusal, with a picture that it names and no scene.
   std::string refusal(const NewOptions& asked_for) {
@@ -81,7 +84,7 @@ TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
   // Cut away under the left sleeve, the right arm is whole.
   body.cut([](const Vec3& p) { return p.x() > 0.2 && p.x() < 0.33; });
   figure.meshes.insert(figure.meshes.begin(), body);
-  const Model model = made(options(figure));
+  const Model model = made_with_skin(options(figure));
   EXPECT_NEAR(volume_of(model) / plain, 1.0, 0.02);
   EXPECT_EQ(outside(model, shell_of(model, 1)), 0);
   // Who wants the body under the clothes says so.
@@ -252,7 +255,7 @@ TEST_F(NewFigure, FingersEndInsideTheHand) {
       const Vec3 now = wrist + share * (left - wrist);
       p = Vec3(side * now.x(), now.y(), now.z());
     }
-    const Model model = made(options(figure));
+    const Model model = made_with_skin(options(figure));
     const TiedPose tied(model);
     const TriMesh shell = shell_of(model, 0);
     int hands = 0;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // thew new on the project's figure, dressed, cut, scaled and maimed: a scene that can be used, or a
-// refusal that says why.
-#include "tests/unit/tools/fit/new_figure.h"
-
+// refusal that says why. One process, whose tests compare with one figure as it is.
 #include <algorithm>
 
 #include "rig/import/urdf_import.h"
@@ -11,6 +9,7 @@
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/solver/state_archive.h"
+#include "tests/unit/tools/fit/new_figure.h"
 
 namespace thew::tests {
 namespace {
@@ -29,6 +28,11 @@ class NewFigure : public NewScene {
   Model built(const NewOptions& asked_for, const std::vector<std::string>& overrides) {
     EXPECT_EQ(new_command(asked_for), ExitCode::kDone);
     return build_model(read_scene(asked_for.out, overrides));
+  }
+  // The figure as it is, made by the first test that asks.
+  const Model& plain() {
+    static const Model model = made(options(Figure()));
+    return model;
   }
   // The refusal, with a picture that it names and no scene.
   std::string refusal(const NewOptions& asked_for) {
@@ -76,7 +80,7 @@ TriMesh shell_of(const Model& model, size_t mesh) {
 
 // A body within its clothes, thinner, with nothing below them in places: muscles as in the clothes.
 TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
-  const double plain = volume_of(made(options(Figure())));
+  const double whole = volume_of(plain());
   Figure figure;
   Figure::Mesh body = figure.meshes[0];
   figure.meshes[0].name = "Shirt";
@@ -85,12 +89,12 @@ TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
   body.cut([](const Vec3& p) { return p.x() > 0.2 && p.x() < 0.33; });
   figure.meshes.insert(figure.meshes.begin(), body);
   const Model model = made_with_skin(options(figure));
-  EXPECT_NEAR(volume_of(model) / plain, 1.0, 0.02);
+  EXPECT_NEAR(volume_of(model) / whole, 1.0, 0.02);
   EXPECT_EQ(outside(model, shell_of(model, 1)), 0);
   // Who wants the body under the clothes says so.
   NewOptions bare = options(figure, "right");
   bare.skin = {"Body"};
-  EXPECT_LT(volume_of(made(bare)) / plain, 0.25);
+  EXPECT_LT(volume_of(made(bare)) / whole, 0.25);
   bare.skin = {"Boddy"};
   bare.out = folder / "none.toml";
   EXPECT_HAS(refusal(bare), "did you mean \"Body\"");
@@ -98,7 +102,7 @@ TEST_F(NewFigure, LayersAreFilledToTheOutermost) {
 
 // Holes all over, each with the wall of an inner tube behind it.
 TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
-  const double plain = volume_of(made(options(Figure())));
+  const double whole = volume_of(plain());
   Figure figure;
   Figure::Mesh inner = figure.meshes[0];
   inner.name = "Inner";
@@ -110,14 +114,14 @@ TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
   const double alone = volume_of(made(options(figure)));
   figure.meshes.push_back(inner);
   const double walled = volume_of(made(options(figure)));
-  std::printf("holes %.2f, with inner walls %.2f of the volume\n", alone / plain, walled / plain);
-  EXPECT_NEAR(alone / plain, 1.0, 0.1);
-  EXPECT_NEAR(walled / plain, 1.0, 0.1);
+  std::printf("holes %.2f, with inner walls %.2f of the volume\n", alone / whole, walled / whole);
+  EXPECT_NEAR(alone / whole, 1.0, 0.1);
+  EXPECT_NEAR(walled / whole, 1.0, 0.1);
 }
 
 // Armour: upper arm and forearm apart by 3 cm, each closed by a cap, a ball in the joint between.
 TEST_F(NewFigure, PiecesMakeOneArm) {
-  const double plain = volume_of(made(options(Figure())));
+  const double whole = volume_of(plain());
   Figure figure;
   const auto at_elbow = [](const Vec3& p) { return std::abs(std::abs(p.x()) - 0.37) < 0.025; };
   Figure::Mesh ball = figure.meshes[0];
@@ -127,9 +131,9 @@ TEST_F(NewFigure, PiecesMakeOneArm) {
   figure.meshes[0].cut(at_elbow);
   figure.meshes.push_back(ball);
   const Model model = made(options(figure));
-  std::printf("%.2f of the volume\n", volume_of(model) / plain);
-  EXPECT_GT(volume_of(model) / plain, 0.6);
-  EXPECT_LT(volume_of(model) / plain, 1.05);
+  std::printf("%.2f of the volume\n", volume_of(model) / whole);
+  EXPECT_GT(volume_of(model) / whole, 0.6);
+  EXPECT_LT(volume_of(model) / whole, 1.05);
 }
 
 // From shoulder over elbow to wrist, of the figure over the template.
@@ -152,42 +156,37 @@ double length_of_arm() {
 // Alike in the small and in the large: sizes, volumes, what the scene says of its size, and what
 // the solver does with it.
 TEST_F(NewFigure, ChildAndGiantAreTheSameArm) {
-  const Model plain = made(options(Figure()));
   for (const double size : {0.5, 8.0}) {
     Figure figure;
     figure.place([&](const Vec3& p) { return Vec3(size * p); });
     const Model model = made(options(figure));
     EXPECT_NEAR(model.size, size * length_of_arm(), 0.01 * size);
     for (size_t m = 0; m < model.muscles.size(); ++m) {
-      const double ratio = model.muscles[m].rest_volume / plain.muscles[m].rest_volume;
+      const double ratio = model.muscles[m].rest_volume / plain().muscles[m].rest_volume;
       EXPECT_NEAR(ratio / (size * size * size), 1.0, 1e-3) << model.muscles[m].name;
     }
   }
 }
 
 // The length of its arm over the template's, whose humerus measures 0.309 m to its 0.263.
-TEST_F(NewFigure, AnArmsSizeIsItsLengthOverTheTemplates) {
-  EXPECT_NEAR(made(options(Figure())).size, 0.85, 0.01);
-}
+TEST_F(NewFigure, AnArmsSizeIsItsLengthOverTheTemplates) { EXPECT_NEAR(plain().size, 0.85, 0.01); }
 
 TEST_F(NewFigure, UnitsAreTheUsersToName) {
-  const Model plain = made(options(Figure()));
   for (const double unit : {0.01, 0.0254}) {
     Figure figure;
     figure.place([&](const Vec3& p) { return Vec3(p / unit); });
     const Model model = made(options(figure, "both", unit));
-    EXPECT_NEAR(volume_of(model) / volume_of(plain), 1.0, 1e-3);
+    EXPECT_NEAR(volume_of(model) / volume_of(plain()), 1.0, 1e-3);
   }
 }
 
 // Lying on its back, as a file with z up has it: the arms are the same.
 TEST_F(NewFigure, ZUpIsAPersonLyingDown) {
-  const Model plain = made(options(Figure()));
   Figure figure;
   figure.place([](const Vec3& p) { return Vec3(p.x(), -p.z(), p.y()); });
   const Model model = made(options(figure));
-  std::printf("%.2f of the volume\n", volume_of(model) / volume_of(plain));
-  EXPECT_NEAR(volume_of(model) / volume_of(plain), 1.0, 0.1);
+  std::printf("%.2f of the volume\n", volume_of(model) / volume_of(plain()));
+  EXPECT_NEAR(volume_of(model) / volume_of(plain()), 1.0, 0.1);
 }
 
 TEST_F(NewFigure, AHandThatIsNotThereGetsNoBones) {

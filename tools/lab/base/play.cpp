@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "sim/lone_frame.h"
 #include "sim/settle.h"
 #include "sim/solver/state_archive.h"
 #include "tools/base/signals.h"
@@ -13,6 +14,11 @@ namespace thew::tools {
 State settled_state(const Model& model) {
   Parallel one(1);
   State state = initial_state(model);
+  if (stands_alone(model)) {
+    StageSeconds stages;
+    solve_lone_frame(model, 0.0, one, state, stages, [] { stop_if_interrupted(); });
+    return state;
+  }
   settle(model, one, state, [] { stop_if_interrupted(); });
   return state;
 }
@@ -26,7 +32,12 @@ Played play(const Model& model, State start, int last, const OnState& on_frame) 
   for (int frame = model.first_frame + 1; frame <= last; ++frame) {
     stop_if_interrupted();
     const double begin = cpu_seconds();
-    step_frame(model, (frame - model.first_frame) / model.fps, one, played.state, played.stages);
+    const double time = (frame - model.first_frame) / model.fps;
+    if (stands_alone(model)) {
+      solve_lone_frame(model, time, one, played.state, played.stages);
+    } else {
+      step_frame(model, time, one, played.state, played.stages);
+    }
     played.seconds += cpu_seconds() - begin;
     if (on_frame) on_frame(frame, played.state);
   }

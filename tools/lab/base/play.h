@@ -7,7 +7,8 @@
 
 namespace thew::tools {
 
-/// A model at rest in the clip's first pose, on one thread. An interruption ends it, and play().
+/// A model at rest in the clip's first pose, on one thread, as a bake begins: what stands alone is
+/// solved there by itself, and in play() at each frame. An interruption ends it, and play().
 State settled_state(const Model& model);
 
 /// Frames of a model, one after another on one thread.

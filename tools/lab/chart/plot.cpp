@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWidth = 860, kHeight = 560;  // px
 constexpr double kLeft = 70, kRight = 200, kTop = 44, kBottom = 100;
+constexpr int kColours = 12;                 // that chart_colour() has
 constexpr double kLetter = 6.6, kLine = 13;  // of labels, px, about
 constexpr const char* kStyle =
     "<style>.cost text{font:12px system-ui,sans-serif;fill:#1d2329}.cost .head{font-size:15px;"
@@ -69,6 +70,15 @@ Family family_of(const ChartPoint& point) {
   if (setting.substeps == 2) return {"local_global, 2 substeps", chart_colour(1)};
   if (setting.substeps == 4) return {"local_global, 4 substeps", chart_colour(2)};
   return {"local_global, other", chart_colour(10)};
+}
+
+// A dot about (x, y); a square where the colours have come round, as a thirteenth method's.
+std::string dot_of(const ChartPoint& point, double x, double y, const std::string& attributes) {
+  if (point.colour < kColours) {
+    return "<circle cx=\"" + svg_px(x) + "\" cy=\"" + svg_px(y) + "\" r=\"4.5\" " + attributes;
+  }
+  return "<rect x=\"" + svg_px(x - 4) + "\" y=\"" + svg_px(y - 4) + "\" width=\"8\" height=\"8\" " +
+         attributes;
 }
 
 std::string label_of(const ChartPoint& point) {
@@ -132,6 +142,17 @@ std::string draw_axes(const Axis& x, const Axis& y, const std::string& what) {
                             svg_px((kTop + bottom) / 2) + ") rotate(-90)\"");
 }
 
+// Of a family of which no run came to a point: "failed", or "given up" where none was begun.
+std::string why_no_point(const Chart& chart, const std::string& family) {
+  std::string why = "given up";
+  for (const ChartPoint& point : chart.points) {
+    if (family_of(point).name != family) continue;
+    if (point.failure.empty()) return "";
+    if (!point.failure.starts_with(kGivenUp)) why = "failed";
+  }
+  return why;
+}
+
 std::string draw_legend(const Chart& chart) {
   std::string svg;
   std::vector<std::string> told;
@@ -146,7 +167,13 @@ std::string draw_legend(const Chart& chart) {
     const Family family = family_of(point);
     if (std::find(told.begin(), told.end(), family.name) != told.end()) continue;
     told.push_back(family.name);
-    row("<circle r=\"4.5\" fill=\"" + std::string(family.colour) + "\"/>", family.name);
+    const std::string none = why_no_point(chart, family.name);
+    if (none.empty()) {
+      row(dot_of(point, 0, 0, "fill=\"" + std::string(family.colour) + "\"/>"), family.name);
+    } else {
+      row("<path d=\"M-4-4L4 4M4-4L-4 4\" stroke=\"#b3261e\" stroke-width=\"1.8\"/>",
+          family.name + (": " + none));
+    }
   }
   row("<circle r=\"4.5\" fill=\"#fff\" stroke=\"#5c6670\" stroke-width=\"1.8\"/>",
       "volume not exact");
@@ -220,10 +247,12 @@ std::string draw_cost(const Chart& whole, double ChartPoint::*error, const std::
     const std::string& volume = point.setting.volume;
     const bool exact = volume.starts_with("exact") || volume.starts_with("zonal");
     const std::string place = "cx=\"" + svg_px(px) + "\" cy=\"" + svg_px(py) + "\"";
-    marks += "<circle " + place + " r=\"4.5\" fill=\"" + (exact ? colour : "#fff") +
-             "\" stroke=\"" + colour + "\" stroke-width=\"1.8\"><title>" +
-             escape_html(point_name(point)) + ": " + readable(point.milliseconds) + " ms, " +
-             readable(point.*error) + "</title></circle>\n";
+    marks += "<g>" +
+             dot_of(point, px, py,
+                    "fill=\"" + (exact ? colour : "#fff") + "\" stroke=\"" + colour +
+                        "\" stroke-width=\"1.8\"/>") +
+             "<title>" + escape_html(point_name(point)) + ": " + readable(point.milliseconds) +
+             " ms, " + readable(point.*error) + "</title></g>\n";
     if (!point.is_default) continue;
     marks += "<circle class=\"default\" " + place +
              " r=\"8\" fill=\"none\" stroke=\"#1d2329\" stroke-width=\"2\"/>\n";

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "sim/bake/measure.h"
+#include "sim/lone_frame.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/settle.h"
@@ -83,7 +84,8 @@ double simulate(const ReadScene& scene, ChartPoint& point, int last,
 
 // CPU seconds of the very first frame; 0 where it fails, which the whole run will tell. Explicit
 // steps are as many as the time is long, tens of thousands a frame on the arm: some of them tell.
-double first_frame(const ReadScene& scene, const ChartSetting& setting) {
+// A frame that is solved by itself is the dearer the farther its pose is: the one in the middle.
+double price_of_frame(const ReadScene& scene, const ChartSetting& setting) {
   stop_if_interrupted();
   Model model = solved(scene, setting);
   model.solver.rungs = false;
@@ -97,7 +99,12 @@ double first_frame(const ReadScene& scene, const ChartSetting& setting) {
   }
   const double begin = cpu_seconds();
   try {
-    step_frame(model, state.time + share / scene.fps, one, state, stages);
+    if (stands_alone(model)) {
+      const double middle = 0.5 * (scene.last_frame - scene.first_frame) / scene.fps;
+      solve_lone_frame(model, middle, one, state, stages, [] { stop_if_interrupted(); });
+    } else {
+      step_frame(model, state.time + share / scene.fps, one, state, stages);
+    }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kSolver && error.code() != ErrorCode::kUsage) throw;
     return 0.0;
@@ -107,11 +114,12 @@ double first_frame(const ReadScene& scene, const ChartSetting& setting) {
 
 void give_up_slow(const ReadScene& scene, const ChartSetting& reference, double longest_run,
                   Chart& chart) {
-  const double most = kMostCost * first_frame(scene, reference);
+  const double most = kMostCost * price_of_frame(scene, reference);
   const auto refusal = [&](const ChartSetting& setting) {
-    const double seconds = first_frame(scene, setting);
+    const double seconds = price_of_frame(scene, setting);
     if (seconds <= most) return std::string();
-    return "given up: its first frame takes about " + std::to_string(std::lround(1e3 * seconds)) +
+    return std::string(kGivenUp) + "a frame of it takes about " +
+           std::to_string(std::lround(1e3 * seconds)) +
            " ms of CPU, over three times the reference's";
   };
   for (ChartPoint& point : chart.points) {
@@ -120,9 +128,9 @@ void give_up_slow(const ReadScene& scene, const ChartSetting& reference, double 
   const int frames = chart.frames + static_cast<int>(std::lround(scene.settle * scene.fps));
   for (Refinement& refinement : chart.refinements) {
     if (refinement.settings.back() == reference || !refinement.failure.empty()) continue;
-    const double seconds = frames * first_frame(scene, refinement.settings.back());
+    const double seconds = frames * price_of_frame(scene, refinement.settings.back());
     if (seconds <= longest_run) continue;
-    refinement.failure = "given up: its finest run would take about " +
+    refinement.failure = std::string(kGivenUp) + "its finest run would take about " +
                          std::to_string(std::lround(seconds)) + " s of CPU";
   }
 }

@@ -25,6 +25,9 @@ std::string setting_name(const ChartSetting& setting);
 /// The scene's model, all muscles solved in this way.
 Model solved_as(Scene scene, const ChartSetting& setting);
 
+/// What the failure of a run begins with that was not begun, since it costs too much.
+inline constexpr const char* kGivenUp = "given up: ";
+
 /// What a run of all frames cost and how far it was from the reference.
 struct ChartPoint {
   ChartSetting setting;

@@ -2,7 +2,6 @@
 #include "tools/lab/elements/fem.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/IterativeLinearSolvers>
 #include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
@@ -240,19 +239,37 @@ double energy(const FemBody& body) {
   return sum;
 }
 
+// Conjugate gradients as Newton needs them (Steihaug 1983): they end with what they have where the
+// matrix curves down, which descends all the same; the steepest way where that is at once.
+Eigen::VectorXd truncated(const Eigen::SparseMatrix<double>& matrix, const Eigen::VectorXd& right,
+                          double residual) {
+  constexpr int kMost = 1000;
+  const Eigen::VectorXd scale = matrix.diagonal().cwiseAbs().cwiseInverse();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(right.size()), rest = right;
+  Eigen::VectorXd way = scale.cwiseProduct(rest), image(right.size());
+  double now = rest.dot(way);
+  const double enough = residual * residual * right.squaredNorm();
+  for (int k = 0; k < kMost && rest.squaredNorm() > enough; ++k) {
+    image.noalias() = matrix.transpose() * way;  // symmetric; by rows
+    const double curvature = way.dot(image);
+    if (!(curvature > 0.0)) return k > 0 ? x : way;
+    x += now / curvature * way;
+    rest -= now / curvature * image;
+    const Eigen::VectorXd scaled = scale.cwiseProduct(rest);
+    const double next = rest.dot(scaled);
+    way = scaled + next / now * way;
+    now = next;
+  }
+  return x;
+}
+
 // Empty where the matrix is not positive definite.
 Eigen::VectorXd solve(const Eigen::SparseMatrix<double>& matrix, const Eigen::VectorXd& right,
-                      bool direct) {
-  if (direct) {
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
-    if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 0.0)) return {};
-    return factor.solve(right);
-  }
-  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> gradients;
-  gradients.setTolerance(1e-6);
-  gradients.setMaxIterations(4000);
-  gradients.compute(matrix);
-  return gradients.solve(right);
+                      const FemStep& step) {
+  if (!step.direct) return truncated(matrix, right, step.residual);
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
+  if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 0.0)) return {};
+  return factor.solve(right);
 }
 
 }  // namespace
@@ -385,7 +402,7 @@ FemResult solve_step(FemBody& body, const FemStep& step) {
     for (bool positive : {false, true}) {  // Newton's own matrix where it descends
       result.inverted = assemble(body, positive, gradient);
       terms.add(body.matrix, gradient);
-      way = solve(body.matrix, -gradient, step.direct);
+      way = solve(body.matrix, -gradient, step);
       if (way.size() > 0) break;
     }
     if (way.size() == 0) break;
@@ -393,13 +410,17 @@ FemResult solve_step(FemBody& body, const FemStep& step) {
     if (!std::isfinite(result.correction)) break;
     const double slope = gradient.dot(way);
     const std::vector<Vec3> from = body.x;
-    double after = before;
-    for (double part = 1.0; part > 1e-4; part *= 0.5) {
+    bool descends = false;
+    for (double part = 1.0; part > 1e-4 && !descends; part *= 0.5) {
       for (int i = 0; i < nodes; ++i) body.x[i] = from[i] + part * way.segment<3>(3 * i);
-      after = energy(body) + terms.energy();
-      if (after <= before + 1e-4 * part * slope + 1e-12 * std::abs(before)) break;
+      const double after = energy(body) + terms.energy();
+      descends = after <= before + 1e-4 * part * slope + 1e-12 * std::abs(before);
+      if (descends) before = after;
     }
-    before = after;
+    if (!descends) {
+      body.x = from;
+      break;
+    }
     result.converged = result.correction < step.tolerance;
   }
   for (int i = 0; i < nodes; ++i) {

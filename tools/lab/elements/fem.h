@@ -65,6 +65,7 @@ struct FemStep {
   std::function<Vec3(const Vec3&)> obstacle = {};
   double firmness = 1e5;    ///< N/m of planes or obstacle at a node
   bool direct = false;      ///< Cholesky, else conjugate gradients
+  double residual = 1e-6;   ///< that those leave, of the right side
   int iterations = 10;      ///< of Newton, at most
   double tolerance = 1e-6;  ///< m, of the last correction
 };

@@ -68,7 +68,7 @@ std::vector<double> rival_steps(const RelatedMethod& method) {
   if (!method.has_step) return {0.1};
   if (method.implicit) return {0.05, 0.1, 0.2};  // each of them dear
   if (method.name == "Chen 2024") return {0.025, 0.05, 0.1, 0.2};
-  return {0.0003125, 0.000625, 0.00125, 0.0025, 0.005, 0.01};
+  return {0.000625, 0.00125, 0.0025, 0.005, 0.01};
 }
 
 bool can_load(Load load) { return load != Load::kWeights; }

@@ -47,7 +47,7 @@ Mechanism mechanism_of(Cause cause) {
 }  // namespace
 
 const std::vector<ThewMethod>& thew_methods() {
-  static const std::vector<double> kSteps = {0.00625, 0.0125, 0.025, 0.05, 0.1, 0.2};
+  static const std::vector<double> kSteps = {0.0125, 0.025, 0.05, 0.1, 0.2};
   static const std::vector<ThewMethod> kAll = {{"local_global", 3, kSteps},
                                                {"xpbd", 10, kSteps},
                                                {"explicit", 1, kSteps},

@@ -34,6 +34,7 @@ Stepper element_stepper(const RivalBody& body, const ElementSetting& setting) {
     step.direct = setting.direct;
     step.iterations = setting.iterations;
     step.tolerance = 1e-5;
+    step.residual = 1e-2;  // Newton's next iteration corrects it, for a third of the time
     step.firmness = kFirmness;
     if (around.beyond) {
       step.obstacle = [&](const Vec3& p) { return around.beyond(time, p); };

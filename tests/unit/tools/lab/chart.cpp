@@ -65,6 +65,14 @@ TEST(Chart, SaysWhatFailed) {
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("1 of 2 runs failed or given up"), std::string::npos);
   EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
+  EXPECT_NE(svg.find("explicit: failed"), std::string::npos);  // it has no point
+  chart.points[1].failure = std::string(kGivenUp) + "its first frame takes about 7000 ms of CPU";
+  EXPECT_NE(draw_cost(chart, &ChartPoint::largest_mm, "error").find("explicit: given up"),
+            std::string::npos);
+  chart.points[1].failure.clear();
+  EXPECT_EQ(draw_cost(chart, &ChartPoint::largest_mm, "error").find("explicit: "),
+            std::string::npos);
+  chart.points[1].failure = "node 3 of \"biceps\" is not finite";
   EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,,\n"), std::string::npos);
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
 }

@@ -120,7 +120,7 @@ TEST(StabilityMaps, OfLocalGlobalUnderTenDecadesOfStiffness) {
     }
   }
   const std::string csv = maps_csv(maps);
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 11 * 6);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 11 * 5);
   EXPECT_EQ(csv.find("nan"), std::string::npos);
   EXPECT_TRUE(regions_of(maps).rows.empty());
 }

@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "sim/lone_frame.h"
+#include "sim/scene/reader.h"
+#include "sim/solver/state_archive.h"
 #include "tests/unit/rig/temp.h"
+#include "tools/lab/base/play.h"
 #include "tools/lab/chart/plot.h"
 
 namespace thew::tests {
@@ -75,6 +79,21 @@ TEST(Chart, SaysWhatFailed) {
   chart.points[1].failure = "node 3 of \"biceps\" is not finite";
   EXPECT_NE(chart_csv(chart).find("explicit,linear,4,1,0,0,1,,,,,,,\n"), std::string::npos);
   EXPECT_NE(chart_html(chart).find("node 3 of &quot;biceps&quot;"), std::string::npos);
+}
+
+// From frame to frame a pinched muscle may swing for good, and no bake goes that way.
+TEST(Played, SolvesWhatStandsAloneByItselfAsABakeDoes) {
+  const Model model = solved_as(read_scene(THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml"),
+                                {"quasi_static", "exact", 1, 1});
+  const int last = model.first_frame + 3;
+  const Played played = play(model, settled_state(model), last);
+  Parallel one(1);
+  StageSeconds stages;
+  State state = initial_state(model);
+  solve_lone_frame(model, 3 / model.fps, one, state, stages);
+  const Points &a = played.state.muscles[0].x, &b = state.muscles[0].x;
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) EXPECT_EQ(norm(a[i] - b[i]), 0.0) << i;
 }
 
 // A sanitized build gives up what would take minutes; no other does, however slow the machine.

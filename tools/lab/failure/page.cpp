@@ -81,29 +81,44 @@ std::string draw_map(const StabilityMap& map) {
 }
 
 std::string maps_csv(const std::vector<StabilityMap>& maps) {
-  std::string text =
-      "method,quantity,value,step_s,verdict,mechanism,run,volume_error,last_volume_error,inverted,"
-      "last_inverted,"
-      "energy_growth,speed_sizes_per_s,distance_from_finest\n";
+  Table table;
+  table.head = {"method",
+                "quantity",
+                "value",
+                "step_s",
+                "verdict",
+                "mechanism",
+                "run",
+                "volume_error",
+                "last_volume_error",
+                "inverted",
+                "last_inverted",
+                "energy_growth",
+                "speed_sizes_per_s",
+                "distance_from_finest"};
   for (const StabilityMap& map : maps) {
     for (size_t s = 0; s < map.steps.size(); ++s) {
       for (size_t c = 0; c < map.columns.size(); ++c) {
         const MapCell& cell = map.cells[s][c];
-        text += map.method + "," + map.quantity + "," + column_name(map.columns[c]) + "," +
-                readable(map.steps[s], 6) + "," + verdict_name(cell.verdict) + "," +
-                mechanism_text(cell.mechanism).name + "," + (cell.inferred ? "no" : "yes");
-        if (!has_figures(cell)) {
-          text += ",,,,,,,\n";
-          continue;
+        std::vector<std::string>& row = table.rows.emplace_back();
+        row = {map.method,
+               map.quantity,
+               column_name(map.columns[c]),
+               readable(map.steps[s], 6),
+               verdict_name(cell.verdict),
+               mechanism_text(cell.mechanism).name,
+               cell.inferred ? "no" : "yes"};
+        if (has_figures(cell)) {
+          row.insert(row.end(), {readable(cell.volume_error, 6), readable(cell.last_volume, 6),
+                                 std::to_string(cell.inverted), std::to_string(cell.last_inverted),
+                                 readable(cell.growth, 6), readable(cell.speed, 6),
+                                 readable(cell.distance, 6)});
         }
-        text += "," + readable(cell.volume_error, 6) + "," + readable(cell.last_volume, 6) + "," +
-                std::to_string(cell.inverted) + "," + std::to_string(cell.last_inverted) + "," +
-                readable(cell.growth, 6) + "," + readable(cell.speed, 6) + "," +
-                readable(cell.distance, 6) + "\n";
+        row.resize(table.head.size());
       }
     }
   }
-  return text;
+  return csv_of(table);
 }
 
 std::string maps_json(const std::vector<StabilityMap>& maps) {
@@ -291,7 +306,8 @@ constexpr const char* kIntroduction =
     "and shortened edges under a squeeze to 60 % of the height; twisted by its ends, elsewhere "
     "between two planes. The methods of others are those of the page of related work, "
     "each at the first of its settings, with a step of its own: explicit ones need shorter steps "
-    "than Thew, which divides its own where it is explicit. Weights are Thew's alone.</p>\n";
+    "than Thew, which divides its own where it is explicit. Weights are Thew's alone. quasi_static "
+    "goes from frame to frame here; a bake solves each of its frames by itself.</p>\n";
 
 constexpr const char* kCriteria =
     "<p>Accurate: in each frame a volume error of at most 1e-9, no inverted triangle (normal "
@@ -349,7 +365,7 @@ std::string maps_html(const std::string& scene, const std::vector<StabilityMap>&
       scene + ": where methods fail",
       "main { max-width: 1320px; } td, th { white-space: normal; text-align: left !important; } "
       ".maps { display: flex; flex-wrap: wrap; gap: 18px; } "
-      ".maps svg { width: auto; height: 240px; max-width: 100%; }",
+      ".maps svg { height: auto; max-width: 100%; }",
       html);
 }
 

@@ -99,7 +99,7 @@ TEST_P(SmallMaps, InferredCellsAreWhatTheirRunsSay) {
 
 INSTANTIATE_TEST_SUITE_P(Of, SmallMaps,
                          ::testing::Values(Small{"local_global", "stiffness"},
-                                           Small{"local_global", "squeezed to"},
+                                           Small{"local_global", "planes overlap it at rest"},
                                            Small{"Zordan 2004", ""}),
                          [](const auto& of) { return "Method" + std::to_string(of.index); });
 
@@ -173,6 +173,9 @@ TEST(StabilityMaps, ShowWhatFailedAndWhy) {
             std::string::npos);
   EXPECT_NE(maps_csv({map}).find("explicit,stiffness,500,0.1,diverged,flies off,no,,,,,,,\n"),
             std::string::npos);
+  StabilityMap comma = map;
+  comma.method = "Hong 2006, mended";
+  EXPECT_NE(maps_csv({comma}).find("\n\"Hong 2006, mended\",stiffness,100,"), std::string::npos);
   EXPECT_NE(maps_json({map}).find("node 3"), std::string::npos);
   EXPECT_NE(maps_html("a & b", {map}, 1.0).find("a &amp; b"), std::string::npos);
   const Table regions = regions_of({map});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/lone_frame.h"
 #include "sim/scene/define_model.h"
 #include "sim/solver/health.h"
 #include "sim/solver/muscle_step.h"
@@ -75,7 +76,6 @@ ThewRun run_thew_cell(const MapBody& body, Load load, double value, const ThewMe
     }
   }
   State state = initial_state(model);
-  const MuscleState& now = state.muscles[0];
   Parallel one(1);
   StageSeconds stages;
   CellWatch watch(muscle.rest.triangles, muscle.rest_volume, phase);
@@ -83,7 +83,12 @@ ThewRun run_thew_cell(const MapBody& body, Load load, double value, const ThewMe
   try {
     for (int frame = 1; frame <= 4 * phase; ++frame) {
       stop_if_interrupted();
-      step_frame(model, frame * h, one, state, stages);
+      if (rungs && stands_alone(model)) {
+        solve_lone_frame(model, frame * h, one, state, stages, [] { stop_if_interrupted(); });
+      } else {
+        step_frame(model, frame * h, one, state, stages);
+      }
+      const MuscleState& now = state.muscles[0];
       watch.see(frame, now.x, energy_of(muscle, now), cell);
       highest = std::max(highest, now.ladder.frame_rung);
     }
@@ -93,10 +98,10 @@ ThewRun run_thew_cell(const MapBody& body, Load load, double value, const ThewMe
     cell.verdict = Verdict::kDiverged;
     return run;
   }
-  for (const Point& v : now.v) {
+  for (const Point& v : state.muscles[0].v) {
     cell.speed = std::max(cell.speed, to_vec(v).norm() / body.size.norm());
   }
-  run.last = now.x;
+  run.last = state.muscles[0].x;
   run.rung = kRungs[static_cast<int>(highest)];
   return run;
 }

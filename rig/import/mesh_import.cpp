@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "rig/import/assimp_scene.h"
@@ -164,76 +163,12 @@ void restore_order(Raw& raw) {
   raw = std::move(ordered);
 }
 
-// Three words after the first, each of `digits` alone and a number; assimp passes over lines that
-// begin with blanks.
-bool is_plain(std::string_view line, const std::vector<std::string_view>& words,
-              std::string_view digits) {
-  constexpr size_t kLongest = 18;  // so that a count fits into its type
-  return words.size() == 4 && line[0] == words[0][0] &&
-         std::all_of(words.begin() + 1, words.end(), [&](std::string_view word) {
-           return word.size() <= kLongest && word.find_first_not_of(digits) == word.npos &&
-                  parse_number(word);
-         });
-}
-
-// What assimp returns of an OBJ that holds nothing but comments, vertices of three numbers and
-// triangles of three vertices that count from 1, as Thew writes them. Nothing for any other, and
-// where something is wrong. assimp fills a buffer of 16 MiB for every OBJ, which took half of the
-// time of building the arm with its 41.
-std::optional<Raw> read_plain_obj(std::string_view bytes) {
-  const bool is_text = std::all_of(bytes.begin(), bytes.end(), [](char c) {
-    return (c >= ' ' && c != '\\') || c == '\n' || c == '\t';
-  });
-  if (!is_text) return {};
-  std::vector<Vec3> positions;
-  std::vector<size_t> corners;
-  for (size_t begin = 0; begin < bytes.size();) {
-    const size_t end = std::min(bytes.find('\n', begin), bytes.size());
-    const std::string_view line = bytes.substr(begin, end - begin);
-    begin = end + 1;
-    if (line.empty() || line[0] == '#') continue;
-    const auto words = split_words(line);
-    if (words.empty()) return {};
-    if (words[0] == "v" && is_plain(line, words, "0123456789.-e")) {
-      Vec3& p = positions.emplace_back();
-      for (int k = 0; k < 3; ++k) {
-        p[k] = Assimp::fast_atof<NoNumber>(std::string(words[k + 1]).c_str());
-      }
-      if (!p.allFinite()) return {};
-    } else if (words[0] == "f" && is_plain(line, words, "0123456789")) {
-      for (int k = 1; k < 4; ++k) {
-        if (words[k][0] == '0') return {};  // assimp steps over as many digits as the number has
-        corners.push_back(std::stoul(std::string(words[k])));
-      }
-    } else {
-      return {};
-    }
-  }
-  if (corners.empty()) return {};
-  Raw raw;
-  for (const size_t corner : corners) {
-    if (corner < 1 || corner > positions.size()) return {};
-    raw.mesh.vertices.push_back(positions[corner - 1]);
-  }
-  for (int i = 0; i < static_cast<int>(corners.size()); i += 3) {
-    raw.mesh.triangles.push_back({i, i + 1, i + 2});
-  }
-  raw.colours.assign(corners.size(), {1, 1, 1, 1});
+Raw read_through_assimp(const fs::path& file) {
+  check_text_numbers(file, read_in_child(file_of_child(), kAssimpFileLimit));
+  Assimp::Importer importer;
+  Raw raw = collect(file, read_assimp_scene(file, true, importer));
+  if (lower_ending(file) == "obj") restore_order(raw);
   return raw;
-}
-
-Raw read_raw(const fs::path& file) {
-  const std::string bytes = read_in_child(file_of_child(), kAssimpFileLimit);
-  check_text_numbers(file, bytes);
-  const bool is_obj = lower_ending(file) == "obj";
-  std::optional<Raw> raw;
-  if (is_obj) raw = read_plain_obj(bytes);
-  if (!raw) {
-    Assimp::Importer importer;
-    raw = collect(file, read_assimp_scene(file, true, importer));
-  }
-  if (is_obj) restore_order(*raw);
-  return *std::move(raw);
 }
 
 // assimp 5.2 never stops searching for the end of a header, and allocates whatever number of
@@ -268,7 +203,7 @@ void walk(Archive& archive, Raw& raw) {
 // all formats.
 Raw read_in_child(const fs::path& file) {
   Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
-    Raw mesh = read_raw(file);
+    Raw mesh = read_through_assimp(file);
     Packer packer;
     walk(packer, mesh);
     return packer.bytes;

@@ -344,19 +344,15 @@ std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const S
 std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& state) {
   const double reach = kBox * extent_of(model, state);
   const SkinMotion& skin = layer_of(model, state);
-  const SkinModel& layer = model.skinned ? model.skinned->layer : model.skin;
   for (size_t i = 0; i < skin.x.size(); ++i) {
-    // m; of a force, how far it would move a node whose neighbours stay.
-    double far[] = {norm(skin.x[i]), 0.0, 0.0, 0.0, 0.0};
-    if (i < skin.force.size()) {
-      far[1] = norm(skin.offset[i]);
-      far[2] = norm(skin.slip[i]);
-      far[3] = norm(skin.force[i]) / layer.weight[i];
-      far[4] = skin.correction[i];
+    const auto is_beyond = [&](double value) { return !(value <= reach); };
+    for (const Points* rows : {&skin.x, &skin.offset, &skin.slip, &skin.force}) {
+      if (i >= rows->size() || !is_beyond(norm((*rows)[i]))) continue;
+      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, norm((*rows)[i]), reach};
     }
-    for (const double value : far) {
-      if (value <= reach) continue;
-      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, value, reach};
+    if (i < skin.correction.size() && is_beyond(skin.correction[i])) {
+      return StepDiagnosis{"skin", static_cast<int>(i), Cause::kDistance, skin.correction[i],
+                           reach};
     }
   }
   return {};

@@ -8,6 +8,7 @@
 #include "sim/bake/measure.h"
 #include "sim/lone_frame.h"
 #include "sim/solver/drive.h"
+#include "tests/property/every.h"
 #include "tests/unit/tools/fit/new.h"
 
 namespace thew::tests {
@@ -53,7 +54,8 @@ class LoneFigure : public NewScene {
 TEST_F(LoneFigure, BendsInProportionToItsBones) {
   const Model model = made();
   ASSERT_TRUE(stands_alone(model));
-  expect_continuous(model, {4, 15, 25, 30, 35});
+  expect_continuous(model, every(2) == 1 ? std::vector<double>{4, 10, 15, 20, 25, 30, 33, 35}
+                                         : std::vector<double>{4, 15, 25, 30, 35});
 }
 
 // In the bent elbow a muscle is pinched. What it is said to swing by is what it does: where less is
@@ -101,7 +103,8 @@ TEST_F(LoneFigure, IsAnimatedInProportionToItsBones) {
     fore.rotation.values.emplace_back(rotation_about(elbow.axis, bent - elbow.at_bind));
   }
   model.last_frame = 25;
-  expect_continuous(model, {1, 9, 17, 24});
+  expect_continuous(model, every(2) == 1 ? std::vector<double>{1, 5, 9, 13, 17, 21, 24}
+                                         : std::vector<double>{1, 9, 17, 24});
 }
 
 }  // namespace

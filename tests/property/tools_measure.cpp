@@ -8,6 +8,7 @@
 #include "sim/bake/measure.h"
 #include "sim/solver/contacts.h"
 #include "skin/depth.h"
+#include "tests/property/every.h"
 #include "tests/unit/tools/fit/new_figure.h"
 
 namespace thew::tests {
@@ -157,8 +158,8 @@ void push(std::mt19937& random, State& state) {
   for (Point& x : state.skin.x) x += anywhere(0.001);
 }
 
-// Steps to `last`, and compares every fourth frame as it is and every twelfth also pushed: the
-// plain definitions take many times as long as the steps.
+// Steps to `last`, and compares every fourth frame as it is and every twelfth also pushed, or each
+// and every third: the plain definitions take many times as long as the steps.
 Found compare(const Model& model, int last) {
   Parallel parallel(2);
   State state = initial_state(model);
@@ -170,9 +171,9 @@ Found compare(const Model& model, int last) {
   for (int f = 0; f <= last; ++f) {
     SCOPED_TRACE("frame " + std::to_string(model.first_frame + f));
     if (f > 0) step_frame(model, f / model.fps, parallel, state, seconds);
-    if (f % 4 != 0) continue;
+    if (f % every(4) != 0) continue;
     expect_plain(model, measuring, state, found);
-    if (f % 12 != 0) continue;
+    if (f % (3 * every(4)) != 0) continue;
     State pushed = state;
     push(random, pushed);
     expect_plain(model, measuring, pushed, found);

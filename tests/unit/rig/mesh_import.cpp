@@ -334,43 +334,6 @@ TEST_F(Import, ObjKeepsTheFilesOrderOfVertices) {
 }
 
 // 100 units of a centimetre are a metre.
-// What holds vertices and triangles alone is read without assimp, and comes out as from it: a line
-// with the name of an object leaves it to assimp.
-TEST_F(Import, PlainObjIsReadAsByAssimp) {
-  const auto is_the_same = [&](const std::string& text) {
-    const ImportedMesh ours = import_mesh(write("plain.obj", text)),
-                       theirs = import_mesh(write("named.obj", "o named\n" + text));
-    EXPECT_EQ(ours.mesh.vertices, theirs.mesh.vertices) << text.substr(0, 200);
-    EXPECT_EQ(ours.mesh.triangles, theirs.mesh.triangles) << text.substr(0, 200);
-    EXPECT_EQ(ours.map_back, theirs.map_back);
-    EXPECT_EQ(ours.imported_vertices, theirs.imported_vertices);
-    EXPECT_EQ(ours.order.node, theirs.order.node);
-    EXPECT_EQ(ours.order.triangles, theirs.order.triangles);
-    EXPECT_TRUE(ours.colours.empty() && theirs.colours.empty());
-  };
-  const fs::path arm = fs::path(THEW_SOURCE_DIR) / "assets/arm";
-  for (const char* name : {"skin.obj", "bones/humerus.obj", "muscles/brachialis.obj"}) {
-    is_the_same(read_whole(arm / name, size_t{1} << 22));
-  }
-  const std::string corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
-  for (const char* more :
-       {"", "\n# one\n#two\n", "v 9 9 9\n", "v 1 0 0\nf 4 3 1\n", "v -0 0 -0\nf 2 4 3\n",
-        "f 3 2 2\n", "v 1e-9 123456789.123456789 -.5\nf 4 2 1\n", "v\t1.\t2e3\t3\nf 4\t2  1 \n",
-        "v 16777217 0.1 3.4e8\nf 1 4 2\n", "v 1e-50 4.9e-324 0.30000001192092895\nf 1 4 2\n"}) {
-    is_the_same(corner + face + more);
-  }
-  // What is not plain, by the least of signs.
-  for (const char* more :
-       {" f 3 1 2\n", "v 9 9 9 0.5\nf 4 1 2\n", "# a \\\nf 1 3 2\n",
-        "v 1 1 1\r\nf 4 1 2\r\n", "f -1 -2 -3\n", "v +1 1 1\nf 1/1 2 4\n", "f 1 2\nl 1 2\n"}) {
-    is_the_same(corner + face + more);
-  }
-  for (const char* bad :
-       {"f 1 2 4\n", "f 0 1 2\n", "f 1 2 99999999999\n", "v 1e99 0 0\nf 1 2 4\n"}) {
-    EXPECT_HAS(error_of(write("plain.obj", corner + bad)), "plain.obj:") << bad;
-  }
-}
-
 TEST_F(Import, FbxUnitsBecomeMetres) {
   const TriMesh mesh = import_mesh(write("t.fbx", kFbx)).mesh;
   ASSERT_EQ(mesh.vertices.size(), 4u);

@@ -176,30 +176,50 @@ double momentum_gained(const RelatedScene& scene, const RelatedMethod& method,
 
 namespace {
 
+constexpr double kStretch = 0.8;
+
+Vec3 keeping_volume(double stretch) {
+  const double side = 1.0 / std::sqrt(stretch);
+  return {side, stretch, side};
+}
+
 // Virtual work of the forces at the stretched shape as it is stretched on, J.
 double work_of(const RelatedScene& scene, bool solid,
                const std::function<Stepper(const RivalBody&, double)>& make) {
   RivalBody body = body_of(scene, solid);
   std::fill(body.driven.begin(), body.driven.end(), 0);
   const Stepper step = make(body, 0.0);
-  const double stretch = 0.8, side = 1.0 / std::sqrt(stretch), h = 1e-5;
+  const Vec3 stretch = keeping_volume(kStretch);
+  const double h = 1e-5;
   for (size_t i = 0; i < body.x.size(); ++i) {
-    body.x[i] = to_point(body.rest[i].cwiseProduct(Vec3(side, stretch, side)));
+    body.x[i] = to_point(body.rest[i].cwiseProduct(stretch));
   }
   const Points before = body.x;
   step({}, h, h, body);
   double work = 0.0;
   for (size_t i = 0; i < body.x.size(); ++i) {
     const Vec3 force = body.mass[i] / (h * h) * to_vec(body.x[i] - before[i]);
-    const double less = -0.5 * side / stretch;
+    const double less = -0.5 * stretch.x() / kStretch;
     work += force.dot(body.rest[i].cwiseProduct(Vec3(less, 1.0, less)));
   }
   return work;
 }
 
+double work_of(const RelatedScene& scene, bool solid,
+               const std::function<double(const RivalBody&, const Vec3&)>& energy) {
+  const RivalBody body = body_of(scene, solid);
+  const double d = 1e-4;
+  return (energy(body, keeping_volume(kStretch - d)) - energy(body, keeping_volume(kStretch + d))) /
+         (2.0 * d);
+}
+
 }  // namespace
 
 double stiffening(const RelatedScene& scene, const RelatedMethod& method, const RelatedDial& dial) {
+  if (dial.energy) {
+    return work_of(scene, method.solid, dial.energy) /
+           work_of(scene, method.solid, dial.bare_energy);
+  }
   if (!dial.bare || !method.has_step) return -1.0;
   return work_of(scene, method.solid, dial.make) / work_of(scene, method.solid, dial.bare);
 }

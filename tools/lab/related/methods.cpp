@@ -59,6 +59,12 @@ Make hirota(int cells, double modulus) {
   };
 }
 
+std::function<double(const RivalBody&, const Vec3&)> lattice_energy(int cells, double modulus) {
+  return [=](const RivalBody& b, const Vec3& stretch) {
+    return stretched_energy(b, {.cells = cells, .young = kYoung, .modulus = modulus}, stretch);
+  };
+}
+
 std::string pascals(const char* what, double value) {
   return std::string(what) + " " + number(value) + " Pa";
 }
@@ -107,14 +113,16 @@ std::vector<RelatedMethod> solids() {
   turned.implicit = true;
   RelatedMethod flesh{"Smith 2018", "stable neo-Hookean elements", true};
   const FemMaterial soft{.neo_hookean = true, .shear = kShear, .penalty = 1e4};
-  FemMaterial hard = soft;
+  FemMaterial hard = soft, compressible = soft;
   hard.penalty = 1e5;
-  flesh.dials = {{pascals("Lame", 1e4), elements(soft)}, {pascals("Lame", 1e5), elements(hard)}};
+  compressible.penalty = 0.0;
+  flesh.dials = {{pascals("Lame", 1e4), elements(soft), elements(compressible)},
+                 {pascals("Lame", 1e5), elements(hard), elements(compressible)}};
   flesh.implicit = true;
   RelatedMethod blocks{"Chen 2024", "vertex block descent on the same elements", true};
   for (const int iterations : {5, 50}) {
     blocks.dials.push_back({pascals("Lame", 1e4) + ", " + std::to_string(iterations) + " passes",
-                            descent(1e4, iterations)});
+                            descent(1e4, iterations), descent(0.0, iterations)});
   }
   return {barycentre, linear, turned, flesh, blocks};
 }
@@ -127,13 +135,14 @@ std::vector<RelatedMethod> related_methods(bool quick) {
   RelatedMethod lattice{"Hirota 1999", "free-form lattice, energy minimised"};
   lattice.has_step = false;
   for (const int cells : {4, 8}) {
-    lattice.dials.push_back({std::to_string(cells) + " cells a side", hirota(cells, 1e6)});
+    lattice.dials.push_back({std::to_string(cells) + " cells a side", hirota(cells, 1e6), {},
+                             lattice_energy(cells, 1e6), lattice_energy(cells, 0.0)});
   }
   all.push_back(lattice);
   RelatedMethod hill{"Chen 1992", "linear elements with Hill's fibres", true};
   hill.implicit = true;
   hill.of = "flexed";
-  hill.dials = {{pascals("Lame", 1e5), chen_zeltzer(1e5)}};
+  hill.dials = {{pascals("Lame", 1e5), chen_zeltzer(1e5), chen_zeltzer(0.0)}};
   all.push_back(hill);
   RelatedMethod ellipsoid{"Scheepers 1997", "ellipsoid of constant volume"};
   RelatedMethod profile{"Aubel 2001", "sections on an action line"};

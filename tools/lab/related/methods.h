@@ -11,6 +11,8 @@ struct RelatedDial {
   std::function<Stepper(const RivalBody& body, double drag)> make;
   /// The same without what holds the volume; empty: it has no such part.
   std::function<Stepper(const RivalBody& body, double drag)> bare = {};
+  /// In place of both where the method has no step: J, of the body stretched along its axes.
+  std::function<double(const RivalBody& body, const Vec3& stretch)> energy = {}, bare_energy = {};
 };
 /// A method of the paper's sidebar, of its evaluation, or of today.
 struct RelatedMethod {

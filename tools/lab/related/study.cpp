@@ -21,7 +21,7 @@ std::vector<StudiedScene> all_scenes(const std::filesystem::path& folder, bool q
   add(flexed_muscle(folder, 3));
   if (quick) return out;
   add(pressed_ball(folder, 3));
-  add(twisted_cube(folder, 2));
+  add(twisted_cube(folder, 3));
   add(squeezed_ball(folder, rows[1].triangles, rows[1].tetrahedra, 0), false);
   add(squeezed_ball(folder, rows[2].triangles, rows[2].tetrahedra, 0), false);
   return out;
@@ -160,13 +160,13 @@ Study run_study(const std::filesystem::path& folder, const std::filesystem::path
       if (truth) judge(in.scene, *truth, run);
     }
   }
-  const RelatedScene& ball = study.scenes[study.scene(kFirst)].scene;
   for (size_t m = 0; m < study.methods.size(); ++m) {
     const RelatedMethod& method = study.methods[m];
-    const RelatedMethod one = at_best_dial(method, study.scenes[study.scene(kFirst)].sweeps[m]);
-    const bool moves = method.has_step && !one.dials.empty();
-    study.momentum.push_back(moves ? momentum_gained(ball, one, one.dials[0]) : -1.0);
-    study.stiffening.push_back(moves ? stiffening(ball, one, one.dials[0]) : -1.0);
+    const StudiedScene& in = study.scenes[study.scene(method.of.empty() ? kFirst : method.of)];
+    const RelatedMethod one = at_best_dial(method, in.sweeps[m]);
+    const bool runs = !one.dials.empty(), moves = runs && method.has_step;
+    study.momentum.push_back(moves ? momentum_gained(in.scene, one, one.dials[0]) : -1.0);
+    study.stiffening.push_back(runs ? stiffening(in.scene, one, one.dials[0]) : -1.0);
   }
   const std::vector<double> angles = {0.0, 45.0, 90.0, 130.0};
   study.arm = arm_sections(arm, quick ? std::vector{0.0, 90.0} : angles);

@@ -64,26 +64,62 @@ TriMesh surface_of(const FemBody& body, const std::vector<Vec3>& x) {
   return mesh;
 }
 
-bool bring_to_rest(const TruthScene& scene, FemBody& body) {
+FemStep rest_step() {
   FemStep step;
-  step.direct = true;
   step.iterations = 100;
   step.tolerance = 1e-6;
   step.firmness = 2e4;
+  return step;
+}
+
+void load_at(const TruthScene& scene, double share, FemBody& body, FemStep& step) {
+  if (scene.drive) scene.drive(share, body);
+  if (scene.beyond) {
+    step.obstacle = [&scene, share](const Vec3& p) { return scene.beyond(share, p); };
+  }
+}
+
+bool bring_to_rest(const TruthScene& scene, FemBody& body) {
+  FemStep step = rest_step();
+  step.direct = true;
   bool converged = true;
   std::vector<Vec3> before = body.x;
   for (int k = 1; k <= scene.steps && converged; ++k) {
-    const double share = double(k) / scene.steps;
     const std::vector<Vec3> start = body.x;
     for (size_t i = 0; i < body.x.size(); ++i) body.x[i] += start[i] - before[i];  // as it went on
     before = start;
-    if (scene.drive) scene.drive(share, body);
-    if (scene.beyond) {
-      step.obstacle = [&](const Vec3& p) { return scene.beyond(share, p); };
-    }
+    load_at(scene, double(k) / scene.steps, body, step);
     converged = solve_step(body, step).converged;
   }
   return converged;
+}
+
+// Where the quadratic elements of `coarse` have a point of the rest shape.
+Vec3 carried(const FemBody& coarse, const Vec3& p) {
+  for (int e = 0; e < coarse.count(); ++e) {
+    const int* node = &coarse.elements[10 * e];
+    Mat3 edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = coarse.rest[node[k + 1]] - coarse.rest[node[0]];
+    const Vec3 inner = edges.inverse() * (p - coarse.rest[node[0]]);
+    const double l[4] = {1.0 - inner.sum(), inner.x(), inner.y(), inner.z()};
+    if (*std::min_element(l, l + 4) < -1e-9) continue;
+    Vec3 at = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) at += l[k] * (2.0 * l[k] - 1.0) * coarse.x[node[k]];
+    for (int m = 0; m < 6; ++m) {
+      at += 4.0 * l[kMiddles[m][0]] * l[kMiddles[m][1]] * coarse.x[node[4 + m]];
+    }
+    return at;
+  }
+  return p;
+}
+
+// From the rest of a coarser mesh, which is near: conjugate gradients need no factor of what is
+// large.
+bool bring_to_rest(const TruthScene& scene, const FemBody& coarse, FemBody& body) {
+  for (size_t i = 0; i < body.x.size(); ++i) body.x[i] = carried(coarse, body.rest[i]);
+  FemStep step = rest_step();
+  load_at(scene, 1.0, body, step);
+  return solve_step(body, step).converged;
 }
 
 std::array<long, 3> place_key(const Vec3& p) {
@@ -231,7 +267,9 @@ Truth find_truth(const TruthScene& scene) {
   for (int k = 0, n = scene.coarsest; k < scene.meshes; ++k, n *= 2) {
     FemBody& body = bodies.emplace_back(scene.body(n));
     const double rest = fem_volume(body);
-    out.converged = bring_to_rest(scene, body) && out.converged;
+    out.converged = (k == 0 ? bring_to_rest(scene, body)
+                            : bring_to_rest(scene, bodies[k - 1], body)) &&
+                    out.converged;
     out.elements.push_back(body.count());
     out.volume_error = std::abs(fem_volume(body) / rest - 1.0);
     if (k == 0) continue;

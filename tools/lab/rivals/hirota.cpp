@@ -141,6 +141,18 @@ double evaluate(unsigned count, const double* control, double* gradient, void* d
 
 }  // namespace
 
+double stretched_energy(const RivalBody& body, const LatticeSetting& setting, const Vec3& stretch) {
+  const Lattice lattice = make_lattice(body, setting);
+  RivalBody free = body;
+  std::fill(free.driven.begin(), free.driven.end(), 0);
+  std::vector<double> control;
+  for (const Vec3& p : lattice.rest) {
+    for (int k = 0; k < 3; ++k) control.push_back(stretch[k] * p[k]);
+  }
+  Points x;
+  return lattice_energy(lattice, free, {}, x, control, x, nullptr);
+}
+
 Stepper hirota_stepper(const RivalBody& body, const LatticeSetting& setting) {
   const auto lattice = std::make_shared<const Lattice>(make_lattice(body, setting));
   std::vector<double> control;

@@ -32,6 +32,8 @@ Lattice make_lattice(const RivalBody& body, const LatticeSetting& setting);
 double lattice_energy(const Lattice& lattice, const RivalBody& body,
                       const std::function<Vec3(const Vec3&)>& beyond, const Points& driven,
                       const std::vector<double>& control, Points& x, std::vector<double>* gradient);
+/// J, of the body stretched along its axes, nothing held.
+double stretched_energy(const RivalBody& body, const LatticeSetting& setting, const Vec3& stretch);
 Stepper hirota_stepper(const RivalBody& body, const LatticeSetting& setting);
 
 }  // namespace thew::tools

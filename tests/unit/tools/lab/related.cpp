@@ -116,6 +116,20 @@ TEST_F(RelatedRuns, MomentumAndStiffnessAreThoseOfTheMethod) {
   EXPECT_GT(stiffening(*scene_, barycentre, barycentre.dials[0]), 1.05);
 }
 
+// What asks for the volume alone, of the whole or of each element, does not resist a stretch that
+// keeps it, with a step or without.
+TEST_F(RelatedRuns, ElementsAndALatticeAreNoStifferWhereTheVolumeIsKept) {
+  for (const char* name : {"Smith 2018", "Chen 2024", "Hirota 1999"}) {
+    const RelatedMethod& one = method(name);
+    EXPECT_NEAR(stiffening(*scene_, one, one.dials[0]), 1.0, 1e-2) << name;
+  }
+  RelatedDial wrong = method("Hirota 1999").dials[0];
+  wrong.energy = [&wrong](const RivalBody& body, const Vec3& stretch) {
+    return 2.0 * wrong.bare_energy(body, stretch);
+  };
+  EXPECT_NEAR(stiffening(*scene_, method("Hirota 1999"), wrong), 2.0, 1e-9);
+}
+
 // A study of which all is known.
 Study made_up(double their_error, double stiffer) {
   Study study;

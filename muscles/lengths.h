@@ -78,7 +78,7 @@ struct Lengths {
   double free_correction = 1.5e-4;
   /// Mean motion of the nodes in a step, below which the skin rests. Single nodes in a fold may go
   /// on by some tenths of a millimetre.
-  double skin_at_rest = 1e-5;
+  double skin_at_rest = 1e-6;
   /// Below this separation of the walls of a fold its direction is not defined.
   double least_separation = 1e-7;
   /// A node of the skin that is farther from all bones belongs to the root.

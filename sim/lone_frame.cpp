@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 
@@ -25,12 +26,6 @@ double slide_between(const Skeleton& skeleton, const Pose& from, const Pose& to)
   return most;
 }
 
-double mean_distance(const Points& a, const Points& b) {
-  double sum = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) sum += norm(a[i] - b[i]);
-  return a.empty() ? 0.0 : sum / static_cast<double>(a.size());
-}
-
 // How far the pose is from the bind pose, in steps of the way: in each a joint turns by
 // SkinSettings::max_turn at most, or slides as far as contact can follow. The state is scratch.
 double steps_to(const Model& model, double time, State& state) {
@@ -47,22 +42,6 @@ double steps_to(const Model& model, double time, State& state) {
                       slide_between(model.skeleton, from, to) / slide);
   }
   return std::min(steps, kMost);
-}
-
-void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
-                        StageSeconds& seconds) {
-  constexpr int kMost = 60;      // the arm takes 7 to 11 steps
-  constexpr double kSlow = 0.7;  // of the step before; a skin that moves more than that swings
-  double share = kReturnAtRest, moved_before = 1e9;
-  if (!model.has_skin) return;
-  for (int k = 0; k < kMost; ++k) {
-    const Points before = layer_of(model, state).x;
-    rest_skin(model, share, parallel, state, seconds);
-    const double moved = mean_distance(before, layer_of(model, state).x);
-    if (moved < model.lengths.skin_at_rest) return;
-    if (moved > kSlow * moved_before) share *= 0.5;
-    moved_before = moved;
-  }
 }
 
 }  // namespace

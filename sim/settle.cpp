@@ -8,6 +8,44 @@
 #include "sim/step.h"
 
 namespace thew::sim {
+namespace {
+
+// Mean length of the moves from `before` to `now`, which `moves` then holds, and the sum of their
+// products with what it held.
+struct Moved {
+  double mean = 0.0, along = 0.0;
+};
+Moved moved_since(const Points& before, const Points& now, Points& moves) {
+  Moved out;
+  moves.resize(now.size(), Point{});
+  for (size_t i = 0; i < now.size(); ++i) {
+    const Point move = now[i] - before[i];
+    out.mean += norm(move) / static_cast<double>(now.size());
+    out.along += dot(move, moves[i]);
+    moves[i] = move;
+  }
+  return out;
+}
+
+}  // namespace
+
+void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
+                        StageSeconds& seconds) {
+  constexpr int kMost = 60;
+  constexpr double kLeastShare = 0.02;  // what still swings does so by contact, not by its return
+  constexpr double kSlow = 0.7;         // of the step before
+  double share = kReturnAtRest, moved_before = 1e9;
+  if (!model.has_skin) return;
+  Points before, moves;
+  for (int k = 0; k < kMost && share > kLeastShare; ++k) {
+    before = layer_of(model, state).x;
+    rest_skin(model, share, parallel, state, seconds);
+    const Moved moved = moved_since(before, layer_of(model, state).x, moves);
+    if (moved.mean < model.lengths.skin_at_rest) return;
+    if (moved.along < 0.0 && moved.mean > kSlow * moved_before) share *= 0.5;  // it swings
+    moved_before = moved.mean;
+  }
+}
 
 Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame) {
@@ -26,6 +64,7 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
     settled.converged = settled.speed < model.lengths.settled_speed && time >= moves_until;
   }
   state.time = 0.0;
+  if (begin < 0.0) bring_skin_to_rest(model, parallel, state, unused);
   return settled;
 }
 

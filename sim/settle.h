@@ -5,6 +5,7 @@
 
 #include "sim/solver/parallel.h"
 #include "sim/solver/state.h"
+#include "sim/step.h"
 
 namespace thew::sim {
 
@@ -19,5 +20,9 @@ struct Settled {
 /// and may throw to end it. StepFailure as of step_frame().
 Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame = {});
+
+/// Steps of the skin alone until it hardly moves. Adds to `seconds`.
+void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
+                        StageSeconds& seconds);
 
 }  // namespace thew::sim

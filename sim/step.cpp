@@ -132,7 +132,8 @@ void rest_skin(const Model& model, double share_of_return, Parallel& parallel, S
                StageSeconds& seconds) {
   if (const auto diagnosis =
           step_skin(model, state.time, share_of_return, parallel, state, seconds)) {
-    throw StepFailure(model, state.way->clip_time, *diagnosis, 1);
+    const double clip_time = state.way ? state.way->clip_time : state.time;
+    throw StepFailure(model, clip_time, *diagnosis, 1);
   }
 }
 

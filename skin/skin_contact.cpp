@@ -141,6 +141,20 @@ void smooth_room(const SkinModel& model, SkinState& state) {
   }
 }
 
+// Walls are told by normals more than 90 degrees apart and by their distance. What lies on the
+// brink of either is not moved yet, or a rounding error would decide over millimetres.
+double facing(const SkinModel& model, const SkinState& state, const SkinFold& fold) {
+  constexpr double kFully = 0.25;  // - cosine, of 104.5 degrees
+  Point sum{};
+  for (const int node : model.surface.triangles[fold.wall.triangle]) sum += state.normals[node];
+  return std::clamp(-dot(sum, state.normals[fold.node]) / (3.0 * kFully), 0.0, 1.0);
+}
+
+double nearness(const SkinModel& model, double apart) {
+  const double reach = model.settings.lengths.fold_reach;
+  return std::clamp(2.0 * (reach - apart) / reach, 0.0, 1.0);
+}
+
 }  // namespace
 
 void part_folds(const SkinModel& model, SkinState& state) {
@@ -150,7 +164,8 @@ void part_folds(const SkinModel& model, SkinState& state) {
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
-    const Vec3 by = lack / (1.0 + squared(wall.barycentric)) * wall.normal;
+    const double share = facing(model, state, fold) * nearness(model, apart.norm());
+    const Vec3 by = share * lack / (1.0 + squared(wall.barycentric)) * wall.normal;
     state.separation[fold.node] += to_point(by);
     displace(model, wall, -by, state.separation);
     state.x[fold.node] += to_point(by);

@@ -197,8 +197,8 @@ std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm) {
   for (int b = 0; b < skeleton.size(); ++b) {
     const bool has_more =
         std::find(skeleton.parent.begin(), skeleton.parent.end(), b) != skeleton.parent.end();
-    const bool at_wrist =
-        (place(b) - place(arm.hand)).norm() < (place(b) - place(arm.forearm)).norm();
+    const bool at_wrist =  // what lies halfway twists the forearm
+        (place(b) - place(arm.hand)).norm() < 0.5 * (place(b) - place(arm.forearm)).norm();
     if (b != arm.hand && skeleton.parent[b] == arm.forearm && has_more && at_wrist)
       bodies.push_back(b);
   }

@@ -150,9 +150,9 @@ double facing(const SkinModel& model, const SkinState& state, const SkinFold& fo
   return std::clamp(-dot(sum, state.normals[fold.node]) / (3.0 * kFully), 0.0, 1.0);
 }
 
-double nearness(const SkinModel& model, double apart) {
-  const double reach = model.settings.lengths.fold_reach;
-  return std::clamp(2.0 * (reach - apart) / reach, 0.0, 1.0);
+// Share [1] of a move for what is searched for within `reach` (m).
+double brink(double reach, double away) {
+  return std::clamp(2.0 * (reach - away) / reach, 0.0, 1.0);
 }
 
 }  // namespace
@@ -164,7 +164,7 @@ void part_folds(const SkinModel& model, SkinState& state) {
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
-    const double share = facing(model, state, fold) * nearness(model, apart.norm());
+    const double share = facing(model, state, fold) * brink(model.settings.lengths.fold_reach, apart.norm());
     const Vec3 by = share * lack / (1.0 + squared(wall.barycentric)) * wall.normal;
     state.separation[fold.node] += to_point(by);
     displace(model, wall, -by, state.separation);
@@ -177,7 +177,8 @@ void cover_triangles(const SkinModel& model, SkinState& state) {
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
-    displace(model, cover, lack / squared(cover.barycentric) * cover.normal, state.x);
+    const double share = brink(model.settings.lengths.cover_reach, lack);
+    displace(model, cover, share * lack / squared(cover.barycentric) * cover.normal, state.x);
   }
 }
 

@@ -32,17 +32,18 @@ Moved moved_since(const Points& before, const Points& now, Points& moves) {
 void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
                         StageSeconds& seconds) {
   constexpr int kMost = 60;
-  constexpr double kLeastShare = 0.02;  // what still swings does so by contact, not by its return
+  constexpr double kLeastShare = 0.02;  // of which nothing swings by itself
   constexpr double kSlow = 0.7;         // of the step before
   double share = kReturnAtRest, moved_before = 1e9;
   if (!model.has_skin) return;
   Points before, moves;
-  for (int k = 0; k < kMost && share > kLeastShare; ++k) {
+  for (int k = 0; k < kMost; ++k) {
     before = layer_of(model, state).x;
     rest_skin(model, share, parallel, state, seconds);
     const Moved moved = moved_since(before, layer_of(model, state).x, moves);
     if (moved.mean < model.lengths.skin_at_rest) return;
-    if (moved.along < 0.0 && moved.mean > kSlow * moved_before) share *= 0.5;  // it swings
+    const bool swings = moved.along < 0.0 && moved.mean > kSlow * moved_before;
+    if (swings) share = std::max(0.5 * share, kLeastShare);
     moved_before = moved.mean;
   }
 }

@@ -44,18 +44,13 @@ NodeDistance distance(const Model& a, const Model& b, int& frame) {
 
 // Sag of the first muscle held horizontally: gravity across it against no gravity, no contact.
 double sag(const std::string& scene) {
-  const std::vector<std::string> still = {"contact.enabled=false"};
-  std::vector<std::string> with = still, without = still;
-  with.push_back("scene.gravity=[9.81, 0, 0]");
-  without.push_back("scene.gravity=[0, 0, 0]");
-  Model a = model_with(scene, with), b = model_with(scene, without);
-  a.muscles.resize(1);
-  b.muscles.resize(1);
-  a.ignore.resize(1);
-  b.ignore.resize(1);
-  a.last_frame = b.last_frame = a.first_frame + 1;
-  int frame = 0;
-  return distance(a, b, frame).largest;
+  const auto first_muscle = [&](const char* gravity) {
+    Model model = model_with(scene, {"contact.enabled=false", gravity});
+    model.last_frame = model.first_frame + 1;
+    return play(model, settled_state(model)).state.muscles[0].x;
+  };
+  return largest_distance(first_muscle("scene.gravity=[9.81, 0, 0]"),
+                          first_muscle("scene.gravity=[0, 0, 0]"));
 }
 
 }  // namespace

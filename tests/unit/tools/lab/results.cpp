@@ -64,5 +64,15 @@ TEST(Flexion, HasAFigureACommandAndATestInEachRow) {
   EXPECT_LE(std::stod(table.rows[0][1]), 1e-12);
 }
 
+// All that is measured of muscles in contact, of more than one.
+TEST(ResultsPage, StatesTheSpeedOfASceneOfSeveralMuscles) {
+  const Table table = speed_table(THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml", true);
+  EXPECT_EQ(table.rows.size(), 8u);
+  for (const std::vector<std::string>& row : table.rows) {
+    ASSERT_EQ(row.size(), table.head.size());
+    EXPECT_GT(std::stod(row[1]), 0.0) << row[0];
+  }
+}
+
 }  // namespace
 }  // namespace thew::tests

@@ -164,7 +164,8 @@ void part_folds(const SkinModel& model, SkinState& state) {
     const Vec3 apart = to_vec(state.x[fold.node]) - point_of(model, state, wall);
     const double lack = wall.level - wall.normal.dot(apart);
     if (lack <= 0.0) continue;
-    const double share = facing(model, state, fold) * brink(model.settings.lengths.fold_reach, apart.norm());
+    const double share =
+        facing(model, state, fold) * brink(model.settings.lengths.fold_reach, apart.norm());
     const Vec3 by = share * lack / (1.0 + squared(wall.barycentric)) * wall.normal;
     state.separation[fold.node] += to_point(by);
     displace(model, wall, -by, state.separation);

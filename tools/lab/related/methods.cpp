@@ -135,8 +135,11 @@ std::vector<RelatedMethod> related_methods(bool quick) {
   RelatedMethod lattice{"Hirota 1999", "free-form lattice, energy minimised"};
   lattice.has_step = false;
   for (const int cells : {4, 8}) {
-    lattice.dials.push_back({std::to_string(cells) + " cells a side", hirota(cells, 1e6), {},
-                             lattice_energy(cells, 1e6), lattice_energy(cells, 0.0)});
+    lattice.dials.push_back({std::to_string(cells) + " cells a side",
+                             hirota(cells, 1e6),
+                             {},
+                             lattice_energy(cells, 1e6),
+                             lattice_energy(cells, 0.0)});
   }
   all.push_back(lattice);
   RelatedMethod hill{"Chen 1992", "linear elements with Hill's fibres", true};

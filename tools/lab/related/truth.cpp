@@ -267,9 +267,9 @@ Truth find_truth(const TruthScene& scene) {
   for (int k = 0, n = scene.coarsest; k < scene.meshes; ++k, n *= 2) {
     FemBody& body = bodies.emplace_back(scene.body(n));
     const double rest = fem_volume(body);
-    out.converged = (k == 0 ? bring_to_rest(scene, body)
-                            : bring_to_rest(scene, bodies[k - 1], body)) &&
-                    out.converged;
+    out.converged =
+        (k == 0 ? bring_to_rest(scene, body) : bring_to_rest(scene, bodies[k - 1], body)) &&
+        out.converged;
     out.elements.push_back(body.count());
     out.volume_error = std::abs(fem_volume(body) / rest - 1.0);
     if (k == 0) continue;

@@ -99,8 +99,7 @@ TEST_P(SmallMaps, InferredCellsAreWhatTheirRunsSay) {
 
 INSTANTIATE_TEST_SUITE_P(Of, SmallMaps,
                          ::testing::Values(Small{"local_global", "stiffness"},
-                                           Small{"local_global", ""},
-                                           Small{"Zordan 2004", ""}),
+                                           Small{"local_global", ""}, Small{"Zordan 2004", ""}),
                          [](const auto& of) { return "Method" + std::to_string(of.index); });
 
 TEST(StabilityMaps, OfLocalGlobalUnderTenDecadesOfStiffness) {

@@ -52,12 +52,6 @@ def scale_locations(factor):
 def rebase(world):
     """Armatures and their meshes get this matrix, and their data its inverse."""
     places = {thing: thing.matrix_world.copy() for thing in skins()}
-    others = {
-        thing: thing.matrix_world.copy()
-        for rig in rigs()
-        for thing in rig.children_recursive
-        if thing not in places
-    }
     for rig in rigs():
         into = world.inverted() @ rig.matrix_world
         rig.parent = None
@@ -71,9 +65,6 @@ def rebase(world):
         else:
             thing.matrix_world = world
     bpy.context.view_layer.update()
-    for thing, place in others.items():  # a hat on a bone
-        thing.matrix_world = place
-        bpy.context.view_layer.update()
 
 
 def in_centimetres():

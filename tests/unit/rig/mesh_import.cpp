@@ -333,6 +333,14 @@ TEST_F(Import, ObjKeepsTheFilesOrderOfVertices) {
   for (size_t t = 0; t < 12; ++t) EXPECT_EQ(imported.mesh.triangles[t], cube.triangles[11 - t]);
 }
 
+TEST_F(Import, ObjThatNamesNoVertexOrNoNumberIsRefused) {
+  for (const char* bad :
+       {"f 1 2 4\n", "f 0 1 2\n", "f 1 2 99999999999\n", "v 1e99 0 0\nf 1 2 4\n"}) {
+    const std::string text = std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\n") + bad;
+    EXPECT_HAS(error_of(write("bad.obj", text)), "bad.obj:") << bad;
+  }
+}
+
 // 100 units of a centimetre are a metre.
 TEST_F(Import, FbxUnitsBecomeMetres) {
   const TriMesh mesh = import_mesh(write("t.fbx", kFbx)).mesh;

@@ -42,15 +42,15 @@ NodeDistance distance(const Model& a, const Model& b, int& frame) {
   return out;
 }
 
-// Sag of the first muscle held horizontally: gravity across it against no gravity, no contact.
+// mm, sag of the first muscle held horizontally: gravity across it against no gravity, no contact.
 double sag(const std::string& scene) {
   const auto first_muscle = [&](const char* gravity) {
     Model model = model_with(scene, {"contact.enabled=false", gravity});
     model.last_frame = model.first_frame + 1;
     return play(model, settled_state(model)).state.muscles[0].x;
   };
-  return largest_distance(first_muscle("scene.gravity=[9.81, 0, 0]"),
-                          first_muscle("scene.gravity=[0, 0, 0]"));
+  return 1e3 * largest_distance(first_muscle("scene.gravity=[9.81, 0, 0]"),
+                                first_muscle("scene.gravity=[0, 0, 0]"));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace thew::sim {
 namespace {
 
 constexpr int kSections = 24;  // across a belly, for its mean area
-constexpr int kWidth = 8;
+constexpr int kWidth = 4;  // doubles, of the widest vector that all processors of ten years have
 
 // Sections of one muscle, each in a lane.
 struct Sections {
@@ -59,7 +59,7 @@ void find_bits(const Sections& sections, const std::vector<double>& along, const
                std::vector<NodeBits>& bits) {
   bits.resize(x.size());
   for (size_t i = 0; i < x.size(); ++i) {
-    Mask below = {}, near = {}, bit = {1, 2, 4, 8, 16, 32, 64, 128};
+    Mask below = {}, near = {}, bit = {1, 2, 4, 8};
     for (int g = 0; g < Sections::kGroups; ++g, bit <<= kWidth) {
       Sections::Lanes term[3];
       for (int k = 0; k < 3; ++k) {

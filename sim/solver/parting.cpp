@@ -40,10 +40,12 @@ void list_pairs(const Model& model, State& state) {
   }
 }
 
+// Of pairs neither of which has moved, what was found holds.
 int find_pairs(Parallel& parallel, State& state) {
   PartingWork& work = state.parting;
   parallel.each(work.count, [&](int p) {
     PartingPair& pair = work.pairs[p];
+    if (!work.moved[pair.a] && !(is_soft(state, pair.b) && work.moved[pair.b])) return;
     find_partable(state.colliders[pair.a], state.colliders[pair.b], is_soft(state, pair.b),
                   pair.crossings);
   });

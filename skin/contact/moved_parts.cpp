@@ -2,6 +2,7 @@
 #include "skin/contact/moved_parts.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "muscles/lengths.h"
@@ -48,41 +49,45 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
   }
 }
 
-[[gnu::always_inline]] inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
-[[gnu::always_inline]] inline Lanes less(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+[[gnu::always_inline]] inline Point larger(const Point& a, const Point& b) { return a > b ? a : b; }
+[[gnu::always_inline]] inline Point less(const Point& a, const Point& b) { return a < b ? a : b; }
+
+// Four parts from the first on. Vectors of 32 bytes, since g++ makes comparisons of wider ones into
+// one for each number where the processor has no wider.
+[[gnu::always_inline]] inline Point four(const Lanes& lanes, int first) {
+  Point out;
+  std::memcpy(&out, lanes + first, sizeof out);
+  return out;
+}
 
 [[gnu::always_inline]] inline MotionBound motion_bound_of(const MovedParts& parts,
                                                           const NodeBox& positions,
                                                           const NodeBox& motions, double far) {
-  const Lanes zero = {};
-  Lanes apart = {}, nearer = {};  // squared, m^2
-  for (int axis = 0; axis < 3; ++axis) {
-    // The range of motions of each part relative to the points, and its distance over the whole
-    // motion.
-    const Lanes least = parts.least[axis] - motions.high[axis];
-    const Lanes most = parts.most[axis] - motions.low[axis];
-    const Lanes low = parts.low[axis] - positions.high[axis] - larger(most, zero);
-    const Lanes high = parts.high[axis] - positions.low[axis] - less(least, zero);
-    const Lanes off = larger(larger(low, -high), zero), moved = larger(most, -least);
-    apart += off * off;
-    nearer += moved * moved;
+  const Point zero = {};
+  Point close = zero + kFar, away = zero;  // squared, m^2
+  for (int k = 0; k < kParts; k += 4) {
+    Point apart = {}, nearer = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      // The range of motions of each part relative to the points, and its distance over the whole
+      // motion.
+      const Point least = four(parts.least[axis], k) - motions.high[axis];
+      const Point most = four(parts.most[axis], k) - motions.low[axis];
+      const Point low = four(parts.low[axis], k) - positions.high[axis] - larger(most, zero);
+      const Point high = four(parts.high[axis], k) - positions.low[axis] - less(least, zero);
+      const Point off = larger(larger(low, -high), zero), moved = larger(most, -least);
+      apart += off * off;
+      nearer += moved * moved;
+    }
+    const auto is_far = apart >= far * far;
+    close = less(close, is_far ? apart : zero + kFar);
+    away = larger(away, is_far ? zero : nearer);
   }
-  const auto is_far = apart >= far * far;
-  const Lanes closer = is_far ? apart : zero + kFar, farther = is_far ? zero : nearer;
-  const Point a = __builtin_shufflevector(closer, closer, 0, 1, 2, 3);
-  const Point b = __builtin_shufflevector(closer, closer, 4, 5, 6, 7);
-  const Point c = __builtin_shufflevector(farther, farther, 0, 1, 2, 3);
-  const Point d = __builtin_shufflevector(farther, farther, 4, 5, 6, 7);
-  const Point close = a < b ? a : b, away = c > d ? c : d;
-  const double closest =
-      std::min({kFar, std::min(close[0], close[1]), std::min(close[2], close[3])});
+  const double closest = std::min(std::min(close[0], close[1]), std::min(close[2], close[3]));
   const double farthest = std::max(std::max(away[0], away[1]), std::max(away[2], away[3]));
   return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
 }
 
-// Not a lambda: one that is not inlined, as at -O0, would return the vector in another register
-// than a clone for wider vectors expects.
-[[gnu::always_inline]] inline Point part_of(const Lanes* lanes, int k) {
+Point part_of(const Lanes* lanes, int k) {
   return Point{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
 }
 

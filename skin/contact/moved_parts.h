@@ -14,13 +14,13 @@ namespace thew::skin {
 /// (skin/notes.md, "A search in every step").
 struct MovedParts {
   static constexpr int kParts = 8;
-  using Lanes = double __attribute__((vector_size(8 * kParts)));
+  using Lanes = double[kParts];
   std::vector<int> roots;                 ///< nodes of the tree; this and the next two are set once
   std::vector<std::vector<int>> nodes;    ///< nodes by part; those on a border are in both
   std::vector<int> of_node, of_triangle;  ///< part of a node (one of them) and of a triangle
-  alignas(64) Lanes low[3],
-      high[3];              ///< m, boxes of the parts; at infinity for parts that do not exist
-  Lanes least[3], most[3];  ///< m, range of the motions of the nodes
+  /// m, boxes of the parts; at infinity for parts that do not exist.
+  alignas(32) Lanes low[3], high[3];
+  alignas(32) Lanes least[3], most[3];  ///< m, range of the motions of the nodes
   bool known = false;       ///< whether the motions are those of the last step
 };
 

@@ -109,20 +109,17 @@ void even_out(const SkinModel& model, int i, SkinState& state) {
   state.x[i] += 0.5 * (sum * (1.0 / weight) - state.x[i]);
 }
 
-// A node of the flesh limits the room of the skin around it, less with distance.
+// A node of the flesh limits the room of the triangle over it, and smooth_room() that of the skin
+// around, less with distance.
 void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& state) {
   const Lengths& lengths = model.settings.lengths;
   const Vec3 point = point_of(model, state, cover);
   const double over = std::max(cover.normal.dot(point) - cover.level, 0.0);
   if (over >= lengths.yielding_fat) return;
   const Vec3 flesh = point - (over + lengths.cover) * cover.normal;
-  triangles_near(state.bvh, flesh, 2.0 * lengths.yielding_fat, state.nearby);
-  for (int t : state.nearby) {
-    for (int node : model.surface.triangles[t]) {
-      if (state.room[node] <= over) continue;
-      const double beside = (to_vec(state.x[node]) - flesh).norm();
-      state.room[node] = std::min(state.room[node], over + kSlope * beside);
-    }
+  for (const int node : model.surface.triangles[cover.triangle]) {
+    const double beside = (to_vec(state.x[node]) - flesh).norm();
+    state.room[node] = std::min(state.room[node], over + kSlope * beside);
   }
 }
 

@@ -161,7 +161,7 @@ struct SkinState : SkinMotion {
   Points separation;         ///< m, by which the walls of folds were last moved apart, by node
   std::vector<double> room;  ///< m, how far a node may move inwards, at most Lengths::yielding_fat
   Points swelling;           ///< displacement of the nodes by a volume multiplier of 1
-  std::vector<int> hints, nearby;
+  std::vector<int> hints;
   std::vector<NodeGroup> groups;  ///< of the skin; set once
   std::vector<FleshGroup> flesh_groups;
   std::vector<int> flesh_begin;       ///< by collider, index of its first node among all

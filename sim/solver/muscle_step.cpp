@@ -43,7 +43,8 @@ bool has_converged(const Model& model, int iterations, const State& state) {
     std::snprintf(numbers, sizeof numbers,
                   "\" at %.4f s: an iteration still moves a node by %s m after %d of them; let it "
                   "move with inertia, by local_global",
-                  state.time, number_text(residual).c_str(), iterations);
+                  std::round(1e4 * state.time) / 1e4 + 0.0,  // not "-0.0000"
+                  number_text(residual).c_str(), iterations);
     throw NoSolution(m, "muscle \"" + model.muscles[m].name + numbers);
   }
   return true;

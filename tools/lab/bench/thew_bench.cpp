@@ -4,7 +4,7 @@
 // thew_bench SCENE --tolerance MM [--set KEY=VALUE]...: what solver.tolerance chooses there, and
 // its time beside that of the cheapest step that is the same for all muscles and as right. Exit
 // code 1 where the choice misses the tolerance.
-// thew_bench SCENE --copies OUT.svg: contact of 1 to 56 of it in one scene.
+// thew_bench SCENE --copies OUT.svg: contact of 1 to 64 of it in one scene.
 // thew_bench SCENE --skin: its skin layer as it comes, and with its volume kept.
 // thew_bench SCENE --features: the scene over itself without its maps, activation, or props.
 // One JSON object each (benches.h).

@@ -27,6 +27,7 @@ constexpr double kJoint = 0.08;    // of a segment's length, where the axis stay
 constexpr double kFromElbow = 0.35;
 // Of a section's radius: nearer to its edge the axis tells nothing of it.
 constexpr double kInside = 0.25;
+constexpr double kSame = 1e-4;   // m, of two distances to one surface
 constexpr double kReach = 0.45;  // of a segment's length: what is farther from its bone is no limb
 constexpr double kWidest = 1.5;  // a direction over its section's median
 constexpr int kNear = 3;         // sections to either side ...
@@ -73,8 +74,8 @@ void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
     const Vec3 axis = axis_point(fit, y), mapped = map_point(fit, axis);
     const auto [a, b] = plane_of(linear);
     const auto [own_reach, reach] = reach_at(fit, y);
-    const Limb::Section mine = ours.section(axis, Vec3::UnitX(), Vec3::UnitZ(), own_reach);
-    const Limb::Section other = theirs.section(mapped, a, b, reach);
+    const Limb::Section mine = ours.section(axis, Vec3::UnitX(), Vec3::UnitZ(), own_reach, kWidest);
+    const Limb::Section other = theirs.section(mapped, a, b, reach, kWidest);
     if (mine.radius <= 0.0 || other.radius <= 0.0) continue;
     known[row] = other.middle - mapped -
                  other.radius / (mine.radius * fit.across) * (linear * (mine.middle - axis));
@@ -128,6 +129,7 @@ void measure(const ArmFit& fit, const Limb& theirs, const Limb& body,
     const auto [a, b] = plane_of(linear);
     const double reach = reach_at(fit, y)[1];
     std::vector<double> known;
+    std::array<bool, kAround> by_trunk{};  // the way out is through the trunk
     const Limb::Section section = theirs.section(axis, a, b, reach);
     const bool within = body.closed() || section.within(axis) > kInside * section.radius;
     for (int k = 0; k < kAround; ++k) {
@@ -141,13 +143,19 @@ void measure(const ArmFit& fit, const Limb& theirs, const Limb& body,
       const double ratio =
           in_template > 0.0 && here > 0.0 ? here / mapped.norm() / in_template : -1.0;
       girth.at(row, k) = ratio;
-      if (ratio > 0.0) known.push_back(ratio);
+      if (ratio < 0.0) continue;
+      known.push_back(ratio);
+      by_trunk[k] = body.closed() && theirs.outermost(axis, to, here + kSame) < here - kSame;
     }
     if (known.size() < kAround / 4) known.clear();
     const double middle = known.empty() ? -1.0 : median(known);
+    // The trunk's skin says of the limb only that there is room; its length tells more.
+    const double by_length =
+        (y > fit.elbow_template.y() ? fit.along_upper : fit.along_fore) / fit.across;
     for (int k = 0; k < kAround; ++k) {
       double& ratio = girth.at(row, k);
-      ratio = middle < 0.0 || ratio < 0.0 ? middle : std::min(ratio, kWidest * middle);
+      const double most = kWidest * (by_trunk[k] ? std::min(by_length, middle) : middle);
+      ratio = middle < 0.0 || ratio < 0.0 ? middle : std::min(ratio, most);
     }
   }
 }

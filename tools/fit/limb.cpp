@@ -10,6 +10,7 @@
 
 #include "rig/math.h"
 #include "rig/text.h"
+#include "tools/base/median.h"
 
 namespace thew::tools {
 namespace {
@@ -156,25 +157,66 @@ double Limb::Section::within(const Vec3& p) const {
   return least;
 }
 
-Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double reach) const {
+namespace {
+
+// Where a plane cuts a triangle, seen from what is in the middle of a limb.
+struct Cut {
+  Point2 from, to;
+  bool outwards;  // the triangle faces away from the middle
+
+  // Whether the way from the middle to a point goes through it.
+  bool hides(const Point2& p) const {
+    const double at_from = cross(from, p), at_to = cross(to, p);
+    if ((at_from < 0.0) == (at_to < 0.0)) return false;
+    const Point2 met = from + at_from / (at_from - at_to) * (to - from);
+    return met.dot(p) > 0.0 && met.squaredNorm() < (1.0 - kRounding) * p.squaredNorm();
+  }
+};
+
+// What faces the middle behind the limb's own outside is the trunk's side, beside which the arm
+// hangs and which weights often give to it in part.
+bool is_beyond(const Cut& cut, const std::vector<Cut>& all) {
+  if (cut.outwards) return false;
+  const Point2 middle = 0.5 * (cut.from + cut.to);
+  return std::any_of(all.begin(), all.end(),
+                     [&](const Cut& other) { return other.outwards && other.hides(middle); });
+}
+
+}  // namespace
+
+Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double reach,
+                            double widest) const {
   Section out;
   out.at = out.middle = at;
   out.a = a;
   out.b = b;
   const Vec3 normal = a.cross(b);
-  std::vector<Point2> points;
+  std::vector<Cut> cuts;
   for (size_t i = 0; i < balls_.size(); ++i) {
     if (std::abs(normal.dot(balls_[i].middle - at)) > balls_[i].reach) continue;
     const Triangle& t = mesh_.triangles[i];
+    std::vector<Point2> ends;
     for (int k = 0; k < 3; ++k) {
       const Vec3 p = mesh_.vertices[t[k]] - at, q = mesh_.vertices[t[(k + 1) % 3]] - at;
       const double over = normal.dot(p), under = normal.dot(q);
       if ((over < 0.0) == (under < 0.0)) continue;
       const Vec3 cut = p + over / (over - under) * (q - p);
-      if (cut.norm() <= reach) points.emplace_back(a.dot(cut), b.dot(cut));
+      if (cut.norm() <= reach) ends.emplace_back(a.dot(cut), b.dot(cut));
     }
+    if (ends.empty()) continue;
+    const Vec3 corner = mesh_.vertices[t[0]];
+    const Vec3 face = (mesh_.vertices[t[1]] - corner).cross(mesh_.vertices[t[2]] - corner);
+    cuts.push_back({ends.front(), ends.back(), face.dot(corner - at) > 0.0});
+  }
+  std::vector<Point2> points;
+  for (const Cut& cut : cuts) {
+    if (!is_beyond(cut, cuts)) points.insert(points.end(), {cut.from, cut.to});
   }
   if (points.size() < 3) return out;
+  std::vector<double> far;
+  for (const Point2& p : points) far.push_back(p.norm());
+  const double most = widest * median(far);
+  for (Point2& p : points) p *= std::min(1.0, most / std::max(p.norm(), most));
   out.outline = convex_hull(std::move(points));
   double twice = 0.0;
   Point2 moment = Point2::Zero();

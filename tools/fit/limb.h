@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ class Limb {
   double way_out(const Vec3& from, const Vec3& to) const;
 
   /// Of a plane with what of the limb lies within reach: its convex outline, which neither holes
-  /// nor inner walls change.
+  /// nor inner walls change, nor the trunk's side beside it.
   struct Section {
     Vec3 middle = Vec3::Zero();
     double radius = 0.0;  ///< m, of the circle of that area; 0 where there is none
@@ -31,8 +32,10 @@ class Limb {
     Vec3 at, a, b;
     double within(const Vec3& p) const;  ///< m, from the outline; negative outside of it
   };
-  /// Through `at`, along unit vectors at right angles.
-  Section section(const Vec3& at, const Vec3& a, const Vec3& b, double reach) const;
+  /// Through `at`, along unit vectors at right angles. What is farther than `widest` times the
+  /// median counts as so far: at the armpit the trunk goes on beside the limb.
+  Section section(const Vec3& at, const Vec3& a, const Vec3& b, double reach,
+                  double widest = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Ball {  // around a triangle, so that most of them cost little

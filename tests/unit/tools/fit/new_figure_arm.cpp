@@ -120,6 +120,30 @@ TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
 }
 
 // Armour: upper arm and forearm apart by 3 cm, each closed by a cap, a ball in the joint between.
+// Weights that were made by nearness give it to the arm that hangs beside it.
+TEST_F(NewFigure, TheTrunksSideIsNoneOfTheArm) {
+  Figure figure;
+  const auto joint = [&](const std::string& name) {
+    const auto has_name = [&](const Figure::Joint& one) { return one.name == name; };
+    const auto at = std::find_if(figure.joints.begin(), figure.joints.end(), has_name);
+    return static_cast<int>(at - figure.joints.begin());
+  };
+  const std::array<int, 2> arms = {joint("RightArm"), joint("LeftArm")};
+  Figure::Mesh& mesh = figure.meshes[0];
+  int given = 0;
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3& p = mesh.positions[i];
+    const int side = p.x() > 0.0, arm = arms[side];
+    if (mesh.share(i, arm, arm + 2) > 0.1 || p.y() < 1.0 || p.y() > 1.33) continue;
+    mesh.joints[i] = {static_cast<std::uint8_t>(arm), 0, 0, 0};
+    mesh.weights[i] = {1.0f, 0.0f, 0.0f, 0.0f};
+    ++given;
+  }
+  EXPECT_GT(given, 50);
+  const Model beside = made(options(figure));
+  EXPECT_NEAR(volume_of(beside), volume_of(plain()), 0.03 * volume_of(plain()));
+}
+
 TEST_F(NewFigure, PiecesMakeOneArm) {
   const double whole = volume_of(plain());
   Figure figure;

@@ -237,6 +237,7 @@ std::vector<RelatedClaim> judge_claims(const Study& study) {
   std::vector<RelatedClaim> all;
   const auto add = [&](const char* source, RelatedClaim claim) {
     claim.source = source;
+    if (claim.figures.ends_with("; ")) claim.figures.erase(claim.figures.size() - 2);
     all.push_back(std::move(claim));
   };
   constexpr const char *kPrinted = "printed", *kSense = "paraphrase", *kAuthors = "its authors";

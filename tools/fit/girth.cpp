@@ -30,6 +30,7 @@ constexpr double kInside = 0.25;
 constexpr double kSame = 1e-4;   // m, of two distances to one surface
 constexpr double kReach = 0.45;  // of a segment's length: what is farther from its bone is no limb
 constexpr double kWidest = 1.5;  // a direction over its section's median
+constexpr double kTrunk = 1.8;   // ... beyond which a section's outline is the trunk's
 constexpr int kNear = 3;         // sections to either side ...
 constexpr int kBeside = 2;       // ... and directions, the median of which is usual
 // Of the skin's distance around, below which a ray has met an inner wall through a hole.
@@ -74,8 +75,8 @@ void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
     const Vec3 axis = axis_point(fit, y), mapped = map_point(fit, axis);
     const auto [a, b] = plane_of(linear);
     const auto [own_reach, reach] = reach_at(fit, y);
-    const Limb::Section mine = ours.section(axis, Vec3::UnitX(), Vec3::UnitZ(), own_reach, kWidest);
-    const Limb::Section other = theirs.section(mapped, a, b, reach, kWidest);
+    const Limb::Section mine = ours.section(axis, Vec3::UnitX(), Vec3::UnitZ(), own_reach, kTrunk);
+    const Limb::Section other = theirs.section(mapped, a, b, reach, kTrunk);
     if (mine.radius <= 0.0 || other.radius <= 0.0) continue;
     known[row] = other.middle - mapped -
                  other.radius / (mine.radius * fit.across) * (linear * (mine.middle - axis));

@@ -12,9 +12,6 @@ namespace thew::skin {
 namespace {
 
 constexpr int kRounds = 20;  // of moving divided triangles out; chosen by trial
-// ... and how far, in multiples of Lengths::max_climb: fewer leave muscles outside of coarse
-// triangles, and without end flesh on both sides of an armpit throws their vertices far.
-constexpr double kClimbs = 4.0;
 
 Point point_at(const SkinnedSkin::Node& node, const Points& x) {
   Point sum{};
@@ -59,7 +56,6 @@ void keep_triangles_out(const SkinnedSkin& skin, const SkinState& layer, Skinned
                         Points& x) {
   work.most.assign(x.size(), 0.0);
   work.before = x;
-  const double furthest = kClimbs * skin.settings.lengths.max_climb;
   for (int round = 0; round < kRounds; ++round) {
     bool is_out = true;
     for (size_t i = 0; i < skin.nodes.size(); ++i) {
@@ -78,7 +74,7 @@ void keep_triangles_out(const SkinnedSkin& skin, const SkinState& layer, Skinned
         const int corner = node.corners[k];
         if (node.shares[k] <= 0.0) continue;
         double& most = work.most[corner];
-        if (round == 0) most = std::max(most, std::min(lack, furthest));
+        if (round == 0) most = std::max(most, std::min(lack, skin.settings.lengths.max_climb));
         const Point moved = x[corner] + node.shares[k] * by - work.before[corner];
         const double far = norm(moved);
         x[corner] = work.before[corner] + (far > most ? most / far : 1.0) * moved;

@@ -87,7 +87,9 @@ void cut(const Surface& surface, const Bvh& bvh, size_t nodes, MovedParts& parts
   return {std::sqrt(farthest) + kRounding, std::sqrt(closest) - kRounding};
 }
 
-Point part_of(const Lanes* lanes, int k) {
+// Not a lambda: one that is not inlined, as at -O0, would return the vector in another register
+// than a clone for wider vectors expects.
+[[gnu::always_inline]] inline Point part_of(const Lanes* lanes, int k) {
   return Point{lanes[0][k], lanes[1][k], lanes[2][k], 0.0};
 }
 

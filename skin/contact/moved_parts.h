@@ -21,7 +21,7 @@ struct MovedParts {
   /// m, boxes of the parts; at infinity for parts that do not exist.
   alignas(32) Lanes low[3], high[3];
   alignas(32) Lanes least[3], most[3];  ///< m, range of the motions of the nodes
-  bool known = false;       ///< whether the motions are those of the last step
+  bool known = false;                   ///< whether the motions are those of the last step
 };
 
 /// Sets the parts of a surface with positions x, to which its tree is refitted, and `before` at the

@@ -216,7 +216,9 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
   std::vector<double> far;
   for (const Point2& p : points) far.push_back(p.norm());
   const double most = widest * median(far);
-  for (Point2& p : points) p *= std::min(1.0, most / std::max(p.norm(), most));
+  for (Point2& p : points) {
+    if (p.norm() > most) p *= most / p.norm();
+  }
   out.outline = convex_hull(std::move(points));
   double twice = 0.0;
   Point2 moment = Point2::Zero();

@@ -37,6 +37,16 @@ Table tested_table() {
        {"integrators end in one limit", "`tests/property/sim_integrators.cpp`"}}};
 }
 
+// A message names its scene by where that lies on this machine.
+void name_scene(const std::string& path, Table& table) {
+  for (auto& row : table.rows) {
+    for (std::string& cell : row) {
+      const auto at = cell.find(path);
+      if (at != std::string::npos) cell.replace(at, path.size(), "SCENE");
+    }
+  }
+}
+
 }  // namespace
 
 ExitCode results_command(const CommandOptions& options, bool quick) {
@@ -64,7 +74,10 @@ ExitCode results_command(const CommandOptions& options, bool quick) {
     Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "measuring",
                       static_cast<int>(parts.size()), stderr);
     for (size_t k = 0; k < parts.size(); ++k) {
-      for (Table& table : parts[k].second()) tables.push_back(std::move(table));
+      for (Table& table : parts[k].second()) {
+        name_scene(arm.string(), table);
+        tables.push_back(std::move(table));
+      }
       head.missing.clear();  // the page is there after each part: half an hour may end early
       for (size_t left = k + 1; left < parts.size(); ++left) {
         head.missing += (head.missing.empty() ? "" : ", ") + std::string(parts[left].first);

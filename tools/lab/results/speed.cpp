@@ -134,15 +134,7 @@ std::vector<Table> tolerance_tables(const std::filesystem::path& scene) {
 std::vector<Table> chart_tables(const std::filesystem::path& scene, int threads) {
   const Chart chart = run_chart({.scene = scene, .threads = threads});
   std::vector<Table> tables = {points_of(chart), refinements_of(chart)};
-  const std::string path = scene.string();
   for (Table& table : tables) {
-    for (auto& row : table.rows) {
-      for (std::string& cell : row) {  // a failure names its scene, wherever that lies here
-        if (const auto at = cell.find(path); at != std::string::npos) {
-          cell.replace(at, path.size(), "SCENE");
-        }
-      }
-    }
     table.title = "The chart: " + table.title;
     table.note +=
         " Measured alone by `thew-lab chart SCENE --out DIR`; tested by "

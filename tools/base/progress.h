@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "tools/base/options.h"
@@ -21,11 +22,11 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Step number `done` of `total` is over; it was `frame`.
-  void step(int done, int frame);
+  /// Step number `done` of `total` is over; it was `frame`, where steps are frames.
+  void step(int done, std::optional<int> frame = std::nullopt);
 
  private:
-  void draw_bar(int done, int frame, double seconds, double left);
+  void draw_bar(int done, const std::string& frame, double seconds, double left);
 
   ProgressStyle style_;
   std::string what_;

@@ -167,7 +167,7 @@ Comparison compare(const fs::path& expected, const fs::path& actual,
     ImageComparison& image = result.images[i];
     compare_image(image, mask ? &*mask : nullptr, options.limits);
     const std::scoped_lock lock(telling);
-    progress.step(++done, image.frame.value_or(0));
+    progress.step(++done, image.frame);
   });
   return result;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lab/base/table.h"
 
+#include <cstdlib>
+
 #include "tools/base/html_page.h"
 #include "tools/base/svg_chart.h"
 
@@ -9,14 +11,32 @@ namespace {
 
 constexpr const char* kTableStyle =
     "caption { text-align: left; padding: 10px 12px; font-weight: 600; } td { vertical-align: top; "
-    "} th { font-size: 13px; color: var(--soft); }\n";
+    "} th { font-size: 13px; color: var(--soft); } .text { text-align: left; }\n";
 
 using Row = std::vector<std::string>;
 
-std::string html_row(const Row& row, const std::string& tag) {
+bool is_number(const std::string& cell) {
+  char* end = nullptr;
+  std::strtod(cell.c_str(), &end);
+  return end == cell.c_str() + cell.size();  // also of an empty cell
+}
+
+/// Which columns are words, to be read from the left; numbers stand to the right.
+std::vector<bool> words_of(const Table& table) {
+  std::vector<bool> words(table.head.size(), false);
+  for (const Row& row : table.rows) {
+    for (size_t i = 0; i < row.size() && i < words.size(); ++i) {
+      if (!is_number(row[i])) words[i] = true;
+    }
+  }
+  return words;
+}
+
+std::string html_row(const Row& row, const std::string& tag, const std::vector<bool>& words) {
   std::string html = "<tr>";
-  for (const std::string& cell : row) {
-    html += "<" + tag + ">" + escape_html(cell) + "</" + tag + ">";
+  for (size_t i = 0; i < row.size(); ++i) {
+    html += "<" + tag + (i < words.size() && words[i] ? " class=\"text\">" : ">") +
+            escape_html(row[i]) + "</" + tag + ">";
   }
   return html + "</tr>\n";
 }
@@ -58,9 +78,10 @@ std::string markdown_of(const Table& table) {
 }
 
 std::string html_of(const Table& table) {
+  const std::vector<bool> words = words_of(table);
   std::string html = "<div class=\"wide\"><table><caption>" + escape_html(table.title) +
-                     "</caption>" + html_row(table.head, "th");
-  for (const Row& row : table.rows) html += html_row(row, "td");
+                     "</caption>" + html_row(table.head, "th", words);
+  for (const Row& row : table.rows) html += html_row(row, "td", words);
   return html + "</table></div>\n" +
          (table.note.empty() ? "" : "<p class=\"soft\">" + escape_html(table.note) + "</p>\n");
 }

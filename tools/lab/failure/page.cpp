@@ -361,12 +361,11 @@ std::string maps_html(const std::string& scene, const std::vector<StabilityMap>&
     html += "</div>\n" + (own.rows.empty() ? "" : html_of(own));
   }
   html += "<p class=\"soft\">" + number(cpu_minutes, 2) + " CPU minutes.</p>\n";
-  return html_page(
-      scene + ": where methods fail",
-      "main { max-width: 1320px; } td, th { white-space: normal; text-align: left !important; } "
-      ".maps { display: flex; flex-wrap: wrap; gap: 18px; } "
-      ".maps svg { height: auto; max-width: 100%; }",
-      html);
+  return html_page(scene + ": where methods fail",
+                   "main { max-width: 1320px; } td, th { white-space: normal; } "
+                   ".maps { display: flex; flex-wrap: wrap; gap: 18px; } "
+                   ".maps svg { height: auto; max-width: 100%; }",
+                   html);
 }
 
 }  // namespace thew::tools

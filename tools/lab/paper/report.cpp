@@ -95,7 +95,7 @@ void PaperReport::add(const PaperVerdict& verdict) {
 void PaperReport::done(int steps) {
   const std::scoped_lock lock(mutex_);
   steps_ += steps;
-  progress_.step(steps_, steps_);
+  progress_.step(steps_);
 }
 
 std::vector<PaperVerdict> PaperReport::verdicts() const {

@@ -26,10 +26,8 @@ ExitCode related_command(const CommandOptions& options, bool quick) {
   Progress progress(parse_progress(options.progress, isatty(STDERR_FILENO) != 0), "comparing",
                     study_steps(quick), stderr);
   int steps = 0;
-  const Study study = run_study(own_asset("paper"), own_asset("arm/arm.toml"), quick, [&] {
-    ++steps;
-    progress.step(steps, steps);
-  });
+  const Study study = run_study(own_asset("paper"), own_asset("arm/arm.toml"), quick,
+                                [&] { progress.step(++steps); });
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   write_study(study, seconds.count(), place);
   const std::string page = (options.out / "related.html").string();

@@ -86,7 +86,7 @@ ExitCode results_command(const CommandOptions& options, bool quick) {
       head.minutes = seconds.count() / 60.0;
       head.load_after = load_average();
       replace_durably(options.out, results_page(head, tables));
-      progress.step(static_cast<int>(k) + 1, static_cast<int>(k) + 1);
+      progress.step(static_cast<int>(k) + 1);
     }
   }
   if (options.json) {

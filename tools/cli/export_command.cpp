@@ -11,6 +11,7 @@
 #include "tools/export/character_skin.h"
 #include "tools/export/formats.h"
 #include "tools/export/looks.h"
+#include "tools/export/own_mesh.h"
 #include "tools/export/sequence.h"
 
 namespace thew::tools {
@@ -81,29 +82,8 @@ bool is_point_cache(const fs::path& file) {
   return file.extension() == ".pc2" || file.extension() == ".mdd";
 }
 
-// One point cache for each mesh of the character.
-Exported write_caches_onto(Shot& shot, const CommandOptions& options, const ExportChoice& choice,
-                           bool meshes_chosen) {
-  if (meshes_chosen || choice.correctives || !names_gltf(choice.character)) {
-    throw Error(ErrorCode::kUsage,
-                "--onto " + choice.character.string() + " for " + options.out.string() +
-                    " takes a .gltf, .glb or .vrm, whose skin it writes, without --mesh and "
-                    "--correctives; leave these out");
-  }
-  const int skin = skin_mesh(shot.info());
-  if (skin < 0) {
-    throw Error(ErrorCode::kUsage, "--onto: the bake has no character's own skin; leave it out");
-  }
-  shot.meshes = {skin};
-  const std::vector<CachedNode> nodes = point_cache_nodes(shot, options.out, choice.character);
-  std::vector<fs::path> files;
-  for (const CachedNode& node : nodes) {
-    files.push_back(node.file);
-    files.push_back(rest_file(node.file));
-  }
-  claim(files, options.overwrite);
-  return export_point_caches_onto(shot, nodes);
-}
+// An artist's own mesh, for formats with polygons or with vertices alone.
+bool names_own_mesh(const fs::path& character) { return character.extension() == ".obj"; }
 
 /// Onto which character's file the skin goes; "" for none.
 struct Onto {
@@ -126,9 +106,10 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const ExportCh
         "--mesh chooses meshes of the bake, and --onto writes those of the character; leave one "
         "of them out");
   }
-  if (asked && !names_gltf(choice.character)) {
-    refuse("--onto " + choice.character.string() +
-           ": is no .gltf, .glb or .vrm; convert the character to one, and bake that");
+  if (asked && !names_gltf(choice.character) && (glb || !names_own_mesh(choice.character))) {
+    refuse("--onto " + choice.character.string() + ": is no .gltf, .glb or .vrm" +
+           (glb ? "; convert the character to one, and bake that"
+                : ", and no .obj of the skin; export it as one of them"));
   }
   if (asked) return {choice.character, ""};
   const std::string& name = shot.info().character.file;
@@ -149,11 +130,15 @@ Onto choose_onto(const Shot& shot, const CommandOptions& options, const ExportCh
 }
 
 // Of a character that was not asked for and is not as it was baked, nothing is taken.
-void take_looks(const ExportChoice& choice, Onto& onto, Shot& shot) {
+void take_looks(const CommandOptions& options, const ExportChoice& choice, Onto& onto, Shot& shot) {
   const auto& meshes = shot.meshes;
   if (onto.character.empty() ||
       std::find(meshes.begin(), meshes.end(), skin_mesh(shot.info())) == meshes.end()) {
     return;
+  }
+  if (names_own_mesh(onto.character)) {
+    return put_onto_own_mesh(onto.character,
+                             find_character(options.input, shot.info().character.file), shot);
   }
   try {
     shot.looks = read_skin_looks(shot, onto.character);
@@ -180,8 +165,8 @@ Exported write(const Shot& shot, const CommandOptions& options, const GlbOptions
     exported.note += onto.note;
     return exported;
   };
-  if (ending == ".pc2") return export_pc2(shot, file);
-  if (ending == ".mdd") return export_mdd(shot, file);
+  if (ending == ".pc2") return noted(export_pc2(shot, file));
+  if (ending == ".mdd") return noted(export_mdd(shot, file));
   if (ending == ".obj") return noted(export_obj(shot, file));
   if (ending == ".ply") return export_ply(shot, file);
   if (ending == ".glb") return noted(export_glb(shot, file, glb));
@@ -191,6 +176,39 @@ Exported write(const Shot& shot, const CommandOptions& options, const GlbOptions
   }
   if (ending == ".abc") return noted(export_alembic(shot, file));
   refuse_ending(file);
+}
+
+// One point cache for each mesh of the character.
+Exported write_caches_onto(Shot& shot, const CommandOptions& options, const ExportChoice& choice,
+                           bool meshes_chosen) {
+  const bool own = names_own_mesh(choice.character);
+  if (meshes_chosen || choice.correctives || !(own || names_gltf(choice.character))) {
+    throw Error(ErrorCode::kUsage,
+                "--onto " + choice.character.string() + " for " + options.out.string() +
+                    " takes a .gltf, .glb or .vrm, whose skin it writes, or an .obj of that, "
+                    "without --mesh and --correctives; leave these out");
+  }
+  const int skin = skin_mesh(shot.info());
+  if (skin < 0) {
+    throw Error(ErrorCode::kUsage, "--onto: the bake has no skin; leave it out");
+  }
+  shot.meshes = {skin};
+  if (own) {
+    put_onto_own_mesh(choice.character, find_character(options.input, shot.info().character.file),
+                      shot);
+    claim({options.out, rest_file(options.out)}, options.overwrite);
+    Onto onto;
+    onto.note = "; on an object with Z up, Forward to Z and Up to -Y";
+    return write(shot, options, {}, onto);
+  }
+  const std::vector<CachedNode> nodes = point_cache_nodes(shot, options.out, choice.character);
+  std::vector<fs::path> files;
+  for (const CachedNode& node : nodes) {
+    files.push_back(node.file);
+    files.push_back(rest_file(node.file));
+  }
+  claim(files, options.overwrite);
+  return export_point_caches_onto(shot, nodes);
 }
 
 nlohmann::ordered_json told(const Shot& shot, const Exported& exported) {
@@ -243,7 +261,7 @@ nlohmann::ordered_json export_bake(const CommandOptions& options,
   claim(files_of(shot, options.out), options.overwrite);
   Onto onto = choose_onto(shot, options, choice, !meshes.empty());
   if (takes_looks(options.out)) {
-    take_looks(choice, onto, shot);
+    take_looks(options, choice, onto, shot);
     if (options.out.extension().string().starts_with(".usd")) {
       claim(usd_images(shot, options.out), options.overwrite);
     }

@@ -100,7 +100,9 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
       ->check(CLI::Range(1, 10000));
   command->add_option("--onto", onto.character,
                       ".glb: the character's glTF or VRM, which comes back with its skin as baked; "
-                      ".usd*, .abc, .obj: whose texture coordinates and materials the skin has; "
+                      ".usd*, .abc, .obj: whose texture coordinates and materials the skin has, or "
+                      "an OBJ of the skin at rest, whose polygons and order too; .pc2, .mdd: in "
+                      "whose order; "
                       "where it is left out, the bake's, if it is found; none: the bake alone");
   command->add_flag("--correctives", onto.correctives,
                     "skeleton and weights are kept; morph targets hold what muscles add");

@@ -90,12 +90,12 @@ void add_constant(AbcArchive& out, std::vector<P>& to, P property, const std::st
   to.push_back(std::move(property));
 }
 
-// Alembic's faces run clockwise, seen from outside.
-template <typename At>
-std::vector<int> clockwise(const std::vector<Triangle>& triangles, const At& at) {
-  std::vector<int> corners;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (int corner = 2; corner >= 0; --corner) corners.push_back(at(t, corner));
+// Alembic's faces run clockwise, seen from outside. `corners`: what each corner of the faces has.
+std::vector<int> clockwise(const std::vector<int>& counts, std::vector<int> corners) {
+  auto first = corners.begin();
+  for (const int count : counts) {
+    std::reverse(first, first + count);
+    first += count;
   }
   return corners;
 }
@@ -140,22 +140,20 @@ void add_measured(const Shot& shot, std::size_t m, const RigidMotion& rigid, Mes
 
 MeshObject begin_mesh(AbcArchive& out, const Shot& shot, std::size_t m, const RigidMotion& rigid) {
   const BakeMesh& mesh = shot.mesh(m);
-  const std::vector<Triangle>& triangles = mesh.rest.triangles;
+  const Faces faces = faces_of(shot, m);
   MeshObject object;
-  const auto corners = clockwise(triangles, [&](auto t, int c) { return triangles[t][c]; });
   add_constant(out, object.constant, {".faceIndices", "", P::kArray, P::kInt32},
-               numbers<std::int32_t>(corners));
+               numbers<std::int32_t>(clockwise(faces.counts, faces.corners)));
   add_constant(out, object.constant, {".faceCounts", "", P::kArray, P::kInt32},
-               numbers<std::int32_t>(std::vector<int>(triangles.size(), 3)));
+               numbers<std::int32_t>(faces.counts));
   if (const Uvs uvs = uvs_of(shot, m); !uvs.values.empty()) {
     P compound{"uv", parameter("fvr", "vector", 2)};
     std::string values;
     for (const auto& uv : uvs.values) values += numbers<float>(uv);
     add_constant(out, compound.below,
                  {".vals", parameter("fvr", "vector", 2), P::kArray, P::kFloat32, 2}, values);
-    const auto of_uvs = clockwise(triangles, [&](auto t, int c) { return uvs.corners[3 * t + c]; });
     add_constant(out, compound.below, {".indices", "", P::kArray, P::kUint32},
-                 numbers<std::uint32_t>(of_uvs));
+                 numbers<std::uint32_t>(clockwise(faces.counts, uvs.corners)));
     object.constant.push_back(std::move(compound));
   }
   add_constant(out, object.parameters,
@@ -184,7 +182,7 @@ AbcObject face_set(AbcArchive& out, const SkinLooks::Part& part, const P& bounds
   P compound{".faceset", kFaceSet};
   compound.below = {bounds};
   add_constant(out, compound.below, {".faces", "", P::kArray, P::kInt32},
-               numbers<std::int32_t>(part.triangles));
+               numbers<std::int32_t>(part.faces));
   add_constant(out, compound.below, {".facesExclusive", "", P::kScalar, P::kUint32},
                numbers<std::uint32_t>(std::vector<int>{1}));
   return {object_name(part.material), titled(kFaceSet, ".faceset"), {std::move(compound)}};

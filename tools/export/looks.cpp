@@ -136,7 +136,7 @@ std::vector<SkinLooks::Part> parts_of(const Character& character) {
     }
   }
   for (std::size_t t = 0; t < character.mesh.triangles.size(); ++t) {
-    parts[part_of[character.mesh.triangles[t][0]]].triangles.push_back(static_cast<int>(t));
+    parts[part_of[character.mesh.triangles[t][0]]].faces.push_back(static_cast<int>(t));
   }
   if (parts.size() < 2) parts.clear();
   return parts;
@@ -162,6 +162,14 @@ Uvs fibre_uvs(const BakeMesh& mesh) {
     }
   }
   return uvs;
+}
+
+Faces faces_of(const Shot& shot, std::size_t m) {
+  if (shot.is_own(m)) return shot.own->faces;
+  const std::vector<Triangle>& triangles = shot.mesh(m).rest.triangles;
+  Faces faces{std::vector<int>(triangles.size(), 3), {}};
+  for (const Triangle& t : triangles) faces.corners.insert(faces.corners.end(), t.begin(), t.end());
+  return faces;
 }
 
 Uvs uvs_of(const Shot& shot, std::size_t m) {

@@ -22,21 +22,21 @@ std::string word(const std::string& name) {
   return result.empty() ? "_" : result;
 }
 
-// By triangle, what its group and material are from there on; "" where it is as before.
-std::vector<std::string> headings(const Shot& shot, std::size_t m) {
+// By face, what its group and material are from there on; "" where it is as before.
+std::vector<std::string> headings(const Shot& shot, std::size_t m, std::size_t faces) {
   const BakeMesh& mesh = shot.mesh(m);
   const std::string kind = kind_name(mesh.kind), group = "g " + word(mesh.name) + " " + kind;
-  std::vector<std::string> headings(mesh.rest.triangles.size(), group + "\nusemtl " + kind + "\n");
+  std::vector<std::string> headings(faces, group + "\nusemtl " + kind + "\n");
   if (shot.meshes[m] == skin_mesh(shot.info())) {
     for (const SkinLooks::Part& part : shot.looks.parts) {
       const std::string material = word(part.material);
-      for (const int t : part.triangles) {
-        headings[t] = group + " " + material + "\nusemtl " + material + "\n";
+      for (const int f : part.faces) {
+        headings[f] = group + " " + material + "\nusemtl " + material + "\n";
       }
     }
   }
-  for (std::size_t t = headings.size(); t-- > 1;) {
-    if (headings[t] == headings[t - 1]) headings[t].clear();
+  for (std::size_t f = headings.size(); f-- > 1;) {
+    if (headings[f] == headings[f - 1]) headings[f].clear();
   }
   return headings;
 }
@@ -65,24 +65,25 @@ std::vector<std::string> obj_faces(const Shot& shot) {
   std::vector<std::string> texts;
   std::size_t before = 1, uvs_before = 1;  // OBJ counts from 1, through all objects
   for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
-    const TriMesh& rest = shot.mesh(m).rest;
+    const Faces faces = faces_of(shot, m);
     const Uvs uvs = uvs_of(shot, m);
     std::string& text = texts.emplace_back();
     for (const auto& [u, v] : uvs.values) text += "vt " + digits(u) + " " + digits(v) + "\n";
     text += "s 1\n";
-    const std::vector<std::string> heading = headings(shot, m);
-    for (std::size_t t = 0; t < rest.triangles.size(); ++t) {
-      text += heading[t] + "f";
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::string number = std::to_string(before + rest.triangles[t][c]);
+    const std::vector<std::string> heading = headings(shot, m, faces.counts.size());
+    std::size_t corner = 0;
+    for (std::size_t f = 0; f < faces.counts.size(); ++f) {
+      text += heading[f] + "f";
+      for (int c = 0; c < faces.counts[f]; ++c, ++corner) {
+        const std::string number = std::to_string(before + faces.corners[corner]);
         const std::string uv =
-            uvs.values.empty() ? "" : std::to_string(uvs_before + uvs.corners[3 * t + c]);
+            uvs.values.empty() ? "" : std::to_string(uvs_before + uvs.corners[corner]);
         text += " " + number + "/" + uv + "/" + number;
       }
       text += "\n";
     }
     uvs_before += uvs.values.size();
-    before += rest.vertices.size();
+    before += shot.mesh(m).rest.vertices.size();
   }
   return texts;
 }

@@ -36,6 +36,13 @@ int find_mesh(const BakeInfo& info, const std::string& name) {
   return static_cast<int>(found - names.begin());
 }
 
+std::vector<Vec3> chosen_of(const Shot& shot, std::size_t m, std::vector<Vec3> positions) {
+  if (!shot.is_own(m)) return positions;
+  std::vector<Vec3> own;
+  for (const int v : shot.own->from) own.push_back(positions[v]);
+  return own;
+}
+
 // Flesh and bone are smooth, as shaded_triangles() has them.
 std::vector<int> smooth_vertices(const BakeMesh& mesh) {
   if (mesh.kind != BakeMesh::Kind::kSkin) return first_at_position(mesh.rest);
@@ -83,9 +90,9 @@ void for_each_frame(const Shot& shot, const std::function<void(const ShotFrame&)
     stop_if_interrupted();
     BakeFrame baked = shot.reader.read(place);
     ShotFrame frame{place, baked.frame, {}, {}, std::move(baked.bodies)};
-    for (const int mesh : shot.meshes) {
-      frame.positions.push_back(std::move(baked.positions[mesh]));
-      frame.lines.push_back(std::move(baked.lines[mesh]));
+    for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
+      frame.positions.push_back(chosen_of(shot, m, std::move(baked.positions[shot.meshes[m]])));
+      frame.lines.push_back(std::move(baked.lines[shot.meshes[m]]));
     }
     work(frame);
     progress.step(++done, frame.frame);
@@ -105,10 +112,12 @@ std::vector<std::vector<Vec3>> velocities(const Shot& shot, int place) {
   const BakeFrame a = shot.reader.read(before), b = shot.reader.read(after);
   const double seconds = std::max(b.frame - a.frame, 1) / shot.info().fps;
   std::vector<std::vector<Vec3>> result;
-  for (const int mesh : shot.meshes) {
-    auto& velocity = result.emplace_back(a.positions[mesh].size());
+  for (std::size_t m = 0; m < shot.meshes.size(); ++m) {
+    const std::vector<Vec3> from = chosen_of(shot, m, a.positions[shot.meshes[m]]),
+                            to = chosen_of(shot, m, b.positions[shot.meshes[m]]);
+    auto& velocity = result.emplace_back(from.size());
     for (std::size_t v = 0; v < velocity.size(); ++v) {
-      velocity[v] = (b.positions[mesh][v] - a.positions[mesh][v]) / seconds;
+      velocity[v] = (to[v] - from[v]) / seconds;
     }
   }
   return result;
@@ -165,7 +174,8 @@ Facts facts_of(const Shot& shot) {
           {"first_frame", std::to_string(shot.first_frame())},
           {"last_frame", std::to_string(shot.frame(last))},
           {"frame_count", std::to_string(shot.places.size()) + (all ? "" : ", not every frame")},
-          {"vertex_order", "as in the bake, which is the input's"}};
+          {"vertex_order", shot.own ? "of the skin that of the file of --onto, else as in the bake"
+                                    : "as in the bake, which is the input's"}};
 }
 
 std::string facts_as_lines(const Shot& shot, const std::string& mark) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,7 +13,12 @@
 
 namespace thew::tools {
 
-/// Texture coordinates, v up. Corner c of triangle t has values[corners[3 t + c]]. Empty: none.
+/// Polygons: so many corners each, whose vertices stand one after another.
+struct Faces {
+  std::vector<int> counts, corners;
+};
+
+/// Texture coordinates, v up. The k-th corner of the faces has values[corners[k]]. Empty: none.
 struct Uvs {
   std::vector<std::array<float, 2>> values;
   std::vector<int> corners;
@@ -37,16 +43,24 @@ struct SkinImage {
 struct SkinLooks {
   struct Part {
     std::string material;
-    std::vector<int> triangles;
+    std::vector<int> faces;
     int look = -1;  ///< in `materials`; -1: the file gives none
   };
   Uvs uvs;
   std::vector<SkinMaterial> materials = {};
   std::vector<SkinImage> images = {};  ///< PNG or JPEG
-  std::string unread;       ///< why the file's materials were left out; "": they were not
+  std::string unread = {};  ///< why the file's materials were left out; "": they were not
   int look = -1;            ///< of the whole, where there are no parts
   std::vector<Part> parts;  ///< by material, where there are more than one
   std::vector<int> smooth;  ///< as Shot::smooth
+};
+
+/// A mesh in place of the bake's own, of whose vertices it has some, in its order: own_mesh.h.
+struct OwnMesh {
+  int instead_of = -1;  ///< place in the bake's
+  BakeMesh mesh;        ///< at rest; its triangles are fans of the faces
+  Faces faces;
+  std::vector<int> from;  ///< by vertex, the bake's
 };
 
 /// What of a bake is exported: some of its meshes, some of its frames.
@@ -59,9 +73,13 @@ struct Shot {
   std::vector<std::vector<int>> smooth = {};
   bool fields = false;   ///< by node and frame: fibre directions, stretch of the skin
   SkinLooks looks = {};  ///< empty where the bake's skin is no character's or its file is not found
+  std::optional<OwnMesh> own = {};
 
   const BakeInfo& info() const { return reader.info(); }
-  const BakeMesh& mesh(std::size_t m) const { return info().meshes[meshes[m]]; }
+  bool is_own(std::size_t m) const { return own && own->instead_of == meshes[m]; }
+  const BakeMesh& mesh(std::size_t m) const {
+    return is_own(m) ? own->mesh : info().meshes[meshes[m]];
+  }
   int frame(std::size_t i) const { return info().frames[places[i]]; }
   int first_frame() const { return frame(0); }
 };

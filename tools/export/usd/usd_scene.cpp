@@ -33,14 +33,9 @@ UsdData extent(const std::vector<Vec3>& positions) {
   return floats({low, high});
 }
 
-void add_topology(const BakeMesh& mesh, UsdPrim& prim) {
-  std::vector<std::int32_t> indices;
-  for (const Triangle& triangle : mesh.rest.triangles) {
-    indices.insert(indices.end(), triangle.begin(), triangle.end());
-  }
-  const std::vector<std::int32_t> counts(mesh.rest.triangles.size(), 3);
-  prim.attributes.push_back({"faceVertexCounts", UsdType::kInts, counts});
-  prim.attributes.push_back({"faceVertexIndices", UsdType::kInts, indices});
+void add_topology(Faces faces, UsdPrim& prim) {
+  prim.attributes.push_back({"faceVertexCounts", UsdType::kInts, std::move(faces.counts)});
+  prim.attributes.push_back({"faceVertexIndices", UsdType::kInts, std::move(faces.corners)});
   prim.attributes.push_back(
       {.name = "orientation", .type = UsdType::kToken, .value = "rightHanded", .uniform = true});
   prim.attributes.push_back(
@@ -105,7 +100,7 @@ void add_motion(const Shot& shot, std::size_t m, const RigidMotion& rigid, UsdPr
                              .uniform = true});
 }
 
-// The triangles of each material.
+// The faces of each material.
 void add_parts(const SkinLooks& looks, UsdPrim& prim) {
   bind_look(looks, looks.look, prim);
   if (looks.parts.empty()) return;
@@ -120,7 +115,7 @@ void add_parts(const SkinLooks& looks, UsdPrim& prim) {
     subset.attributes = {
         {.name = "elementType", .type = UsdType::kToken, .value = "face", .uniform = true},
         {.name = "familyName", .type = UsdType::kToken, .value = "materialBind", .uniform = true},
-        {"indices", UsdType::kInts, part.triangles}};
+        {"indices", UsdType::kInts, part.faces}};
     bind_look(looks, part.look, subset);
     prim.children.push_back(std::move(subset));
   }
@@ -180,7 +175,7 @@ UsdPrim describe_mesh(const Shot& shot, std::size_t m, const RigidMotion& rigid,
   UsdPrim prim{prim_name(mesh.name, taken), "Mesh"};
   prim.full_name = one_line(mesh.name);
   add_motion(shot, m, rigid, prim);
-  add_topology(mesh, prim);
+  add_topology(faces_of(shot, m), prim);
   add_primvars(shot, m, prim);
   add_metrics(shot, mesh, prim);
   add_line(mesh, m, rigid, prim);

@@ -348,9 +348,10 @@ def export(bake: Union[Bake, Path], out: Path, *, meshes: Iterable[str] = (), fr
     """A bake for other programs; the ending of `out` says which (.pc2 .mdd .obj .ply .glb .xdmf
     .usda .abc).
 
-    meshes: by name, all where empty. onto: the character whose skin it is, for .glb; "none" for the
-    bake's own meshes. quantized: .glb, half as large. fields: by node, .usd* and .abc. overwrite: also a file that Thew did not
-    write. Returns what was written.
+    meshes: by name, all where empty. onto: the character whose skin it is, for .glb, or an OBJ of the
+    skin in the artist's order, for .pc2, .mdd, .usd*, .abc and .obj; "none" for the bake's own meshes.
+    quantized: .glb, half as large. fields: by node, .usd* and .abc. overwrite: also a file that Thew
+    did not write. Returns what was written.
     """
     flags = {name for name, given in [("correctives", correctives), ("quantized", quantized), ("fields", fields),
                                       ("overwrite", overwrite)] if given}

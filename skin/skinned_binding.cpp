@@ -47,17 +47,46 @@ double share_of(const SkinWeights& weights, const std::vector<char>& limbs, size
   return share;
 }
 
+// Points of a triangle, corners among them, no farther from one another than `spacing`.
+std::vector<Vec3> points_of(const Vec3& a, const Vec3& b, const Vec3& c, double spacing) {
+  constexpr double kMost = 16.0;  // along an edge; bounds the time
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  const int parts = static_cast<int>(std::clamp(std::ceil(longest / spacing), 1.0, kMost));
+  std::vector<Vec3> points;
+  for (int i = 0; i <= parts; ++i) {
+    for (int j = 0; i + j <= parts; ++j) points.push_back(a + (i * (b - a) + j * (c - a)) / parts);
+  }
+  return points;
+}
+
+// The vertices that are near muscles, and the corners of triangles that are near them elsewhere, as
+// a coarse character's are.
 std::vector<char> find_near(const SkinnedSkin& skin, const std::vector<Collider>& below,
                             int muscles, const std::vector<char>& limbs) {
-  std::vector<char> near(skin.rest.size(), 0);
   const double reach = kLayerReach * skin.settings.reach;
+  const auto is_near = [&](const Vec3& p) {
+    for (int m = 0; m < muscles; ++m) {
+      const Collider& muscle = below[m];
+      if (closest_point(*muscle.surface, *muscle.bvh, *muscle.x, p, reach).triangle >= 0)
+        return true;
+    }
+    return false;
+  };
+  std::vector<char> on_limb(skin.rest.size(), 0), near(skin.rest.size(), 0);
   for (size_t i = 0; i < skin.rest.size(); ++i) {
-    if (skin.map_back[i] != static_cast<int>(i) || share_of(skin.weights, limbs, i) < kLeastShare)
-      continue;
-    for (int m = 0; m < muscles && !near[i]; ++m) {
-      near[i] =
-          closest_point(*below[m].surface, *below[m].bvh, *below[m].x, to_vec(skin.rest[i]), reach)
-              .triangle >= 0;
+    if (skin.map_back[i] != static_cast<int>(i)) continue;
+    on_limb[i] = share_of(skin.weights, limbs, i) >= kLeastShare;
+    near[i] = on_limb[i] && is_near(to_vec(skin.rest[i]));
+  }
+  const std::vector<char> vertices = near;
+  for (const Triangle& t : skin.surface.triangles) {
+    const auto all = [&](const std::vector<char>& of) { return of[t[0]] && of[t[1]] && of[t[2]]; };
+    if (!all(on_limb) || all(vertices)) continue;
+    const std::vector<Vec3> points =
+        points_of(to_vec(skin.rest[t[0]]), to_vec(skin.rest[t[1]]), to_vec(skin.rest[t[2]]), reach);
+    if (points.size() == 3) continue;
+    if (std::any_of(points.begin(), points.end(), is_near)) {
+      for (const int v : t) near[v] = 1;
     }
   }
   return near;

@@ -115,17 +115,19 @@ TEST(SkinnedSkin, StaysOutsideWhereItsWeightsSinkIn) {
   }
 }
 
-// A muscle that comes up in the middle of a triangle with no vertex near it, as far as the
-// triangle's corners are moved for it (Lengths::max_climb) beyond what the layer moves them.
+// A muscle that comes up in the middle of a triangle with no vertex near it, in cells of any width:
+// the triangle's corners are moved as far as the layer between them is.
 TEST(SkinnedSkin, CoversAMuscleBetweenItsVertices) {
-  const Sheet sheet(0.04, 0.01);
-  const int a = (kSide + 1) * (kSide / 2);  // the muscle's top is under this cell's diagonal
-  for (const double way : {0.0, 0.004, 0.012}) {
-    const Vec3 to(0.017, way, 0.013);
-    const Points x = sheet.moved(Vec3::Zero(), to);
-    const double u = to.x() / 0.04, v = to.z() / 0.04;  // u > v: the triangle a, b + 1, a + 1
-    const double y = (1.0 - u) * x[a][1] + v * x[a + kSide + 1][1] + (u - v) * x[a + 1][1];
-    EXPECT_GT(y, 0.01 + way - 2e-3) << way;
+  for (const double width : {0.03, 0.04, 0.05}) {  // m
+    const Sheet sheet(width, 0.01);
+    const int a = (kSide + 1) * (kSide / 2);  // the muscle's top is under this cell's diagonal
+    for (const double way : {0.0, 0.004, 0.012, 0.02}) {
+      const Vec3 to(0.425 * width, way, 0.325 * width);
+      const Points x = sheet.moved(Vec3::Zero(), to);
+      const double u = to.x() / width, v = to.z() / width;  // u > v: the triangle a, b + 1, a + 1
+      const double y = (1.0 - u) * x[a][1] + v * x[a + kSide + 1][1] + (u - v) * x[a + 1][1];
+      EXPECT_GT(y, 0.01 + way - 2e-3) << width << " " << way;
+    }
   }
 }
 

@@ -17,10 +17,14 @@ WORDS = sys.argv[sys.argv.index("--") + 1 :]
 
 
 def skin():
-    return next(
-        thing
-        for thing in bpy.data.objects
-        if thing.type == "MESH" and any(m.type == "ARMATURE" for m in thing.modifiers)
+    """The largest mesh that follows an armature."""
+    return max(
+        (
+            thing
+            for thing in bpy.data.objects
+            if thing.type == "MESH" and any(m.type == "ARMATURE" for m in thing.modifiers)
+        ),
+        key=lambda thing: len(thing.data.vertices),
     )
 
 
@@ -28,8 +32,7 @@ def make(character, folder):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=character)
     own = skin()
-    for other in [t for t in bpy.data.objects if t.type == "MESH" and t != own]:
-        bpy.data.objects.remove(other)
+    own.name = "own"
     bpy.context.view_layer.objects.active = own
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
@@ -63,7 +66,7 @@ def make(character, folder):
 def check(folder, points, cache, start):
     """`points`: positions by frame of the vertices that the bake has at the places of these."""
     bpy.ops.wm.open_mainfile(filepath=f"{folder}/own.blend")
-    own = skin()
+    own = bpy.data.objects["own"]
     own.modifiers.clear()
     own.parent = None
     own.matrix_world.identity()

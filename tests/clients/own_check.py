@@ -14,18 +14,29 @@ folder = sys.argv[1]
 
 
 def numbers_of(file):
-    """_thew_vertex of all vertices, mesh by mesh, as they stand in the file."""
+    """_thew_vertex of all vertices as the bake has them, node by node; -1 of other meshes."""
     data = open(file, "rb").read()
     length = struct.unpack("<I", data[12:16])[0]
     document, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
     numbers = []
-    for mesh in document["meshes"]:
+
+    def visit(index):
+        node = document["nodes"][index]
+        mesh = document["meshes"][node["mesh"]] if "mesh" in node else {"primitives": []}
         for primitive in mesh["primitives"]:
-            (name,) = [n for n in primitive["attributes"] if n.strip("_") == "THEW_VERTEX"]
-            accessor = document["accessors"][primitive["attributes"][name]]
+            names = [n for n in primitive["attributes"] if n.strip("_") == "THEW_VERTEX"]
+            accessor = document["accessors"][primitive["attributes"][(names + ["POSITION"])[0]]]
+            if not names:
+                numbers.append(numpy.full(accessor["count"], -1))
+                continue
             view = document["bufferViews"][accessor["bufferView"]]
             start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
             numbers.append(numpy.frombuffer(binary, "<f4", accessor["count"], start).astype(int))
+        for child in node.get("children", []):
+            visit(child)
+
+    for root in document["scenes"][document.get("scene", 0)]["nodes"]:
+        visit(root)
     return numpy.concatenate(numbers)
 
 
@@ -40,7 +51,7 @@ with h5py.File(f"{folder}/glb/bake.h5") as bake:
 numbers = numbers_of(f"{folder}/own.glb")
 assert len(numbers) == skin.shape[1]
 truth = numpy.empty((len(skin), numbers.max() + 1, 3), "f4")
-truth[:, numbers] = skin
+truth[:, numbers[numbers >= 0]] = skin[:, numbers >= 0]
 numpy.savez(f"{folder}/truth.npz", frames=frames, positions=truth)
 placed = points_of(f"{folder}/glb/placed.pc2")
 assert (placed == truth).all()

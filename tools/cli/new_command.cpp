@@ -309,7 +309,6 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   const TriMesh whole = skin_around(character, {0}, options.skin, x, options.character.string());
   const Limb body(whole);
   NewArms written;
-  std::optional<std::string> views;
   for (size_t i = 0; i < arms.size(); ++i) {
     stop_if_interrupted();
     const auto around = [&](const std::vector<int>& bodies) {
@@ -328,7 +327,6 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
     if (!written.threads.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why_threads(written.threads));
     }
-    if (!views) views = views_text(character, arms[i], fits[i], straight);
   }
   say_flesh(written, said);
 
@@ -339,8 +337,9 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   for (const NewFile& one : written.files) {
     write_durably(folder / one.file, obj_text(one.heading, one.mesh, Vec3::Zero()), scene);
   }
-  const std::string text = scene_text(options.out.stem().string(), file, scale, character,
-                                      from.scene.contact.settings, written, *views);
+  const std::string text =
+      scene_text(options.out.stem().string(), file, scale, character, from.scene.contact.settings,
+                 written, views_text(character, arms, fits, straight));
   check_scene(options.character, options.out, text);
   write_durably(options.out, text, scene);
   return told(options, arms.size() * from.scene.muscles.size(), said);

@@ -144,9 +144,9 @@ Pose straight_pose(const Character& character, const std::vector<ArmBodies>& arm
 Pose hanging_pose(const Character& character, const Pose& straight,
                   const std::vector<ArmBodies>& arms, const std::vector<ArmFit>& fits);
 
-/// The scene's views of an arm in that pose.
-std::string views_text(const Character& character, const ArmBodies& arm, const ArmFit& fit,
-                       const Pose& rest);
+/// The scene's views of the arms in that pose.
+std::string views_text(const Character& character, const std::vector<ArmBodies>& arms,
+                       const std::vector<ArmFit>& fits, const Pose& rest);
 
 /// The character's skin in any pose.
 Points skin_in_pose(const Character& character, const Pose& pose);

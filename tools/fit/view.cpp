@@ -39,28 +39,25 @@ std::vector<Vec3> arm_skin(const Character& character, const ArmBodies& arm, con
   return of_arm;
 }
 
-}  // namespace
+// Towards the camera: from where the arms bend to and a little above; from the side of an only arm,
+// and from the first's a little where there are two, so that none hides the other.
+Vec3 viewpoint(const std::vector<ArmFit>& fits) {
+  const auto level = [](const Vec3& v) { return Vec3(v.x(), 0.0, v.z()); };
+  Vec3 bend = Vec3::Zero();
+  for (const ArmFit& fit : fits) bend += level(fit.frame.col(0));
+  const Vec3 front =
+      bend.norm() > 0.3 * static_cast<double>(fits.size()) ? bend.normalized() : Vec3::UnitZ();
+  const double side = fits.size() == 1 ? 0.8 : 0.3;
+  return (front + side * level(fits.front().frame.col(2)) + 0.25 * Vec3::UnitY()).normalized();
+}
 
-// From before the breast and a little above, as near to the first arm as shows it whole, straight
-// and flexed.
-std::string views_text(const Character& character, const ArmBodies& arm, const ArmFit& fit,
-                       const Pose& rest) {
-  constexpr double kAspect = 16.0 / 9.0, kFill = 0.9;
+// The arm as it is seen along these axes, straight and flexed.
+void add_arm(const Character& character, const ArmBodies& arm, const ArmFit& fit, const Pose& rest,
+             const Mat3& axes, Eigen::AlignedBox3d& box) {
   constexpr double kFlesh = 0.06;  // of the arm, around its bones: they may lie outside the skin
-  const double tangent = sin_cos(15.0 * kDegree).sin / sin_cos(15.0 * kDegree).cos;
-  const Vec3 shoulder = rest[arm.humerus].translation();
-  const Vec3 elbow = fit.elbow, bend = fit.frame.col(0);
-  const Vec3 wrist = rest[arm.hand].translation();
-  const double size = (shoulder - elbow).norm() + (wrist - elbow).norm();
-  const double way = (bend - bend.y() * Vec3::UnitY()).norm();
-  Vec3 from = way > 0.3 ? Vec3(bend.x(), 0.0, bend.z()).normalized() : Vec3::UnitZ();
-  const Vec3 out = fit.frame.col(2) - fit.frame.col(2).y() * Vec3::UnitY();
-  from = (from + 0.8 * out + 0.25 * Vec3::UnitY()).normalized();
-  const Vec3 right = Vec3::UnitY().cross(from).normalized(), up = from.cross(right);
-  Mat3 axes;
-  axes << right, up, from;
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : {shoulder, elbow, wrist}) {
+  const Vec3 shoulder = rest[arm.humerus].translation(), wrist = rest[arm.hand].translation();
+  const double size = (shoulder - fit.elbow).norm() + (wrist - fit.elbow).norm();
+  for (const Vec3& p : {shoulder, fit.elbow, wrist}) {
     const Vec3 seen = axes.transpose() * p, around = Vec3::Constant(kFlesh * size);
     box.extend(Vec3(seen + around));
     box.extend(Vec3(seen - around));
@@ -69,6 +66,23 @@ std::string views_text(const Character& character, const ArmBodies& arm, const A
     for (const Vec3& p : arm_skin(character, arm, fit, rest, degrees * kDegree)) {
       box.extend(Vec3(axes.transpose() * p));
     }
+  }
+}
+
+}  // namespace
+
+// As near as shows the arms whole.
+std::string views_text(const Character& character, const std::vector<ArmBodies>& arms,
+                       const std::vector<ArmFit>& fits, const Pose& rest) {
+  constexpr double kAspect = 16.0 / 9.0, kFill = 0.9;
+  const double tangent = sin_cos(15.0 * kDegree).sin / sin_cos(15.0 * kDegree).cos;
+  const Vec3 from = viewpoint(fits);
+  const Vec3 right = Vec3::UnitY().cross(from).normalized(), up = from.cross(right);
+  Mat3 axes;
+  axes << right, up, from;
+  Eigen::AlignedBox3d box;
+  for (size_t i = 0; i < arms.size(); ++i) {
+    add_arm(character, arms[i], fits[i], rest, axes, box);
   }
   const Vec3 half = 0.5 * box.sizes(), target = axes * box.center();
   const double distance = std::max(half.x() / kAspect, half.y()) / (kFill * tangent) + half.z();

@@ -240,9 +240,13 @@ TEST_F(NewScene, MusclesLieUnderTheSkinAtRest) {
 double farthest_in_view(const NewOptions& options) {
   EXPECT_EQ(new_command(options), ExitCode::kDone);
   double most = 0.0;
-  const double raised = read_scene(options.out).character.hinges[0].at_bind / kDegree;
-  const std::string keys = "shoulder_" + options.side + " = [[1, " + number_text(raised) +
-                           "]], elbow_" + options.side + " = [[1, 0], [25, 60], [49, 120]]";
+  std::string keys;
+  for (const auto& hinge : read_scene(options.out).character.hinges) {
+    keys += (keys.empty() ? "" : ", ") + hinge.name +
+            (hinge.name.starts_with("elbow")
+                 ? " = [[1, 0], [25, 60], [49, 120]]"
+                 : " = [[1, " + number_text(hinge.at_bind / kDegree) + "]]");
+  }
   const Scene scene =
       read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"});
   const Model model = build_model(scene);
@@ -252,7 +256,12 @@ double farthest_in_view(const NewOptions& options) {
     const SkinWeights& skin = model.skinned->weights;
     Points x;
     skin_vertices(skin, model.skinned->mesh, state.bodies, x);
-    const int humerus = find_body(model.skeleton, scene.character.hinges[0].body);
+    std::vector<int> humeri;
+    for (const auto& hinge : scene.character.hinges) {
+      if (hinge.name.starts_with("shoulder")) {
+        humeri.push_back(find_body(model.skeleton, hinge.body));
+      }
+    }
     const SceneRender& render = scene.render;
     for (const SceneView& view : render.views) {
       const Camera camera = make_camera(view, 1.0 * render.width / render.height, {});
@@ -260,7 +269,9 @@ double farthest_in_view(const NewOptions& options) {
         double share = 0.0;
         for (int k = skin.first[i]; k < skin.first[i + 1]; ++k) {
           const int body = skin.links[skin.link[k]].body;
-          if (hangs_on(model.skeleton, body, humerus)) share += skin.weight[k];
+          for (const int humerus : humeri) {
+            if (hangs_on(model.skeleton, body, humerus)) share += skin.weight[k];
+          }
         }
         if (share < 0.9) continue;
         const Vec3 seen = camera.view_from_world * to_vec(x[i]);
@@ -276,7 +287,7 @@ double farthest_in_view(const NewOptions& options) {
 // A hand longer than the template's was cut off.
 TEST_F(NewScene, ViewsShowTheWholeArm) {
   for (const auto& [file, scale] : characters()) {
-    for (const char* side : {"right", "left"}) {
+    for (const char* side : {"left", "both"}) {
       const double far = farthest_in_view(asked(file, side, scale));
       EXPECT_LT(far, 0.95) << file << side;
       EXPECT_GT(far, 0.6) << file << side;

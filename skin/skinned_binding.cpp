@@ -78,10 +78,9 @@ std::vector<char> find_near(const SkinnedSkin& skin, const std::vector<Collider>
     on_limb[i] = share_of(skin.weights, limbs, i) >= kLeastShare;
     near[i] = on_limb[i] && is_near(to_vec(skin.rest[i]));
   }
-  const std::vector<char> vertices = near;
   for (const Triangle& t : skin.surface.triangles) {
     const auto all = [&](const std::vector<char>& of) { return of[t[0]] && of[t[1]] && of[t[2]]; };
-    if (!all(on_limb) || all(vertices)) continue;
+    if (!all(on_limb) || all(near)) continue;
     const std::vector<Vec3> points =
         points_of(to_vec(skin.rest[t[0]]), to_vec(skin.rest[t[1]]), to_vec(skin.rest[t[2]]), reach);
     if (points.size() == 3) continue;

@@ -12,9 +12,8 @@ namespace thew::skin {
 namespace {
 
 constexpr int kRounds = 20;  // of moving divided triangles out; chosen by trial
-// Of Lengths::max_climb, that a vertex is moved at most. With 4 a body of 8 cm edges has muscle 10
-// mm out of its skin at 120 degrees, with 6 it has 5; without a limit an armpit throws spikes of 5
-// cm.
+// Of Lengths::max_climb, that a vertex is moved at most. With 4 muscle stands 10 mm out of a body
+// of 8 cm edges at 120 degrees, with 6 it is 5 mm; without a limit an armpit throws spikes of 5 cm.
 constexpr double kMostClimbs = 6.0;
 
 Point point_at(const SkinnedSkin::Node& node, const Points& x) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lab/base/table.h"
 
-#include <cstdlib>
-
+#include "rig/text.h"
 #include "tools/base/html_page.h"
 #include "tools/base/svg_chart.h"
 
@@ -15,18 +14,12 @@ constexpr const char* kTableStyle =
 
 using Row = std::vector<std::string>;
 
-bool is_number(const std::string& cell) {
-  char* end = nullptr;
-  std::strtod(cell.c_str(), &end);
-  return end == cell.c_str() + cell.size();  // also of an empty cell
-}
-
 /// Which columns are words, to be read from the left; numbers stand to the right.
 std::vector<bool> words_of(const Table& table) {
   std::vector<bool> words(table.head.size(), false);
   for (const Row& row : table.rows) {
     for (size_t i = 0; i < row.size() && i < words.size(); ++i) {
-      if (!is_number(row[i])) words[i] = true;
+      if (!row[i].empty() && !parse_number(row[i])) words[i] = true;
     }
   }
   return words;

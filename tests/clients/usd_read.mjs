@@ -86,15 +86,40 @@ function specs_of_text(text) {
   return specs;
 }
 
-// Its value at a time: between two samples of the same value there are none.
-function value_at({ fields }, time) {
+// Its value at a time, on the line between two samples; where none is allowed they have to be the
+// same.
+function value_at({ fields }, time, line = false) {
   const samples = fields.timeSamples;
   if (!samples) return fields.default;
   const next = samples.times.findIndex((one) => one >= time);
   if (samples.times[next] === time) return samples.values[next];
   const [a, b] = [samples.values[next - 1], samples.values[next]];
+  if (line) {
+    const from = samples.times[next - 1], t = (time - from) / (samples.times[next] - from);
+    return Array.from(a, (value, k) => (1 - t) * value + t * b[k]);
+  }
   if (String(a) !== String(b)) throw new Error(`no sample at ${time}`);
   return a;
+}
+
+// Degrees between each normal and the one that follows from the points, by the area of triangles.
+function angles(normals, points, triangles) {
+  const sums = new Float64Array(points.length);
+  for (let i = 0; i < triangles.length; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => 3 * triangles[i + k]);
+    const edge = (to, k) => points[to + k % 3] - points[a + k % 3];
+    for (let k = 0; k < 3; ++k) {
+      const twice = edge(b, k + 1) * edge(c, k + 2) - edge(b, k + 2) * edge(c, k + 1);
+      for (const corner of [a, b, c]) sums[corner + k] += twice;
+    }
+  }
+  const result = [];
+  for (let i = 0; i < points.length; i += 3) {
+    const [v, w] = [normals, sums].map((of) => of.slice(i, i + 3));
+    const cosine = (v[0] * w[0] + v[1] * w[1] + v[2] * w[2]) / Math.hypot(...v) / Math.hypot(...w);
+    result.push(Math.acos(Math.min(1, cosine)) * 180 / Math.PI);
+  }
+  return result;
 }
 
 // USD's vectors are rows: x' = x M. Text has the rows as lists of their own.
@@ -115,6 +140,7 @@ function compare(client, file, specs, truth) {
   const whole = client === 'TinyUSDZ' || !file.endsWith('.usda');
   const free = new Comparison(client, `${file}, points`, 0);
   const rigid = new Comparison(client, `${file}, transforms`, 3e-7);
+  const turned = new Comparison(client, `${file}, normals of muscles`, 1, ' degrees');
   const root = specs['/'].fields, wrong = free.wrong;
   if (root.upAxis !== 'Y' || root.metersPerUnit !== 1 || root.timeCodesPerSecond !== truth.fps ||
       root.defaultPrim !== 'Bake') {
@@ -141,7 +167,11 @@ function compare(client, file, specs, truth) {
           break;
         }
       }
-      if (value_at(specs[`${prim}.normals`], time).length !== size) wrong.push(place + ': normals');
+      const normals = value_at(specs[`${prim}.normals`], time, true);
+      if (normals.length !== size) wrong.push(place + ': normals');
+      if (mesh.kind !== 'muscle' || transform) continue;
+      const off = angles(normals, expected, mesh.triangles);
+      turned.add(place, off, off.map(() => 0));
     }
     const indices = specs[`${prim}.faceVertexIndices`].fields.default;
     if (String(indices) !== String(mesh.triangles)) wrong.push(mesh.name + ': triangles');
@@ -163,6 +193,7 @@ function compare(client, file, specs, truth) {
   }
   free.tell();
   if (rigid.values > 0) rigid.tell();
+  if (turned.values > 0) turned.tell();
 }
 
 // Values by node that Thew derives, against those of truth.py.

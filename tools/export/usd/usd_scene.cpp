@@ -2,6 +2,8 @@
 #include "tools/export/usd/usd_scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -68,6 +70,10 @@ void add_primvars(const Shot& shot, std::size_t m, UsdPrim& prim) {
   }
 }
 
+// A reader draws the line between two samples. Normals follow from the points, and are half of the
+// file; a degree of them is not seen.
+constexpr double kNormalsBetween = 3.14159265358979 / 180;
+
 // What moves as one piece has a transform, all else its points and normals by frame.
 void add_motion(const Shot& shot, std::size_t m, const RigidMotion& rigid, UsdPrim& prim) {
   const BakeMesh& mesh = shot.mesh(m);
@@ -77,7 +83,8 @@ void add_motion(const Shot& shot, std::size_t m, const RigidMotion& rigid, UsdPr
   UsdAttribute normals{.name = "normals",
                        .type = UsdType::kNormals,
                        .value = floats(unit_normals(shot, m, rest)),
-                       .interpolation = "vertex"};
+                       .interpolation = "vertex",
+                       .between = kNormalsBetween};
   if (rigid.empty()) {
     around.at = [m](auto, const ShotFrame& frame) { return extent(frame.positions[m]); };
     points.at = [m](auto, const ShotFrame& frame) { return floats(frame.positions[m]); };
@@ -199,6 +206,43 @@ void add_sample(std::vector<UsdSample>& samples, const UsdSample& sample) {
   }
 }
 
+// A value of an attribute that may need no sample, since those around it say it.
+struct Waiting {
+  int frame;
+  UsdData value;
+};
+
+// Whether `value` lies on the line from `from` to `to` within an angle, each direction of it.
+bool is_between(const Waiting& from, const Waiting& value, const Waiting& to, double angle) {
+  const auto& a = std::get<std::vector<float>>(from.value);
+  const auto& b = std::get<std::vector<float>>(to.value);
+  const auto& v = std::get<std::vector<float>>(value.value);
+  const double t = double(value.frame - from.frame) / (to.frame - from.frame);
+  const double least = std::cos(angle);
+  for (std::size_t i = 0; i + 2 < v.size(); i += 3) {
+    const auto at = [i](const std::vector<float>& x) { return Vec3(x[i], x[i + 1], x[i + 2]); };
+    const Vec3 line = (1 - t) * at(a) + t * at(b);
+    if (line.dot(at(v)) < least * line.norm() * at(v).norm()) return false;
+  }
+  return true;
+}
+
+// The last sample and the frames after it, as long as the line to the last of them says all others.
+// More than 8 are not kept in memory.
+void wait(std::vector<Waiting>& waiting, Waiting next, double angle,
+          const std::function<void(const Waiting&)>& add) {
+  if (waiting.empty()) add(next);
+  bool fits = waiting.size() <= 8;
+  for (std::size_t i = 1; fits && i < waiting.size(); ++i) {
+    fits = is_between(waiting.front(), waiting[i], next, angle);
+  }
+  if (!fits) {
+    add(waiting.back());
+    waiting.erase(waiting.begin(), waiting.end() - 1);
+  }
+  waiting.push_back(std::move(next));
+}
+
 }  // namespace
 
 std::string prim_name(const std::string& name, std::set<std::string>& taken) {
@@ -257,15 +301,26 @@ void keep_values(const Shot& shot, UsdPrim& root,
   for_each_attribute(root, [&](UsdAttribute& attribute) {
     if (attribute.value) attribute.kept = keep(attribute, *attribute.value);
   });
+  const auto add = [&keep](UsdAttribute& attribute, int frame, const UsdData& value) {
+    const std::uint64_t kept = keep(attribute, value);
+    if (attribute.samples.empty() && !attribute.value) attribute.kept = kept;
+    add_sample(attribute.samples, {frame, kept});
+  };
+  std::map<UsdAttribute*, std::vector<Waiting>> waiting;
   std::size_t i = 0;
   for_each_frame(shot, [&](const ShotFrame& frame) {
     for_each_attribute(root, [&](UsdAttribute& attribute) {
       if (!attribute.at) return;
-      const std::uint64_t kept = keep(attribute, attribute.at(i, frame));
-      if (i == 0 && !attribute.value) attribute.kept = kept;
-      add_sample(attribute.samples, {frame.frame, kept});
+      UsdData value = attribute.at(i, frame);
+      if (attribute.between == 0) return add(attribute, frame.frame, value);
+      wait(waiting[&attribute], {frame.frame, std::move(value)}, attribute.between,
+           [&](const Waiting& it) { add(attribute, it.frame, it.value); });
     });
     ++i;
+  });
+  for_each_attribute(root, [&](UsdAttribute& attribute) {
+    const auto& of = waiting[&attribute];
+    if (of.size() > 1) add(attribute, of.back().frame, of.back().value);
   });
   for_each_attribute(root, [&](UsdAttribute& attribute) {
     std::vector<UsdSample>& samples = attribute.samples;

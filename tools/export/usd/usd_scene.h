@@ -66,6 +66,9 @@ struct UsdAttribute {
   std::string interpolation = {};                                   ///< of a primvar; else ""
   bool uniform = false;  ///< by schema not to change in time
   bool custom = false;   ///< of no schema
+  /// Of directions, radians: a frame that the line between two samples says as closely as this has
+  /// no sample. 0: every frame that differs has one.
+  double between = 0;
   /// The path of an attribute that this one is connected to, or of a prim that this names, as no
   /// attribute but a relationship. Then there is no value.
   std::string target = {};
@@ -102,8 +105,9 @@ void bind_look(const SkinLooks& looks, int look, UsdPrim& prim);
 std::string prim_name(const std::string& name, std::set<std::string>& taken);
 
 /// Reads all frames and hands each value of each attribute to `keep`, which gives the same number
-/// for the same value. A sample between two of the same value is left out; where all are the same
-/// there are none, and the value is the default.
+/// for the same value. A sample between two of the same value is left out, and one that the line
+/// between two others says well enough (`between`); where all are the same there are none, and the
+/// value is the default.
 void keep_values(const Shot& shot, UsdPrim& root,
                  const std::function<std::uint64_t(const UsdAttribute&, const UsdData&)>& keep);
 

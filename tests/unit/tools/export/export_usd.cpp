@@ -61,6 +61,28 @@ TEST_F(UsdTest, CrateHoldsSamplesOnlyWhereSomethingMoves) {
   EXPECT_EQ(crate.token(crate.specs.at("/Bake").at("kind")), "component");
 }
 
+// A mesh that turns around an axis by 1 degree a frame: normals on the line between those four
+// frames apart are off by far less than a degree. By 20 degrees a frame no line says them. Where
+// nothing turns until the last frame, the line from the first would say that it did.
+TEST_F(UsdTest, NormalsHaveSamplesWhereTheLineBetweenTwoIsNotThem) {
+  for (const auto& [degrees, expected] : {std::pair{1.0, 2u}, {20.0, 5u}, {0.0, 3u}}) {
+    bake({1, 2, 3, 4, 5}, [&, turn = degrees](BakeFrame& frame) {
+      const double angle = turn > 0 ? turn * frame.frame : frame.frame == 5 ? 90.0 : 0.0;
+      const Eigen::AngleAxisd by(angle * 3.14159265358979 / 180, Vec3::UnitZ());
+      frame.positions[kBiceps] = info_.meshes[kBiceps].rest.vertices;
+      for (Vec3& p : frame.positions[kBiceps]) p = by * p;
+      frame.positions[kBiceps][1] *= 1 + 1e-3 * frame.frame;  // not as one piece
+    });
+    const auto samples = [crate = read_crate(bytes_of(write("turns.usdc", {})))](const char* of) {
+      const std::string path = "/Bake/Muscles/biceps." + std::string(of);
+      return crate.samples(crate.specs.at(path).at("timeSamples")).size();
+    };
+    EXPECT_EQ(samples("normals"), expected) << degrees;
+    EXPECT_EQ(samples("points"), 5u);
+    std::filesystem::remove(folder_ / "turns.usdc");
+  }
+}
+
 TEST_F(UsdTest, TextHoldsWhatTheCrateDoes) {
   const Crate crate = read_crate(bytes_of(write("all.usdc", {})));
   std::istringstream text(bytes_of(write("all.usda", {})));

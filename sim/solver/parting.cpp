@@ -13,8 +13,8 @@
 namespace thew::sim {
 namespace {
 
-constexpr double kStep = 0.7;  // of the gap: longer steps overshoot, shorter ones need more rounds
-// Most: what a step leaves on the arm takes 6. More would push apart what is not shallow, out of
+constexpr double kStep = 0.7;  // of the gap, of a corner at once
+// Most: what a step leaves on the arm takes 3. More would push apart what is not shallow, out of
 // the wrong side of a thin muscle or of one that a bone has gone through.
 constexpr int kRounds = 8;
 
@@ -87,6 +87,21 @@ void part_once(const Model& model, State& state) {
   }
 }
 
+// Where they were before: the muscles that still cross something.
+void give_up_stuck(State& state) {
+  PartingWork& work = state.parting;
+  std::fill(work.moved.begin(), work.moved.end(), 0);
+  for (int p = 0; p < work.count; ++p) {
+    const PartingPair& pair = work.pairs[p];
+    if (pair.crossings.empty()) continue;
+    work.moved[pair.a] = 1;
+    if (is_soft(state, pair.b)) work.moved[pair.b] = 1;
+  }
+  for (int m = 0; m < state.count(); ++m) {
+    if (work.moved[m]) std::swap(state.muscles[m].x, work.before[m]);
+  }
+}
+
 }  // namespace
 
 bool part_muscles(const Model& model, Parallel& parallel, State& state) {
@@ -111,7 +126,7 @@ bool part_muscles(const Model& model, Parallel& parallel, State& state) {
     if (round < kRounds) {
       part_once(model, state);
     } else {
-      for (int m = 0; m < state.count(); ++m) std::swap(state.muscles[m].x, work.before[m]);
+      give_up_stuck(state);
     }
   }
   for (int m = 0; m < state.count(); ++m) {

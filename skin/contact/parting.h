@@ -27,11 +27,12 @@ void begin_parting(const Collider& body, Parting& parting);
 void find_partable(const Collider& a, const Collider& b, bool b_moves,
                    std::vector<std::array<int, 2>>& pairs);
 
-/// Adds, for each pair, to the push of a's corners a step out of b, and to b's one out of a:
-/// halfway between the one's outward and the other's inward normal, twice as long as the pair is
-/// deep or as what they cut of one another is long, whichever is less, so that what no longer
-/// crosses had moved little; at most `longest` (m). Corners that are not free are left. `of_b` is
-/// null for a bone.
+/// Adds, for each pair, to the push of a's corners a step out of b, and to b's one out of a: the
+/// shortest displacement of the corners that are free which takes the two triangles apart, a corner
+/// out of a face or an edge over an edge, roughly along the way between the one's outward and the
+/// other's inward normal; of a corner at most `longest` (m). So what hardly crosses hardly moves,
+/// and what a step of another length leaves in another place comes out in the same. `of_b` is null
+/// for a bone.
 void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of_b,
                 const std::vector<std::array<int, 2>>& pairs, double longest);
 

@@ -94,7 +94,7 @@ TEST(Parting, StepsGoToZeroWithTheDepth) {
     part(two.of_a, two.a.x);
     const double step = farthest(two.a.x, a);
     EXPECT_GT(step, 0.0);
-    EXPECT_LE(step, 100.0 * deep);  // what tubes so little askew cut is long
+    EXPECT_LE(step, 8.0 * deep);
     EXPECT_LT(step, before);
     before = step;
   }

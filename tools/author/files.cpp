@@ -11,6 +11,7 @@
 #include "tools/author/skin.h"
 #include "tools/author/table.h"
 #include "tools/base/obj_text.h"
+#include "tools/fit/target.h"
 
 namespace thew::tools {
 namespace {
@@ -49,12 +50,7 @@ std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
         "  [\"" + skeleton.body_names[point.body] + "\", " + metres(point.position, ", ") + "],\n";
   }
   text += "]\n";
-  for (const WrapCylinder& wrap : muscle.path.wraps) {
-    text += "wrap = [{ segment = " + std::to_string(wrap.segment) + ", body = \"" +
-            skeleton.body_names[wrap.body] + "\", centre = [" + metres(wrap.centre, ", ") +
-            "], axis = [" + metres(wrap.axis, ", ") + "], radius = " + metres(wrap.radius) +
-            ", turn = " + metres(wrap.turn) + " }]\n";
-  }
+  text += wraps_text(muscle.path.wraps, [&](int body) { return skeleton.body_names[body]; });
   text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
   if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
   return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +

@@ -76,6 +76,19 @@ PathPoint path_point(const Record& record, const Skeleton& skeleton, const Vec3&
                                      did_you_mean(record.body, skeleton.body_names));
 }
 
+// The axis of the first joint that a segment crosses, from its proximal end.
+Vec3 axis_of_segment(const MusclePath& path, int segment, const Skeleton& skeleton,
+                     const std::string& place) {
+  const bool is_there = segment >= 0 && segment + 1 < static_cast<int>(path.points.size());
+  int body = is_there ? path.points[segment + 1].body : -1;
+  while (body >= 0 && skeleton.parent[body] != path.points[segment].body) {
+    body = skeleton.parent[body];
+  }
+  if (body >= 0) return skeleton.joint_axes[body];
+  throw Error(ErrorCode::kInput, place + ": segment " + std::to_string(segment) +
+                                     " of the points above crosses no joint; correct its number");
+}
+
 void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& muscle) {
   const std::string& what = record.record;
   if (what == "force") {
@@ -95,10 +108,9 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
     muscle.path.points.push_back(path_point(record, skeleton, record.vec(0)));
   } else if (what == "wrap") {
     const PathPoint centre = path_point(record, skeleton, record.vec(1));
-    const bool about_elbow = record.values.size() == 6;  // an axis is given only where it differs
-    const Vec3 axis = about_elbow ? skeleton.joint_axes[find_body(skeleton, "ulna")]
-                                  : Vec3(-0.00628, 0.13969, 0.99017);
-    muscle.path.wraps.push_back({static_cast<int>(record.at(0)), centre.body, centre.position, axis,
+    const int segment = static_cast<int>(record.at(0));
+    muscle.path.wraps.push_back({segment, centre.body, centre.position,
+                                 axis_of_segment(muscle.path, segment, skeleton, record.place),
                                  record.at(4), record.at(5)});
   } else if (what == "beside") {
     for (size_t i = static_cast<size_t>(record.at(0)); i < muscle.path.points.size(); ++i) {

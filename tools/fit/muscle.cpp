@@ -56,6 +56,20 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
+std::string wraps_text(const std::vector<WrapCylinder>& wraps,
+                       const std::function<std::string(int body)>& name_of) {
+  std::string text;
+  for (const WrapCylinder& wrap : wraps) {
+    text += std::string(text.empty() ? "" : ",\n  ") +
+            "{ segment = " + std::to_string(wrap.segment) +
+            ", body = " + quoted(name_of(wrap.body)) + ", centre = [" + metres(wrap.centre, ", ") +
+            "], axis = [" + metres(wrap.axis, ", ") + "], radius = " + metres(wrap.radius) +
+            ", turn = " + metres(wrap.turn) + " }";
+  }
+  if (wraps.size() > 1) text = "\n  " + text + ",\n";
+  return wraps.empty() ? "" : "wrap = [" + text + "]\n";
+}
+
 TriMesh mapped_mesh(const Target& to, TriMesh mesh) {
   for (Vec3& p : mesh.vertices) p = to.mapped(p);
   if (to.fit.mirrored) {
@@ -183,12 +197,7 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
                                  ", share = " + metres(point.share) + " },\n";
   }
   text += "]\n";
-  for (const WrapCylinder& wrap : after.wraps) {
-    text += "wrap = [{ segment = " + std::to_string(wrap.segment) +
-            ", body = " + quoted(to.name_of(wrap.body)) + ", centre = [" +
-            metres(wrap.centre, ", ") + "], axis = [" + metres(wrap.axis, ", ") +
-            "], radius = " + metres(wrap.radius) + ", turn = " + metres(wrap.turn) + " }]\n";
-  }
+  text += wraps_text(after.wraps, [&](int body) { return to.name_of(body); });
   // Force goes with the section, fibres with the length.
   const double along = (belly[1] - belly[0]) / (muscle.belly[1] - muscle.belly[0]);
   const double section = size.volume_ratio / along;

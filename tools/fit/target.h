@@ -47,6 +47,9 @@ struct Target {
 };
 
 std::string quoted(const std::string& text);
+/// The line `wrap = ...` of a muscle in a scene; nothing without wraps.
+std::string wraps_text(const std::vector<WrapCylinder>& wraps,
+                       const std::function<std::string(int body)>& name_of);
 TriMesh mapped_mesh(const Target& to, TriMesh mesh);
 
 /// Of a tube (muscles/tube.h): its nodes from `first` on.

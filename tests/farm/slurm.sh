@@ -26,10 +26,15 @@ touch "$out/begin"
 cp -r "$root/tests/scenes/pair" "$out/scene"
 # Substeps by which the frames 1-16 take so many seconds here: bakes that can be hurt meanwhile.
 milliseconds() { echo $(($(date +%s%N) / 1000000)); }
-begin=$(milliseconds)
-"$thew" bake "$out/scene/scene.toml" --out "$out/timed" --no-render --set solver.substeps=2000 \
-  --threads 1 --progress none 2>/dev/null
-per_second=$((2000 * 1000 / ($(milliseconds) - begin)))
+# The fastest of three: the machine may be busy with something else for a moment, and bakes that then
+# end too soon are not hurt.
+shortest=$(for i in 1 2 3; do
+  begin=$(milliseconds)
+  "$thew" bake "$out/scene/scene.toml" --out "$out/timed_$i" --no-render \
+    --set solver.substeps=2000 --threads 1 --progress none >/dev/null 2>&1
+  echo $(($(milliseconds) - begin))
+done | sort -n | head -1)
+per_second=$((2000 * 1000 / shortest))
 slow=$((5 * per_second)) long=$((9 * per_second))
 cat >"$out/jobs.toml" <<END
 chunk = 6

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 
+#include "rig/math.h"
 #include "tools/base/bake_mesh.h"
 #include "tools/export/character_skin.h"
 #include "tools/export/fields.h"
@@ -72,7 +73,7 @@ void add_primvars(const Shot& shot, std::size_t m, UsdPrim& prim) {
 
 // A reader draws the line between two samples. Normals follow from the points, and are half of the
 // file; a degree of them is not seen.
-constexpr double kNormalsBetween = 3.14159265358979 / 180;
+constexpr double kNormalsBetween = kDegree;
 
 // What moves as one piece has a transform, all else its points and normals by frame.
 void add_motion(const Shot& shot, std::size_t m, const RigidMotion& rigid, UsdPrim& prim) {

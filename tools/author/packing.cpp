@@ -6,6 +6,7 @@
 
 #include "rig/math.h"
 #include "skin/surface/surface.h"
+#include "tools/author/outline.h"
 #include "tools/author/poses.h"
 #include "tools/author/smoothing.h"
 
@@ -19,6 +20,9 @@ constexpr double kStray = 0.008;  // m, from where the table has a centre
 // Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
 // it does not swell; more where it does: contact presses it out.
 constexpr double kSqueeze = 0.15, kPressed = 0.15;
+// Bellies keep within the limb's measured outline and so much (m) beyond, as they fill it less well
+// than real ones; not from this y (m) down, where muscles that are not here fill most of it.
+constexpr double kBeyond = 0.0025, kForearm = -0.28;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
 // The muscle's thickness near a point: the nearest point of the line through its sections' centres.
@@ -131,6 +135,9 @@ struct Room {
     for (int b : bones) {
       const double depth = allowed_depth(mine, section.belly, b, p);
       out = smooth_max(out, kGap - depth - bone_distance(packing.bones[b], p), corner);
+    }
+    if (section.belly && section.centre.y() > kForearm) {
+      out = smooth_max(out, limb_level(p) - kBeyond, corner);
     }
     const Near near = near_of(mine, p);
     for (const SectionedMuscle* other : at_rest) {
@@ -314,7 +321,7 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
     for (Section& section : muscle.sections) {
       if (!section.belly) continue;
       const double of_section = std::sqrt(std::sqrt(section.area / area_of(section)));
-      section.grow *= std::clamp(std::sqrt(of_section) * lacks, 0.97, 1.04);
+      section.grow *= std::clamp(of_section * lacks, 0.97, 1.04);
     }
   }
   if (last) return;

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rig/types.h"
+
+namespace thew::tools {
+
+/// Signed distance (m) from the outline of a measured limb, near enough close to it; negative
+/// inside. In the humerus' frame, the arm hanging.
+double limb_level(const Vec3& p);
+
+}  // namespace thew::tools

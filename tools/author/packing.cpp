@@ -6,6 +6,7 @@
 
 #include "rig/math.h"
 #include "skin/surface/surface.h"
+#include "tools/author/middle_line.h"
 #include "tools/author/outline.h"
 #include "tools/author/poses.h"
 #include "tools/author/smoothing.h"
@@ -25,13 +26,6 @@ constexpr double kSqueeze = 0.15, kPressed = 0.15;
 constexpr double kBeyond = 0.0025, kForearm = -0.28;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
-// The muscle's thickness near a point: the nearest point of the line through its sections' centres.
-struct Near {
-  Vec3 point = Vec3::Zero();
-  Slab slab;
-  double soft = 0.0;  // m, by which its half thickness exceeds a tendon's
-};
-
 struct Packing {
   const std::vector<TableMuscle>& table;
   const Skeleton& skeleton;
@@ -40,45 +34,29 @@ struct Packing {
   std::vector<PackingPose> poses;
 };
 
-Slab between(const Slab& a, const Slab& b, double t) {
-  const double side = a.along.dot(b.along) < 0.0 ? -1.0 : 1.0;
-  return {a.half + t * (b.half - a.half), a.radius + t * (b.radius - a.radius),
-          ((1.0 - t) * a.along + t * side * b.along).normalized()};
-}
-
-Near near_of(const SectionedMuscle& muscle, const Vec3& p) {
+// A point in the thickness of a muscle whose room is looked for.
+struct Inside {
   Near near;
-  double best = 1e9, at = 0.0;
-  size_t nearest = 0;
-  const size_t n = muscle.sections.size();
-  for (size_t i = 0; i <= n; ++i) {
-    const Vec3& a = i > 0 ? muscle.sections[i - 1].centre : muscle.origin;
-    const Vec3& b = i < n ? muscle.sections[i].centre : muscle.insertion;
-    const Vec3 d = b - a;
-    const double t = std::clamp(d.dot(p - a) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
-    const Vec3 q = a + t * d;
-    const double distance = (p - q).squaredNorm();
-    if (distance >= best) continue;
-    best = distance;
-    nearest = i;
-    at = t;
-    near.point = q;
-  }
-  const auto& radius = muscle.tendon_radius;
-  const Slab from = nearest > 0 ? grown(muscle.sections[nearest - 1])
-                                : Slab{0.0, radius[0], muscle.sections.front().slab.along};
-  const Slab to = nearest < n ? grown(muscle.sections[nearest]) : Slab{0.0, radius[1], from.along};
-  near.slab = between(from, to, at);
-  near.soft = std::max(near.slab.radius - radius[2 * nearest > n], 1e-4);
-  return near;
-}
+  double beyond;  // m, of its slab
+  double away;    // m, from where the lines are searched
+
+  Inside(const MiddleLine& line, const Vec3& p, double away)
+      : near(line.near(p, away)), beyond(slab_distance(near.slab, near.point, p)), away(away) {}
+};
 
 // Signed distance beyond the border between two muscles: each gives way to what both slabs hold in
 // proportion to what it is more than tendon. Antisymmetric, so that what it parts does not overlap.
-double beyond_parting(const Near& mine, const Near& other, const Vec3& p) {
-  const double a = slab_distance(mine.slab, mine.point, p);
+double beyond_parting(const Inside& mine, const MiddleLine& line, const Vec3& p) {
+  const Near other = line.near(p, mine.away);
   const double b = slab_distance(other.slab, other.point, p);
-  return (a * other.soft - b * mine.soft) / (mine.soft + other.soft);
+  return (mine.beyond * other.soft - b * mine.near.soft) / (mine.near.soft + other.soft);
+}
+
+// No less than it, without a search.
+double most_beyond_parting(const Inside& mine, const MiddleLine& line) {
+  const double inside = -line.least_distance(mine.away);  // of the other's slab
+  const double share = mine.near.soft / (mine.near.soft + line.softest());
+  return std::max(mine.beyond + share * (inside - mine.beyond), inside);
 }
 
 double smooth_max(double a, double b, double k) {
@@ -86,21 +64,25 @@ double smooth_max(double a, double b, double k) {
   return std::max(a, b) + 0.25 * k * h * h;
 }
 
-// Muscles that may be in the way of a section.
-using Neighbours = std::vector<const SectionedMuscle*>;
+// Muscles that may be in the way of a section, and its own.
+struct Neighbours {
+  MiddleLine own;
+  std::vector<MiddleLine> others;
+};
 
 double widest(const Section& section) {
   return 1.2 * (section.slab.half + section.grow * section.slab.radius);
 }
 
 Neighbours neighbours(const std::vector<SectionedMuscle>& muscles, size_t m, size_t i) {
-  Neighbours found;
   const Section& section = muscles[m].sections[i];
+  Neighbours found{MiddleLine(muscles[m], section.centre), {}};
   for (size_t j = 0; j < muscles.size(); ++j) {
     if (j == m) continue;
-    const Near near = near_of(muscles[j], section.centre);
+    const MiddleLine line(muscles[j], section.centre);
+    const Near near = line.near(section.centre, 0.0);
     const double reach = widest(section) + 1.2 * (near.slab.half + near.slab.radius) + 0.005;
-    if ((near.point - section.centre).norm() < reach) found.push_back(&muscles[j]);
+    if ((near.point - section.centre).norm() < reach) found.others.push_back(line);
   }
   return found;
 }
@@ -109,11 +91,17 @@ Neighbours neighbours(const std::vector<SectionedMuscle>& muscles, size_t m, siz
 struct Room {
   const Packing& packing;
   size_t m, i;
+  Vec3 place;  // the section's centre, at first
   std::vector<int> bones;
   Neighbours at_rest;
   std::vector<Neighbours> bent;
 
-  Room(const Packing& packing, size_t m, size_t i) : packing(packing), m(m), i(i) {
+  Room(const Packing& packing, size_t m, size_t i)
+      : packing(packing),
+        m(m),
+        i(i),
+        place(packing.muscles[m].sections[i].centre),
+        at_rest(neighbours(packing.muscles, m, i)) {
     const Section& section = packing.muscles[m].sections[i];
     const double reach = widest(section) + 0.02;
     for (size_t b = 0; b < packing.bones.size(); ++b) {
@@ -121,9 +109,11 @@ struct Room {
         bones.push_back(static_cast<int>(b));
       }
     }
-    at_rest = neighbours(packing.muscles, m, i);
     for (const PackingPose& pose : packing.poses) bent.push_back(neighbours(pose.muscles, m, i));
   }
+
+  // The section's centre was moved, at rest alone.
+  void follow_centre() { at_rest.own = MiddleLine(packing.muscles[m], place); }
 
   // Positive beyond the section's own size, a neighbour's or a bone's border.
   double operator()(const Vec3& p) const {
@@ -139,29 +129,32 @@ struct Room {
     if (section.belly && section.centre.y() > kForearm) {
       out = smooth_max(out, limb_level(p) - kBeyond, corner);
     }
-    const Near near = near_of(mine, p);
-    for (const SectionedMuscle* other : at_rest) {
-      out = smooth_max(out, beyond_parting(near, near_of(*other, p), p) + 0.5 * kGap, corner);
+    const Inside inside(at_rest.own, p, (p - place).norm());
+    for (const MiddleLine& other : at_rest.others) {
+      if (most_beyond_parting(inside, other) + 0.5 * kGap < out - corner) continue;
+      out = smooth_max(out, beyond_parting(inside, other, p) + 0.5 * kGap, corner);
     }
     for (size_t k = 0; k < bent.size(); ++k) {
-      out = smooth_max(out, outside_bent(k, p), corner);
+      out = smooth_max(out, outside_bent(k, p, out - corner), corner);
     }
     return out;
   }
 
-  // Tendons give way to nothing, and follow their path into bones.
-  double outside_bent(size_t k, const Vec3& p) const {
+  // Tendons give way to nothing, and follow their path into bones. What is less than `least` does
+  // not matter.
+  double outside_bent(size_t k, const Vec3& p, double least) const {
     const PackingPose& pose = packing.poses[k];
     const SectionedMuscle& mine = pose.muscles[m];
     const PosedSection& section = pose.sections[m][i];
     const bool belly = mine.sections[i].belly;
     const double soft = grown(mine.sections[i]).radius;
     const Vec3 there = posed(section, p);
-    double out = -1.0;
-    const Near near = near_of(mine, there);
+    double out = std::max(least * section.swell, -1.0);
+    const Inside inside(bent[k].own, there, (there - mine.sections[i].centre).norm());
     const double squeeze = belly ? kSqueeze * soft : -0.5 * kGap;
-    for (const SectionedMuscle* other : bent[k]) {
-      out = std::max(out, beyond_parting(near, near_of(*other, there), there) - squeeze);
+    for (const MiddleLine& other : bent[k].others) {
+      if (most_beyond_parting(inside, other) - squeeze < out) continue;
+      out = std::max(out, beyond_parting(inside, other, there) - squeeze);
     }
     for (int b : bones) {
       if (!belly) break;
@@ -307,10 +300,11 @@ void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
     SectionedMuscle& muscle = packing.muscles[m];
     for (size_t i = 0; i < muscle.sections.size(); ++i) {
       Section& section = muscle.sections[i];
-      const Room out(packing, m, i);
+      Room out(packing, m, i);
       // A centre that others have overrun would leave its ring no size.
       section.centre += way_in(out, section.centre, 0.5 * least_reach(muscle));
       keep_in_place(section);
+      out.follow_centre();
       cast(out, 5e-4, section);
     }
     round_along(muscle);

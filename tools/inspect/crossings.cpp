@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <optional>
 
 #include "skin/surface/surface.h"
@@ -50,17 +49,29 @@ bool is_edge(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] ==
 
 /// The share of edges that lack a neighbour.
 double open_share(const std::vector<Triangle>& triangles) {
-  std::map<std::pair<int, int>, int> balance;  // +1 for an edge one way, -1 for the other
+  struct Edge {
+    int a, b, way;  // a < b; +1 one way, -1 the other
+    auto ends() const { return std::pair(a, b); }
+  };
+  std::vector<Edge> edges;
   for (const Triangle& t : triangles) {
     if (is_edge(t)) continue;
     for (int i = 0; i < 3; ++i) {
       const int a = t[i], b = t[(i + 1) % 3];
-      balance[std::minmax(a, b)] += a < b ? 1 : -1;
+      edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
     }
   }
-  const auto open =
-      std::count_if(balance.begin(), balance.end(), [](const auto& e) { return e.second != 0; });
-  return balance.empty() ? 1.0 : static_cast<double>(open) / static_cast<double>(balance.size());
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& e, const Edge& f) { return e.ends() < f.ends(); });
+  int open = 0, all = 0;
+  for (std::size_t i = 0; i < edges.size(); ++all) {
+    int balance = 0;
+    for (const auto ends = edges[i].ends(); i < edges.size() && edges[i].ends() == ends; ++i) {
+      balance += edges[i].way;
+    }
+    open += balance != 0;
+  }
+  return all == 0 ? 1.0 : static_cast<double>(open) / all;
 }
 
 /// A frame's meshes.

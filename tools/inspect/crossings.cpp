@@ -160,10 +160,9 @@ void count_pairs(const Layers& layers, std::array<Crossings, kLayerPairs.size()>
     const Item& a = items[i];
     for (std::size_t k = i + 1; k < items.size() && items[k].low.y() <= a.high.y(); ++k) {
       const Item& b = items[k];
-      if (b.low.x() > a.high.x() || a.low.x() > b.high.x() || b.low.z() > a.high.z() ||
-          a.low.z() > b.high.z()) {
-        continue;
-      }
+      const bool apart = (b.low.x() > a.high.x()) | (a.low.x() > b.high.x()) |
+                         (b.low.z() > a.high.z()) | (a.low.z() > b.high.z());
+      if (apart) continue;
       const int pair = layer_pair(layers.meshes[a.mesh].kind, layers.meshes[b.mesh].kind);
       if (pair >= 0 && ++tests > most) {
         throw Error(ErrorCode::kInput, "its triangles lie upon each other in heaps, about " +
@@ -252,11 +251,15 @@ Slabs make_slabs(const std::vector<Vec3>& x, const std::vector<Triangle>& triang
 /// touches an edge or a corner, or p lies on one.
 std::optional<int> count_ray(const Vec3& p, const Vec3& q, const std::vector<Vec3>& x,
                              const std::vector<Triangle>& triangles) {
-  const double low = std::min(p.z(), q.z()), high = std::max(p.z(), q.z());
+  const Vec3 low = p.cwiseMin(q), high = p.cwiseMax(q);
+  const auto is_beside = [&](const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
+    return std::min({a[axis], b[axis], c[axis]}) > high[axis] ||
+           std::max({a[axis], b[axis], c[axis]}) < low[axis];
+  };
   int count = 0;
   for (const Triangle& t : triangles) {
-    const auto [a, b, c] = corners(x, t);
-    if (std::min({a.z(), b.z(), c.z()}) > high || std::max({a.z(), b.z(), c.z()}) < low) continue;
+    const Vec3 &a = x[t[0]], &b = x[t[1]], &c = x[t[2]];
+    if (is_beside(a, b, c, 2) || is_beside(a, b, c, 1) || is_beside(a, b, c, 0)) continue;
     const int sp = orientation(a, b, c, p), sq = orientation(a, b, c, q);
     if (sp * sq > 0) continue;
     const int u = orientation(p, q, a, b), v = orientation(p, q, b, c), w = orientation(p, q, c, a);

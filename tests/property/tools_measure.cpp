@@ -14,6 +14,36 @@
 namespace thew::tests {
 namespace {
 
+// Boxes in their order along the longest side of all, so that most of those beside another box need
+// not be looked at.
+struct SortedBoxes {
+  const std::vector<NodeBox>& boxes;
+  int axis = 0;
+  double longest = 0.0;  // m, of a box along the axis
+  std::vector<int> order;
+
+  SortedBoxes(const std::vector<NodeBox>& boxes, const NodeBox& all) : boxes(boxes) {
+    for (int k = 1; k < 3; ++k) {
+      if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
+    }
+    for (int i = 0; i < static_cast<int>(boxes.size()); ++i) {
+      order.push_back(i);
+      longest = std::max(longest, boxes[i].high[axis] - boxes[i].low[axis]);
+    }
+    std::sort(order.begin(), order.end(), [&](int i, int j) { return low(i) < low(j); });
+  }
+  double low(int i) const { return boxes[i].low[axis]; }
+  template <typename Visit>
+  void each_near(const NodeBox& box, Visit visit) const {
+    const double first = box.low[axis] - longest - 1e-9;
+    const auto begin = std::lower_bound(order.begin(), order.end(), first,
+                                        [&](int i, double value) { return low(i) < value; });
+    for (auto i = begin; i != order.end() && low(*i) <= box.high[axis]; ++i) {
+      if (are_near(box, boxes[*i], 0.0)) visit(*i);
+    }
+  }
+};
+
 // Pairs of triangles that cross, each with each. `counts` says whether a pair does.
 template <typename Counts>
 int crossings(const Collider& a, const Collider& b, Counts counts) {
@@ -28,16 +58,17 @@ int crossings(const Collider& a, const Collider& b, Counts counts) {
   };
   const std::vector<NodeBox> mine = boxes(a), theirs = boxes(b);
   const NodeBox all = box_of(*b.x);
+  const SortedBoxes sorted(theirs, all);
   int count = 0;
   for (int i = 0; i < static_cast<int>(mine.size()); ++i) {
     if (!are_near(mine[i], all, 0.0)) continue;
     const Triangle& s = a.surface->triangles[i];
-    for (int j = itself ? i + 1 : 0; j < static_cast<int>(theirs.size()); ++j) {
-      if (!are_near(mine[i], theirs[j], 0.0) || !counts(i, j)) continue;
+    sorted.each_near(mine[i], [&](int j) {
+      if ((itself && j <= i) || !counts(i, j)) return;
       const Triangle& t = b.surface->triangles[j];
-      if (itself && std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end()) continue;
+      if (itself && std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end()) return;
       count += are_crossing(*a.surface, *a.x, *b.surface, *b.x, {i, j});
-    }
+    });
   }
   return count;
 }

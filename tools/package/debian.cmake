@@ -15,6 +15,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME thew)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_COMMAND_PACKAGE_DEPENDS libosmesa6)  # loaded, not linked: render/gl_context.cpp
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS ffmpeg)
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "muscles and skin of animated characters
 Reads a rig and its motion, carries muscles along that keep their volume to

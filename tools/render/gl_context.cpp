@@ -2,6 +2,7 @@
 #include "tools/render/gl_context.h"
 
 #include <GL/osmesa.h>
+#include <dlfcn.h>
 #include <sys/mman.h>
 
 #include <cstdlib>
@@ -31,10 +32,44 @@ std::string chosen_driver;  // "": not chosen
 // llvmpipe, which takes more than softpipe: 390 MiB (threads and their heaps most of it), 133 a
 // pixel, and 24 for the renderer's backdrops.
 constexpr std::size_t kContext = std::size_t{448} << 20, kPixel = 168;
+constexpr std::size_t kLibraries = std::size_t{192} << 20;  // OSMesa and LLVM
 
 std::size_t bytes_of(int width, int height) { return kPixel * width * height; }
 
+// Mesa brings LLVM, which takes longer to load than most commands take: with the first context. It
+// stays loaded, with the threads that it may have.
+struct Mesa {
+  decltype(&OSMesaCreateContextAttribs) create;
+  decltype(&OSMesaDestroyContext) destroy;
+  decltype(&OSMesaMakeCurrent) make_current;
+  decltype(&OSMesaGetProcAddress) address;
+};
+
+template <typename Function>
+void find(void* library, const char* name, Function& function) {
+  function = reinterpret_cast<Function>(::dlsym(library, name));
+  if (!function) fail(std::string("libOSMesa has no ") + name + kInstall);
+}
+
+Mesa load_mesa() {
+  check_room(kLibraries + kContext);
+  void* library = ::dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_LOCAL);
+  if (!library) fail(std::string(::dlerror()) + kInstall);
+  Mesa mesa;
+  find(library, "OSMesaCreateContextAttribs", mesa.create);
+  find(library, "OSMesaDestroyContext", mesa.destroy);
+  find(library, "OSMesaMakeCurrent", mesa.make_current);
+  find(library, "OSMesaGetProcAddress", mesa.address);
+  return mesa;
+}
+
+const Mesa& mesa() {
+  static const Mesa mesa = load_mesa();
+  return mesa;
+}
+
 OSMesaContext create_context(int width, int height) {
+  mesa();
   check_room(kContext + bytes_of(width, height));
   const char* driver = std::getenv("GALLIUM_DRIVER");
   if (driver && *driver && std::string(driver) != "llvmpipe" && std::string(driver) != "softpipe") {
@@ -53,7 +88,7 @@ OSMesaContext create_context(int width, int height) {
                             OSMESA_CONTEXT_MINOR_VERSION,
                             3,
                             0};
-  return OSMesaCreateContextAttribs(attributes, nullptr);
+  return mesa().create(attributes, nullptr);
 }
 
 }  // namespace
@@ -93,8 +128,8 @@ GlContext::GlContext(int width, int height)
   try {
     pixels_.resize(4ul * width * height);
     make_current();
-#define THEW_GL_LOAD(TYPE, NAME)                                                    \
-  gl_.NAME = reinterpret_cast<PFNGL##TYPE##PROC>(OSMesaGetProcAddress("gl" #NAME)); \
+#define THEW_GL_LOAD(TYPE, NAME)                                              \
+  gl_.NAME = reinterpret_cast<PFNGL##TYPE##PROC>(mesa().address("gl" #NAME)); \
   if (!gl_.NAME) fail(std::string("OSMesa has no gl" #NAME) + kInstall);
     THEW_GL_FUNCTIONS(THEW_GL_LOAD)
 #undef THEW_GL_LOAD
@@ -108,15 +143,15 @@ GlContext::GlContext(int width, int height)
            "; choose it before anything is drawn");
     }
   } catch (...) {
-    OSMesaDestroyContext(context_);
+    mesa().destroy(context_);
     throw;
   }
 }
 
-GlContext::~GlContext() { OSMesaDestroyContext(context_); }
+GlContext::~GlContext() { mesa().destroy(context_); }
 
 void GlContext::make_current() {
-  if (!OSMesaMakeCurrent(context_, pixels_.data(), GL_UNSIGNED_BYTE, width_, height_)) {
+  if (!mesa().make_current(context_, pixels_.data(), GL_UNSIGNED_BYTE, width_, height_)) {
     fail("OSMesa refuses an image of " + std::to_string(width_) + " x " + std::to_string(height_) +
          "; choose a smaller size");
   }

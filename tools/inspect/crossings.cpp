@@ -81,6 +81,13 @@ struct Layers {
   std::vector<std::vector<Triangle>> triangles;
 };
 
+Layers layers_of(const std::vector<BakeMesh>& meshes,
+                 const std::vector<std::vector<Vec3>>& positions) {
+  Layers layers{meshes, positions, {}};
+  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(joined_triangles(mesh.rest));
+  return layers;
+}
+
 bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
   return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
 }
@@ -369,12 +376,19 @@ void refuse_heaps(const std::vector<BakeMesh>& meshes,
 
 }  // namespace
 
+std::array<Crossings, kLayerPairs.size()> count_crossings(
+    const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
+  refuse_heaps(meshes, positions);
+  std::array<Crossings, kLayerPairs.size()> found;
+  count_pairs(layers_of(meshes, positions), found);
+  return found;
+}
+
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions) {
   refuse_heaps(meshes, positions);
   std::array<Crossings, kLayerPairs.size()> found;
-  Layers layers{meshes, positions, {}};
-  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(joined_triangles(mesh.rest));
+  const Layers layers = layers_of(meshes, positions);
   count_pairs(layers, found);
   for (std::size_t b = 0; b < meshes.size(); ++b) {
     const double open = open_share(layers.triangles[b]);

@@ -30,6 +30,10 @@ inline constexpr std::array<const char*, 5> kLayerPairs = {
 std::array<Crossings, kLayerPairs.size()> find_crossings(
     const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions);
 
+/// The same without depths.
+std::array<Crossings, kLayerPairs.size()> count_crossings(
+    const std::vector<BakeMesh>& meshes, const std::vector<std::vector<Vec3>>& positions);
+
 /// Pairs of triangles of a mesh that have a common point and no common vertex.
 struct SelfCrossings {
   int pairs = 0;

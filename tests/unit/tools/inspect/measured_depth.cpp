@@ -27,6 +27,7 @@ bool counts(const Model& model, const Crossings& found) {
 int compare_depths(const Model& model, const fs::path& folder, const std::vector<int>& frames) {
   constexpr double kSame = 1e-9;  // m
   BakeOptions options;
+  options.is_chunk = true;  // nobody reads the cache
   options.folder = folder;
   options.frames = frames;
   const std::vector<BakeMesh> meshes = bake_info(model, options.frames).meshes;

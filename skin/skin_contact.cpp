@@ -199,19 +199,22 @@ void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, con
 }
 
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state) {
-  constexpr int kSweeps = 1;
   std::vector<char>& marked = state.marked;
   marked.assign(state.x.size(), 0);
-  for (int round = 0; round < kRounds; ++round) {
-    find_own_crossings(model, state);
-    if (state.crossings.empty()) return;
+  find_own_crossings(model, state);
+  for (int round = 0; round < kRounds && !state.crossings.empty(); ++round) {
+    const size_t before = state.crossings.size();
+    state.untangled = state.x;
     mark(model, state.crossings, marked);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      for (size_t i = 0; i < marked.size(); ++i) {
-        if (marked[i]) even_out(model, static_cast<int>(i), state);
-      }
+    for (size_t i = 0; i < marked.size(); ++i) {
+      if (marked[i]) even_out(model, static_cast<int>(i), state);
     }
     leave_flesh(model, below, state);
+    find_own_crossings(model, state);
+    if (state.crossings.size() > before) {
+      state.x = state.untangled;
+      return;
+    }
   }
 }
 

@@ -176,6 +176,7 @@ struct SkinState : SkinMotion {
   std::vector<DualQuaternion> motions;        ///< motion of each body since the bind pose
   std::vector<std::array<int, 2>> crossings;  ///< triangles of the skin that cross...
   Points crossings_at;                        ///< m, ...where it lay then
+  Points untangled;                           ///< m, x before a round of untangle()
   std::vector<char> marked, frozen;           ///< nodes
   std::vector<char> held;                     ///< nodes, by props
   std::vector<SkinPlane> at_props;            ///< points of props

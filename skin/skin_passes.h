@@ -72,8 +72,8 @@ void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 /// node is too near and none pierces the skin, or the rounds are over.
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
                  SkinState& state);
-/// Smooths triangles of the skin that cross each other, and their neighbours, until none cross or
-/// the rounds are over.
+/// Smooths triangles of the skin that cross each other, and their neighbours, in rounds, until none
+/// cross or the rounds are over. A round after which more of them cross is undone and is the last.
 void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinState& state);
 
 /// Sets force, slip, offset and correction for the next step.

@@ -79,14 +79,15 @@ TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
   }
 }
 
-// From behind the joint to far down the shaft: raised by 150 degrees in any plane, the path goes
-// round the head. At rest it is the same.
-TEST(HoldAtShoulder, GoesRoundTheHead) {
+// From behind the joint to the shaft, as on slender and on wide shoulders: raised by 150 degrees in
+// any plane, the path goes round the head. At rest it is the same.
+class HeldAtShoulder : public testing::TestWithParam<Vec3> {};
+TEST_P(HeldAtShoulder, GoesRoundTheHead) {
   const ArmBodies arm{false, 0, 1, 2, 3, 2, 2, 0};
   Pose rest(4, Transform::Identity());
   for (int b = 1; b < 4; ++b) rest[b].translation().y() = -0.3 * (b - 1);
   const MusclePath plain{
-      {{0, Vec3(-0.015, -0.015, 0.0)}, {1, Vec3(-0.02, -0.11, 0.0)}, {2, Vec3(-0.02, 0.01, 0.0)}},
+      {{0, GetParam()}, {1, Vec3(-0.02, -0.09, 0.0)}, {2, Vec3(-0.02, 0.01, 0.0)}},
       {{1, 1, Vec3(0.0, -0.3, 0.0), Vec3::UnitZ(), 0.01, 1.0}}};
   MusclePath held = plain;
   hold_at_shoulder(arm, rest, held);
@@ -118,6 +119,8 @@ TEST(HoldAtShoulder, GoesRoundTheHead) {
   EXPECT_LT(least_of_plain, 0.3 * origin);
   EXPECT_GT(least, 0.5 * origin);
 }
+INSTANTIATE_TEST_SUITE_P(, HeldAtShoulder,
+                         testing::Values(Vec3(-0.015, -0.015, 0.0), Vec3(-0.04, -0.03, 0.0)));
 
 TEST_F(NewScene, ArmsAreFoundByShapeWhereNamesSayNothing) {
   if (!fs::exists(data("cesium_man.gltf"))) GTEST_SKIP() << "cesium_man.gltf is not there";

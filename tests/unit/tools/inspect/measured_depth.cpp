@@ -76,7 +76,7 @@ TEST_F(MeasuredDepth, IsThatOfTheExactTestsWhereMusclesLieDeep) {
   const Model model = build_model(
       read_scene(std::string(THEW_SOURCE_DIR) + "/assets/arm/arm.toml",
                  {"solver.integrator=xpbd", "solver.iterations=1", "skin.enabled=false"}));
-  EXPECT_GT(compare_depths(model, folder / "bake", {1, 2, 3, 4, 9, 13, 18}), 0);
+  EXPECT_GT(compare_depths(model, folder / "bake", {1, 5, 9, 18, 33, 37, 41}), 0);
 }
 
 }  // namespace

@@ -8,8 +8,9 @@
 namespace thew::tools {
 namespace {
 
-// A section of the limb's outline: an ellipse across y. Measured girths and widths (BodyParts3D),
-// below the elbow turned with the forearm, which hangs half turned.
+// A section of the limb's outline: an ellipse across y. Girths and widths after BodyParts3D, of the
+// upper arm moved by up to 4 mm for muscles that fill it less well; below the elbow turned with the
+// forearm, which hangs half turned.
 struct Outline {
   double y, x, z, half_x, half_z;  // m
 };

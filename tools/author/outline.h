@@ -5,7 +5,7 @@
 
 namespace thew::tools {
 
-/// Signed distance (m) from the outline of a measured limb, near enough close to it; negative
+/// Signed distance (m) from the outline of the limb, near enough close to it; negative
 /// inside. In the humerus' frame, the arm hanging.
 double limb_level(const Vec3& p);
 

@@ -21,8 +21,8 @@ constexpr double kStray = 0.008;  // m, from where the table has a centre
 // Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
 // it does not swell; more where it does: contact presses it out.
 constexpr double kSqueeze = 0.15, kPressed = 0.15;
-// Bellies keep within the limb's measured outline and so much (m) beyond, as they fill it less well
-// than real ones; not from this y (m) down, where muscles that are not here fill most of it.
+// Bellies keep within the limb's outline and so much (m) beyond, as they fill it less well than real
+// ones; not from this y (m) down, where muscles that are not here fill most of it.
 constexpr double kBeyond = 0.0025, kForearm = -0.28;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 

@@ -347,6 +347,14 @@ HumanBodies human_bodies(const Character& character) {
   }
   for (const int side : {-1, 1}) {
     add_shoulders(character, side, bodies);
+    const auto of = [&](BoneKind kind) {
+      const auto found = bodies.find({kind, side});
+      return found == bodies.end() ? -1 : found->second;
+    };
+    const int humerus = of(BoneKind::kHumerus), forearm = of(BoneKind::kForearm);
+    if (const int hand = of(BoneKind::kHand); humerus >= 0 && forearm >= 0 && hand >= 0) {
+      bodies[{BoneKind::kHumerus, side}] = whole_humerus(character, humerus, forearm, hand);
+    }
     if (bodies.count({BoneKind::kThigh, side}) == 0 && bodies.count({BoneKind::kShin, side}) > 0) {
       bodies[{BoneKind::kThigh, side}] = bodies[{BoneKind::kShin, side}];  // "Leg", of one piece
       bodies.erase({BoneKind::kShin, side});
@@ -356,6 +364,28 @@ HumanBodies human_bodies(const Character& character) {
   }
   add_trunk(skeleton, bodies);
   return bodies;
+}
+
+int whole_humerus(const Character& character, int humerus, int forearm, int hand) {
+  constexpr double kShort = 0.9;       // of the forearm: a person's upper arm is longer than that
+  constexpr double kStraight = 0.966;  // cosine of 15 degrees
+  const Skeleton& skeleton = character.skeleton;
+  const auto above = [&](int body) {
+    do body = skeleton.parent[body];
+    while (body >= 0 && is_pivot(skeleton.body_names[body]));
+    return body;
+  };
+  const auto is_shoulder = [&](int body) {
+    return body >= 0 && read_bone_name(skeleton.body_names[body]).kind == BoneKind::kClavicle;
+  };
+  const int first = above(humerus);
+  if (!is_shoulder(first) || !is_shoulder(above(first))) return humerus;
+  const Vec3 elbow = position_of(character, forearm);
+  const Vec3 second = elbow - position_of(character, humerus);
+  const Vec3 before = position_of(character, humerus) - position_of(character, first);
+  const double fore = (position_of(character, hand) - elbow).norm();
+  const bool straight = second.dot(before) > kStraight * second.norm() * before.norm();
+  return straight && second.norm() < kShort * fore ? first : humerus;
 }
 
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor) {

@@ -52,6 +52,11 @@ HumanBodies human_bodies(const Character& character);
 /// Returns which bodies were taken for which bones, "" if none was added.
 std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies);
 
+/// `humerus`, or the body above it where that is the first part of an upper arm in two: names call
+/// it a shoulder, as they do the body it hangs on, and an upper arm that is shorter than the
+/// forearm runs on straight from it (MakeHuman's shoulder02).
+int whole_humerus(const Character& character, int humerus, int forearm, int hand);
+
 /// Whether `body` is `ancestor` or a descendant of it.
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 

@@ -172,11 +172,14 @@ void part_folds(const SkinModel& model, SkinState& state) {
 }
 
 void cover_triangles(const SkinModel& model, SkinState& state) {
+  const Lengths& lengths = model.settings.lengths;
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
-    const double share = brink(model.settings.lengths.cover_reach, lack);
-    displace(model, cover, share * lack / squared(cover.barycentric) * cover.normal, state.x);
+    // In the bottom of a fold a triangle would go by three times what it lacks, into the other
+    // wall.
+    const double by = brink(lengths.cover_reach, lack) * lack / squared(cover.barycentric);
+    displace(model, cover, std::min(by, lengths.max_climb) * cover.normal, state.x);
   }
 }
 

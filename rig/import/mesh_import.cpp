@@ -278,8 +278,11 @@ void check_positions(const fs::path& file, const std::vector<Vec3>& positions) {
   }
 }
 
-void check_closed(const std::string& where, const TriMesh& mesh) {
-  const std::vector<Defect> defects = find_defects(mesh);
+void check_closed(const std::string& where, const TriMesh& mesh, Pieces pieces) {
+  std::vector<Defect> defects = find_defects(mesh);
+  if (pieces == Pieces::kAny) {
+    std::erase_if(defects, [](const Defect& d) { return d.kind == Defect::kSeveralComponents; });
+  }
   if (defects.empty()) return;
   std::string message = where + ": is not a sound closed surface";
   for (const Defect& d : defects) {
@@ -289,7 +292,9 @@ void check_closed(const std::string& where, const TriMesh& mesh) {
   throw Error(ErrorCode::kInput, message);
 }
 
-ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world) {
+namespace {
+
+ImportedMesh import_sound(const fs::path& file, const Eigen::Affine3d& to_world, Pieces pieces) {
   ImportedMesh imported = import_mesh(file);
   if (!to_world.matrix().isIdentity(0.0)) {
     for (Vec3& p : imported.mesh.vertices) p = to_world * p;
@@ -299,12 +304,22 @@ ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3
     }
   }
   check_positions(file, imported.mesh.vertices);
-  check_closed(file.string(), imported.mesh);
+  check_closed(file.string(), imported.mesh, pieces);
   return imported;
+}
+
+}  // namespace
+
+ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world) {
+  return import_sound(file, to_world, Pieces::kOne);
 }
 
 TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& to_world) {
   return std::move(import_closed_mesh_whole(file, to_world).mesh);
+}
+
+TriMesh import_bone(const fs::path& file) {
+  return std::move(import_sound(file, Eigen::Affine3d::Identity(), Pieces::kAny).mesh);
 }
 
 }  // namespace thew::rig

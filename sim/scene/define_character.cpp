@@ -138,7 +138,7 @@ std::vector<Bone> character_bones(const Scene& scene, const Skeleton& skeleton) 
   std::vector<Bone> bones;
   for (const SceneBone& bone : scene.character.bones) {
     bones.push_back(
-        {bone.name, body_of(skeleton, bone.body, bone.location), import_closed_mesh(bone.mesh)});
+        {bone.name, body_of(skeleton, bone.body, bone.location), import_bone(bone.mesh)});
   }
   return bones;
 }

@@ -148,7 +148,7 @@ std::vector<Bone> bones_of(const Skeleton& skeleton) {
       Bone bone;
       bone.body = body;
       bone.name = skeleton.body_names[body] + (k == 0 ? "" : "_" + std::to_string(k));
-      bone.in_body = import_closed_mesh(visual.mesh_file);
+      bone.in_body = import_bone(visual.mesh_file);
       for (Vec3& p : bone.in_body.vertices) p = visual.in_body * Vec3(visual.scale.cwiseProduct(p));
       check_positions(visual.mesh_file, bone.in_body.vertices);
       bones.push_back(std::move(bone));

@@ -16,9 +16,10 @@ namespace {
 
 class LoneFigure : public NewScene {
  protected:
-  Model made() {
+  Model made(std::vector<std::string> settings = {}) {
     EXPECT_EQ(new_command(asked(kFigure, "right")), ExitCode::kDone);
-    return build_model(read_scene(folder / "character.toml", {"solver.integrator=quasi_static"}));
+    settings.push_back("solver.integrator=quasi_static");
+    return build_model(read_scene(folder / "character.toml", settings));
   }
   void solve(const Model& model, double frame, State& state) {
     solve_lone_frame(model, (frame - 1.0) / model.fps, parallel_, state, seconds_);
@@ -58,23 +59,26 @@ TEST_F(LoneFigure, BendsInProportionToItsBones) {
                                          : std::vector<double>{4, 15, 25, 30, 35});
 }
 
-// In the bent elbow a muscle is pinched. What it is said to swing by is what it does: where less is
-// allowed a rung has to stand in, and where more is, none.
+// In an elbow bent as far as it goes a muscle is pinched. What it is said to swing by is what it
+// does: where less is allowed a rung has to stand in, and where more is, none.
 TEST_F(LoneFigure, SaysByHowMuchAPinchedMuscleSwings) {
-  Model model = made();
-  const int brachialis = static_cast<int>(
-      std::find_if(model.muscles.begin(), model.muscles.end(),
-                   [](const Muscle& muscle) { return muscle.name == "brachialis_right"; }) -
-      model.muscles.begin());
+  Model model =
+      made({"rig.clip={ unit = \"deg\", keys = { elbow_right = [[1, 12], [37, 140]] } }"});
+  int muscle = -1;  // the one that swings most in the fold
   const auto measured = [&](double frame) {
     State state = initial_state(model);
     Measuring measuring = start_measuring(model, state);
     solve(model, frame, state);
-    return measure(model, measuring, parallel_, state).muscles.at(brachialis);
+    const std::vector<MuscleMeasures> of = measure(model, measuring, parallel_, state).muscles;
+    if (muscle < 0) {
+      const auto less = [](const auto& a, const auto& b) { return a.swing < b.swing; };
+      muscle = static_cast<int>(std::max_element(of.begin(), of.end(), less) - of.begin());
+    }
+    return of[muscle];
   };
-  EXPECT_EQ(measured(4).swing, 0.0);
   const MuscleMeasures bent = measured(37);
-  std::printf("swings by %.3f mm\n", 1e3 * bent.swing);
+  std::printf("%s swings by %.3f mm\n", model.muscles[muscle].name.c_str(), 1e3 * bent.swing);
+  EXPECT_EQ(measured(4).swing, 0.0);
   EXPECT_GT(bent.swing, 1e-5);
   EXPECT_LE(bent.swing, model.lengths.pinched_swing);
   EXPECT_EQ(bent.rung, Rung::kNone);

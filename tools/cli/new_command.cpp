@@ -36,10 +36,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void append_mesh(const TriMesh& mesh, TriMesh& to) {
+  const int first = static_cast<int>(to.vertices.size());
+  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const Triangle& t : mesh.triangles) {
+    to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
   Template of;
-  of.scene = read_scene(own_asset("template/arm.toml"));
+  of.scene = read_scene(own_asset("arm/arm.toml"));
   of.skeleton = import_urdf(of.scene.rig, of.scene.folder);
   forward_kinematics(of.skeleton, std::vector<double>(of.skeleton.size(), 0.0), of.rest);
   const auto place = [&](const char* body) {
@@ -59,16 +67,18 @@ Template read_template() {
     append(of.muscles.back());
   }
   of.bones.resize(of.skeleton.size());
+  const int hand = find_body(of.skeleton, "hand");
   for (int b = 0; b < of.skeleton.size(); ++b) {
     for (const Skeleton::Visual& visual : of.skeleton.visuals[b]) {
-      TriMesh& mesh = of.bones[b].emplace_back(import_closed_mesh(visual.mesh_file));
+      TriMesh mesh = import_bone(visual.mesh_file);
       for (Vec3& p : mesh.vertices) {
         p = of.rest[b] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
       }
+      append_mesh(mesh, of.bones[hangs_on(of.skeleton, b, hand) ? hand : b]);
     }
   }
   for (const char* name : {"humerus", "ulna", "radius"}) {
-    for (const TriMesh& mesh : of.bones[find_body(of.skeleton, name)]) append(mesh);
+    append(of.bones[find_body(of.skeleton, name)]);
   }
   for (Vec3& p : of.arm.skin.vertices) p -= of.humerus;
   for (Vec3& p : flesh) p -= of.humerus;
@@ -112,7 +122,7 @@ void claim_meshes(const Template& from, const std::vector<ArmBodies>& arms, cons
   for (const ArmBodies& arm : arms) {
     const std::string end = std::string("_") + (arm.left ? "left" : "right") + ".obj";
     for (int b = 0; b < from.skeleton.size(); ++b) {
-      if (from.skeleton.visuals[b].empty()) continue;
+      if (from.bones[b].triangles.empty()) continue;
       claim_file(folder / "bones" / (from.skeleton.body_names[b] + end), scene, force);
     }
     for (const SceneMuscle& muscle : from.scene.muscles) {
@@ -321,7 +331,8 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
     if (const std::string why = why_no_arm(fits[i], side); !why.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why);
     }
-    const Target to{from, character, straight, rest, limb, body, hand, arms[i], fits[i], side};
+    Target to{from, character, straight, rest, limb, body, hand, arms[i], fits[i], side};
+    leave_fat(to);
     say_fit(to, said);
     add_arm(to, written);
     if (!written.threads.empty()) {

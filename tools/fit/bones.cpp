@@ -56,7 +56,8 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
     }
     return -1;
   };
-  if (arm.humerus < 0) arm.humerus = seek(BoneKind::kHumerus, -1);
+  const bool told = arm.humerus >= 0;
+  if (!told) arm.humerus = seek(BoneKind::kHumerus, -1);
   if (arm.humerus < 0) {  // where the shoulder is the arm
     const HumanBodies bodies = human_bodies(character);
     const auto found = bodies.find({BoneKind::kHumerus, side});
@@ -65,6 +66,9 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
   if (arm.humerus < 0) return;
   if (arm.forearm < 0) arm.forearm = seek(BoneKind::kForearm, arm.humerus);
   if (arm.forearm >= 0 && arm.hand < 0) arm.hand = seek(BoneKind::kHand, arm.forearm);
+  if (arm.hand >= 0 && !told) {
+    arm.humerus = whole_humerus(character, arm.humerus, arm.forearm, arm.hand);
+  }
 }
 
 // Upper arm, forearm, hand, begun at a body that hangs on a trunk.

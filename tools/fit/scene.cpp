@@ -22,6 +22,9 @@ namespace {
 constexpr std::array<const char*, 2> kMayOverlap[] = {{"anconeus", "humerus"},
                                                       {"anconeus", "triceps_lateral"}};
 
+// Of the share of the room under the skin that the template's muscles take.
+constexpr double kLeastFill = 2.0 / 3.0;
+
 // A character's forearm rolls in one piece; an arm's ulna does not.
 std::string forearm_text(const Target& to) {
   const Transform into = to.rest[to.arm.forearm].inverse();
@@ -79,23 +82,21 @@ namespace {
 void add_bones(const Target& to, NewArms& out) {
   const Template& from = to.from;
   for (int b = 0; b < from.skeleton.size(); ++b) {
-    for (const TriMesh& bone : from.bones[b]) {
-      const int body = to.body_of(b);
-      const std::string name = from.skeleton.body_names[b] + "_" + to.side;
-      TriMesh mesh = mapped_mesh(to, bone);
-      if (body == to.arm.hand && !fit_hand(to, mesh)) {
-        out.handless.push_back(to.side);
-        continue;
-      }
-      if (body == to.arm.hand) out.hands += (out.hands.empty() ? "" : ", ") + quoted(name);
-      for (Vec3& p : mesh.vertices) p = to.rest[body].inverse() * p;
-      const fs::path file = fs::path("bones") / (name + ".obj");
-      out.files.push_back(
-          {file, name + " in the frame of " + to.name_of(body) + ", metres; made by thew new",
-           mesh});
-      out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
-                 "\nmesh = " + quoted(file.string()) + "\n\n";
+    if (from.bones[b].triangles.empty()) continue;
+    const int body = to.body_of(b);
+    const std::string name = from.skeleton.body_names[b] + "_" + to.side;
+    TriMesh mesh = mapped_mesh(to, from.bones[b]);
+    if (body == to.arm.hand && !fit_hand(to, mesh)) {
+      out.handless.push_back(to.side);
+      continue;
     }
+    if (body == to.arm.hand) out.hands += (out.hands.empty() ? "" : ", ") + quoted(name);
+    for (Vec3& p : mesh.vertices) p = to.rest[body].inverse() * p;
+    const fs::path file = fs::path("bones") / (name + ".obj");
+    out.files.push_back(
+        {file, name + " in the frame of " + to.name_of(body) + ", metres; made by thew new", mesh});
+    out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
+               "\nmesh = " + quoted(file.string()) + "\n\n";
   }
 }
 
@@ -170,6 +171,19 @@ std::string hinge_text(const Target& to, const std::string& elbow) {
 }
 
 }  // namespace
+
+void leave_fat(Target& to) {
+  double volume = 0.0, own = 0.0;
+  for (const TriMesh& muscle : to.from.muscles) {
+    volume += enclosed_volume(mapped_muscle(to, muscle));
+    own += enclosed_volume(muscle);
+  }
+  const double enough = std::max(own * std::pow(to.fit.across, 3),
+                                 kLeastFill * own / to.fit.own_size.room * to.fit.size.room);
+  const double thinner = std::sqrt(enough / volume);
+  if (!(thinner < 1.0)) return;
+  for (double& ratio : to.fit.girth.ratio) ratio *= thinner;
+}
 
 void add_arm(const Target& to, NewArms& out) {
   add_bones(to, out);

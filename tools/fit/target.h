@@ -13,9 +13,9 @@ struct Template {
   Scene scene;
   Skeleton skeleton;
   Pose rest;
-  std::vector<TriMesh> muscles;             // as those of the scene
-  std::vector<std::vector<TriMesh>> bones;  // by body, as its visuals; at rest, in the world
-  Vec3 humerus;                             // its origin at rest
+  std::vector<TriMesh> muscles;  // as those of the scene
+  std::vector<TriMesh> bones;    // by body, a hand's in one; at rest, in the world
+  Vec3 humerus;                  // its origin at rest
   ArmTemplate arm;
 };
 
@@ -35,7 +35,7 @@ struct Target {
     if (name == "scapula") return arm.scapula;
     if (name == "humerus") return arm.humerus;
     if (name == "ulna") return arm.ulna;
-    return name == "hand" ? arm.hand : arm.radius;
+    return name == "radius" ? arm.radius : arm.hand;
   }
   std::string name_of(int body) const {
     const std::vector<std::string>& names = character.skeleton.body_names;
@@ -94,6 +94,9 @@ struct NewArms {
   /// For [scene] size: their length over the template's, in the mean.
   double size() const;
 };
+/// An arm thicker than the template's of its length has more fat, and no more muscle, as long as
+/// the muscles take a fair share of the room under its skin: thins all that is mapped so far.
+void leave_fat(Target& to);
 void add_arm(const Target& to, NewArms& arms);
 std::string scene_text(const std::string& name, const std::filesystem::path& character_file,
                        double scale, const Character& character, const ContactSettings& contact,

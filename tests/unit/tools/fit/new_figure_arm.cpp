@@ -144,6 +144,18 @@ TEST_F(NewFigure, TheTrunksSideIsNoneOfTheArm) {
   EXPECT_NEAR(volume_of(beside), volume_of(plain()), 0.03 * volume_of(plain()));
 }
 
+// Twice as thick, with room for four times as much: muscles that are not a man's in proportion take
+// two thirds of what the template's take of theirs, and the rest is fat.
+TEST_F(NewFigure, AThickArmHasMoreFat) {
+  Figure figure;
+  Figure::thin(2.0, figure.meshes[0]);
+  const Model model = made(options(figure));
+  const double more = volume_of(model) / volume_of(plain());
+  std::printf("%.2f of the volume\n", more);
+  EXPECT_GT(more, 2.5);
+  EXPECT_LT(more, 3.5);
+}
+
 TEST_F(NewFigure, PiecesMakeOneArm) {
   const double whole = volume_of(plain());
   Figure figure;
@@ -165,7 +177,7 @@ double length_of_arm() {
   const auto length = [](const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b - a).norm() + (c - b).norm();
   };
-  const Scene scene = read_scene(fs::path(THEW_SOURCE_DIR) / "assets/template/arm.toml");
+  const Scene scene = read_scene(fs::path(THEW_SOURCE_DIR) / "assets/arm/arm.toml");
   const Skeleton skeleton = import_urdf(scene.rig, scene.folder);
   Pose rest;
   forward_kinematics(skeleton, std::vector<double>(skeleton.size(), 0.0), rest);

@@ -111,7 +111,7 @@ TEST_F(NewScene, ContactLooksAsDeepAsTheThinnestSectionAllows) {
   const NewOptions options = asked(kFigure, "right");
   ASSERT_EQ(new_command(options), ExitCode::kDone);
   const Model model = build_model(read_scene(options.out));
-  const fs::path from = fs::path(THEW_SOURCE_DIR) / "assets/template";
+  const fs::path from = fs::path(THEW_SOURCE_DIR) / "assets/arm";
   const double share =
       model.contact.settings.max_depth / read_scene(from / "arm.toml").contact.settings.max_depth;
   double least = 1.0;

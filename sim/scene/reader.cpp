@@ -309,6 +309,7 @@ void read_cut(TomlValue& value, SceneView& view) {
 
 SceneView read_view(TomlValue& table) {
   SceneView view;
+  view.location = table.location;
   view.name = name_of(require(table, kView["name"]));
   for (const char* word : kView["show"].words) {
     if (word && view.name == word) view.show = word;
@@ -316,6 +317,14 @@ SceneView read_view(TomlValue& table) {
   read(table, kView["show"], view.show);
   read(table, kView["eye"], view.eye);
   read(table, kView["target"], view.target);
+  if (TomlValue* from = find(table, kView["from"])) {
+    view.from = direction_of(*from, kView["from"].range);
+    if (find(table, kView["eye"]) || find(table, kView["target"])) {
+      refuse(*from, "leave out either", ", in place of eye and target");
+    }
+    view.eye = view.from;  // until the motion is known
+  }
+  if (TomlValue* follow = find(table, kView["follow"])) view.follow = text_of(*follow);
   read(table, kView["up"], view.up);
   read(table, kView["field_of_view"], view.field_of_view);
   read(table, kView["light"], view.light);
@@ -327,10 +336,11 @@ SceneView read_view(TomlValue& table) {
   }
   const Vec3 direction = view.target - view.eye;
   if (direction.cross(view.up).norm() <= 1e-6 * direction.norm() * view.up.norm()) {
-    throw Error(ErrorCode::kUsage,
-                table.location + ": [" + table.name + "] looks from " + point_text(view.eye) +
-                    " to " + point_text(view.target) + " with " + point_text(view.up) +
-                    " up; give two points, and an up that is not along the view");
+    throw Error(ErrorCode::kUsage, table.location + ": [" + table.name + "] looks from " +
+                                       point_text(view.eye) + " to " + point_text(view.target) +
+                                       " with " + point_text(view.up) + " up; give " +
+                                       (view.from.isZero() ? "two points" : "a direction") +
+                                       ", and an up that is not along the view");
   }
   return view;
 }

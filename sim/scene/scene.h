@@ -85,6 +85,13 @@ struct SceneView {
   /// Of a cutaway: planes of unit normal n and distance d (m). The skin is open at those points p
   /// of its rest pose where n . p > d for all of them.
   std::vector<std::array<double, 4>> cut;
+  Vec3 from = Vec3::Zero();  ///< unit, towards the eye, which framing.h finds; zero: `eye` is given
+  std::string follow;        ///< the body with which eye and target move; empty: they stay
+  Location location;
+  // Of framing.h:
+  int first_frame = 1;
+  std::vector<Vec3> moves;    ///< m, of that body from its rest pose, by frame from the first on
+  Vec3 moved = Vec3::Zero();  ///< m, the one that eye and target have made, of a single frame
 };
 /// As many as bound a box; the shader has room for so many.
 inline constexpr std::size_t kMostCuts = 6;

@@ -327,6 +327,16 @@ inline constexpr Key kViewKeys[] = {
      .meaning = "Direction towards the light; zero puts it over the left shoulder of the camera.",
      .standard = default_of<&SceneView::light>,
      .range = kDirection},
+    {.name = "from",
+     .type = KeyType::kDirection,
+     .meaning = "In place of `eye` and `target`, the direction towards the camera: it stands as "
+                "near as shows the bones, muscles and skin of what hangs on the body that it "
+                "follows, or of all, in each frame of the scene.",
+     .range = kDirection},
+    {.name = "follow",
+     .type = KeyType::kText,
+     .meaning = "A body of the rig: the camera moves with it, from the rest pose on, without "
+                "turning."},
     {.name = "cut",
      .type = KeyType::kForm,
      .meaning = "A cutaway has to have it: the skin is open at those points p of its rest pose "

@@ -12,6 +12,7 @@
 
 #include "rig/text.h"
 #include "sim/cache/durable_file.h"
+#include "sim/framing.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/solver/health.h"
@@ -267,14 +268,15 @@ ExitCode bake_command(const CommandOptions& options) {
   for (const std::string& warning : model.warnings) {
     std::fprintf(stderr, "thew: warning: %s\n", warning.c_str());
   }
+  const std::vector<SceneView> views = options.pictures && !options.chunk
+                                           ? frame_views(model, scene.render)
+                                           : std::vector<SceneView>{};
   if (options.dry_run) {
     print_plan(scene, model, frames, options);
     return ExitCode::kDone;
   }
   const BakeOutput output = output_of(scene, options);
   const BakeInfo info = bake_info(model, frames, output);
-  const std::vector<SceneView> views =
-      options.pictures && !options.chunk ? scene.render.views : std::vector<SceneView>{};
   const auto pictures_of = [&](const std::vector<BakeMesh>& meshes) {
     return std::make_unique<Pictures>(options.out / "frames", info.scene_hash, scene.render.width,
                                       scene.render.height, views, meshes);
@@ -332,6 +334,26 @@ ExitCode bake_command(const CommandOptions& options) {
   return conclude(scene, model, options, frames, result, *pictures, clock);
 }
 
+namespace {
+
+// Of a scene all of whose cameras stand still, nothing else is looked at.
+SceneRender render_of(const std::filesystem::path& file, const CommandOptions& options,
+                      const BakeInfo& info) {
+  SceneRender render = read_render(file, options.overrides);
+  if (!follows_motion(render)) return render;
+  const Model model = build_model(read_scene(file, options.overrides));
+  if (model.hash != info.scene_hash) {
+    std::fprintf(stderr,
+                 "thew: warning: %s is a bake of another scene or other settings than %s: the "
+                 "cameras go by the latter's clip; give the bake's --set and --scene\n",
+                 options.input.c_str(), file.c_str());
+  }
+  render.views = frame_views(model, render);
+  return render;
+}
+
+}  // namespace
+
 ExitCode render_command(const CommandOptions& options, const std::filesystem::path& scene_file,
                         int turntable) {
   if (scene_file.empty() && !options.overrides.empty()) {
@@ -341,7 +363,7 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
   SceneRender render;
-  if (!scene_file.empty()) render = read_render(scene_file, options.overrides);
+  if (!scene_file.empty()) render = render_of(scene_file, options, info);
   if (render.views.empty()) render.views = views_of(reader);
   const std::vector<int> frames =
       options.frames.empty()

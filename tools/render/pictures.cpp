@@ -8,6 +8,7 @@
 
 #include "sim/cache/hash.h"
 #include "sim/cache/version.h"
+#include "sim/framing.h"
 #include "tools/base/output_file.h"
 #include "tools/render/camera.h"
 #include "tools/render/contact_sheet.h"
@@ -37,6 +38,10 @@ std::string look_of(const std::string& program, int width, int height, const Sce
   number(view.field_of_view);
   hash.add(view.light.data(), 3 * sizeof(double));
   for (const auto& plane : view.cut) hash.add(plane.data(), sizeof plane);
+  if (!view.follow.empty()) {
+    hash.add(view.moved.data(), 3 * sizeof(double));
+    for (const Vec3& move : view.moves) hash.add(move.data(), 3 * sizeof(double));
+  }
   return hash.hex();
 }
 
@@ -124,13 +129,17 @@ std::vector<SceneView> views_of(const BakeReader& bake) {
 Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake, int width,
                    int height, const std::vector<SceneView>& views,
                    const std::vector<BakeMesh>& meshes, const std::string& program)
-    : folder_(folder), width_(width), height_(height), views_(views), meshes_(meshes) {
+    : folder_(folder),
+      width_(width),
+      height_(height),
+      views_(views),
+      meshes_(meshes),
+      program_(program) {
   if (views_.empty()) return;
   set_driver_options();
   meshes_hash_ = hash_of_meshes(meshes);
   for (const SceneView& view : views_) {
-    looks_[view.name] = look_of(program, width, height, view);
-    sets_[view.name] = hash_of(bake + " " + looks_[view.name]);
+    sets_[view.name] = hash_of(bake + " " + look_of(program, width, height, view));
   }
   seen_ = std::filesystem::is_directory(std::filesystem::symlink_status(folder))
               ? own_files(folder)
@@ -170,7 +179,8 @@ std::vector<SceneView> Pictures::keep(const BakeFrame& frame) {
   for (const SceneView& view : views_) {
     const std::filesystem::path file = file_of(view, frame.frame);
     const std::string name = file.filename().string();
-    const std::string of = sets_[view.name] + " " + hash_of(looks_[view.name] + drawn);
+    const std::string look = look_of(program_, width_, height_, view_at(view, frame.frame));
+    const std::string of = sets_[view.name] + " " + hash_of(look + drawn);
     of_[name] = of;
     const auto listed = seen_.find(name);
     if (listed == seen_.end() || frame_part(listed->second.of) != frame_part(of) ||
@@ -201,7 +211,7 @@ void Pictures::draw_missing(const BakeFrame& frame) {
       renderer_ = std::make_unique<Renderer>(width_, height_, meshes_);
     }
     const std::filesystem::path file = file_of(view, frame.frame);
-    writer_.add([file, image = renderer_->draw(view, frame.positions),
+    writer_.add([file, image = renderer_->draw(view_at(view, frame.frame), frame.positions),
                  of = of_[file.filename().string()]] { write_png(file, image, kFastPng, of); });
   }
 }

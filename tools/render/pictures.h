@@ -31,7 +31,7 @@ std::string program_version();
 class Pictures {
  public:
   /// `bake` names what is drawn: the solver's hash, or a packed bake's. Nothing is touched before
-  /// claim() or the first picture. Without views nothing is ever drawn.
+  /// claim() or the first picture. Without views nothing is ever drawn. Views as of frame_views().
   Pictures(const std::filesystem::path& folder, const std::string& bake, int width, int height,
            const std::vector<SceneView>& views, const std::vector<BakeMesh>& meshes,
            const std::string& program = program_version());
@@ -74,9 +74,10 @@ class Pictures {
   std::vector<SceneView> views_;
   const std::vector<BakeMesh>& meshes_;
   std::string meshes_hash_;
-  std::map<std::string, std::string> looks_, sets_;  ///< by view
-  std::map<std::string, OwnFile> seen_;              ///< what the folder listed at first
-  std::map<std::string, std::string> of_;            ///< by file, what was drawn or kept
+  std::string program_;
+  std::map<std::string, std::string> sets_;  ///< by view
+  std::map<std::string, OwnFile> seen_;      ///< what the folder listed at first
+  std::map<std::string, std::string> of_;    ///< by file, what was drawn or kept
   bool complete_ = true;
   std::unique_ptr<Renderer> renderer_;  ///< the drawing thread's, from the first picture on
   Worker writer_{kQueuedImages};

@@ -44,11 +44,11 @@ struct ShadowKey {
 
 /// What is seen from an eye where nothing stands and nothing casts a shadow.
 struct Backdrop {
-  Vec3 eye, target, up;
+  Vec3 eye, target, up, moved;
   double field_of_view;
   Image image;
   bool is_of(const SceneView& view) const {
-    return eye == view.eye && target == view.target && up == view.up &&
+    return eye == view.eye && target == view.target && up == view.up && moved == view.moved &&
            field_of_view == view.field_of_view;
   }
 };
@@ -88,7 +88,8 @@ struct Renderer::Data {
   void draw_weights(const Shot& shot);
   void bind_shadow(const Camera& camera, const Mat4& light_from_view);
   void draw_light(const Shot& shot);
-  void draw_picture(const Camera& camera, const Mat4& light_from_view, const PixelRect& rect);
+  void draw_picture(const SceneView& view, const Camera& camera, const Mat4& light_from_view,
+                    const PixelRect& rect);
   void read_pixels(const PixelRect& rect, Image& image);
 
   const std::vector<BakeMesh>* meshes = nullptr;
@@ -350,14 +351,15 @@ void Renderer::Data::draw_light(const Shot& shot) {
   canvas.draw_covered();
 }
 
-void Renderer::Data::draw_picture(const Camera& camera, const Mat4& light_from_view,
-                                  const PixelRect& rect) {
+// The ground is lit about what is looked at: it goes along with the camera.
+void Renderer::Data::draw_picture(const SceneView& view, const Camera& camera,
+                                  const Mat4& light_from_view, const PixelRect& rect) {
   canvas.begin_screen(picture_program, 0, 1, camera, rect);
   bind_shadow(camera, light_from_view);
   canvas.bind("lit_map", 4, canvas.lit_map);
-  const Transform& view = camera.view_from_world;
-  const double eye = view.inverse().translation().y();
-  canvas.set("centre", Vec3(view * rest.centre()));
+  const Transform& to_view = camera.view_from_world;
+  const double eye = to_view.inverse().translation().y();
+  canvas.set("centre", Vec3(to_view * Vec3(rest.centre() + view.moved)));
   canvas.set("ground", rest.empty() ? 0.0 : ground_height() - eye);
   canvas.set("ground_radius", rest.radius());
   canvas.draw_screen();
@@ -370,12 +372,13 @@ const Image& Renderer::Data::backdrop_of(const SceneView& view, const Camera& ca
   if (known != backdrops.end()) return known->image;
   Mat4 before_all = Mat4::Zero();
   before_all(2, 3) = -3.0;  // nothing in the shadow map lies before it
-  draw_picture(camera, before_all, canvas.whole());
+  draw_picture(view, camera, before_all, canvas.whole());
   const int w = canvas.width, h = canvas.height;
   Image image{w, h, std::vector<std::uint8_t>(3ul * w * h), canvas.context.driver()};
   read_pixels(canvas.whole(), image);
   if (backdrops.size() == kBackdrops) backdrops.erase(backdrops.begin());
-  backdrops.push_back({view.eye, view.target, view.up, view.field_of_view, std::move(image)});
+  backdrops.push_back(
+      {view.eye, view.target, view.up, view.moved, view.field_of_view, std::move(image)});
   return backdrops.back().image;
 }
 
@@ -424,7 +427,7 @@ Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>
   data.draw_light(shot);
   const std::vector<PixelRect> rects = few(shot.figure, shot.ground);
   for (const PixelRect& rect : rects) {
-    data.draw_picture(shot.camera, shot.light_from_view(), rect);
+    data.draw_picture(view, shot.camera, shot.light_from_view(), rect);
   }
   for (const PixelRect& rect : rects) data.read_pixels(rect, image);
   return image;

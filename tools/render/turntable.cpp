@@ -6,6 +6,7 @@
 
 #include "rig/math.h"
 #include "sim/cache/durable_file.h"
+#include "sim/framing.h"
 #include "tools/base/signals.h"
 #include "tools/render/frame_file.h"
 #include "tools/render/movie.h"
@@ -38,7 +39,7 @@ std::string draw_turntable(const BakeReader& bake, int frame, const SceneRender&
   Progress progress(style, "turning", count * static_cast<int>(render.views.size()), stderr);
   int done = 0;
   for (size_t v = 0; v < movies.size(); ++v) {
-    SceneView view = render.views[v];
+    SceneView view = view_at(render.views[v], frame);
     const Vec3 from = view.eye - view.target, axis = view.up.normalized();
     for (int i = 0; i < count; ++i) {
       view.eye = view.target + rotation_about(axis, 2.0 * kPi * i / count) * from;

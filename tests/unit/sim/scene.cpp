@@ -140,6 +140,8 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   EXPECT_EQ(front.up, Vec3(1, 0, 0));
   EXPECT_EQ(front.field_of_view, 40);
   EXPECT_EQ(scene.render.views[1].show, "weights");  // by its name
+  EXPECT_EQ(scene.render.views[1].from, Vec3(0, 0, 1));
+  EXPECT_EQ(scene.render.views[1].follow, "ulna");
   const SceneView& open = scene.render.views[2];
   EXPECT_EQ(open.show, "cutaway");
   ASSERT_EQ(open.cut.size(), 1u);
@@ -153,7 +155,7 @@ TEST(Scene, KeysOfSkinSolverContactAndRenderAreRead) {
   ASSERT_EQ(scene.bounds.size(), 5u);
   EXPECT_EQ(scene.bounds[0].quantity, "volume_error");
   EXPECT_EQ(scene.bounds[0].limit, 1e-9);
-  EXPECT_EQ(scene.bounds[0].location, file.string() + ":98");
+  EXPECT_EQ(scene.bounds[0].location, file.string() + ":100");
   EXPECT_EQ(scene.bounds[4].quantity, "attachment_gap");
   EXPECT_EQ(scene.bounds[4].limit, 1e-6);
 }

@@ -55,6 +55,12 @@ TEST_F(SceneFile, WrongValues) {
       {"[solver]\nsubsteps = 0\n", ":14: solver.substeps is 0; give"},
       {"[solver]\nsubsteps = 99999999999\n", ":14: solver.substeps is 1e+11; give"},
       {"[solver]\nsubsteps = 1979-05-27\n", ":14: solver.substeps is a date; give"},
+      {"[[render.view]]\nname = \"v\"\neye = [0, 0, 2]\nfrom = [0, 0, 1]\n",
+       ":16: render.view.v.from is an array of 3, in place of eye and target; leave out either"},
+      {"[[render.view]]\nname = \"v\"\nfrom = [0, 2, 0]\n",
+       ":13: [render.view.v] looks from (0, 1, 0) to (0, 0, 0) with (0, 1, 0) up; give a "
+       "direction, "
+       "and an up that is not along the view"},
       {"[solver]\nintegrator = \"explicite\"\n",
        ":14: solver.integrator is \"explicite\"; give one of \"explicit\", \"xpbd\", "
        "\"local_global\", \"quasi_static\"; did you"},

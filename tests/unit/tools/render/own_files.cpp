@@ -256,6 +256,43 @@ TEST_F(Own, APictureIsKeptOnlyWhereItIsWhatItIsTakenFor) {
   EXPECT_EQ(read_png(picture(3)).width, 80);
 }
 
+// Whichever frames a process has at hand, the scene alone says where the camera stands.
+TEST_F(Own, AFollowingCameraIsTheSameWhicheverFramesAreDrawn) {
+  std::string scene = bytes_of(options.input);
+  const std::string eye = "eye = [0.3, -0.2, 1.6]\ntarget = [0, -0.3, 0]\n";
+  ASSERT_NE(scene.find(eye), std::string::npos);
+  put_bytes(options.input, scene.replace(scene.find(eye), eye.size(),
+                                         "from = [0.2, 0.1, 1]\nfollow = \"ulna\"\n"));
+  EXPECT_EQ(bake(), ExitCode::kDone);
+  EXPECT_NE(bytes_of(picture(1)), bytes_of(picture(3)));
+  CommandOptions render = options;
+  render.input = options.out / "bake.h5";
+  render.out = folder / "drawn";
+  render.chunk = true;
+  for (const char* frame : {"3", "2"}) {
+    render.frames = frame;
+    EXPECT_EQ(render_command(render, options.input), ExitCode::kDone);
+  }
+  const fs::path whole = options.out / "frames";
+  options.out = folder / "alone";
+  options.frames = "2";
+  EXPECT_EQ(bake(), ExitCode::kDone);
+  EXPECT_EQ(bytes_of(folder / "drawn/skin.0003.png"), bytes_of(whole / "skin.0003.png"));
+  for (const fs::path& other : {folder / "drawn", folder / "alone/frames"}) {
+    EXPECT_EQ(bytes_of(other / "skin.0002.png"), bytes_of(whole / "skin.0002.png")) << other;
+  }
+  // Pictures of other cameras are drawn anew; a body that is not there is told.
+  const std::string before = bytes_of(picture(2));
+  options.overrides = {"render.view.skin.follow=humerus"};
+  EXPECT_EQ(bake(), ExitCode::kDone);
+  EXPECT_NE(bytes_of(picture(2)), before);
+  options.overrides = {"render.view.skin.follow=ulnar"};
+  expect_refused(
+      "view \"skin\" follows \"ulnar\", which is no body of the rig; did you mean "
+      "\"ulna\"",
+      ErrorCode::kUsage);
+}
+
 TEST_F(Own, PicturesOfAnotherVersionAreDrawnAgainAndItsOthersRemoved) {
   options.pictures = false;
   bake();

@@ -238,6 +238,29 @@ TEST(Renderer, DrawsWhatACacheOfSinglePrecisionHolds) {
   EXPECT_EQ(renderer.draw(view, positions).rgb, image.rgb);
 }
 
+// The ground is seen about what stands on it, wherever a camera has gone along to.
+TEST(Renderer, TheGroundGoesAlongWithTheCamera) {
+  const std::vector<BakeMesh> meshes = small_scene();
+  SceneView view = view_of("skin");
+  Positions positions = rest_of(meshes);
+  Renderer renderer(kWidth, kHeight, meshes);
+  const Image before = renderer.draw(view, positions);
+  const Vec3 step(1.0, 0.0, -0.5);
+  view.eye += step, view.target += step;
+  for (auto& mesh : positions) {
+    for (Vec3& p : mesh) p += step;
+  }
+  const auto change = [&] {
+    const Image now = renderer.draw(view, positions);
+    long sum = 0;
+    for (std::size_t i = 0; i < now.rgb.size(); ++i) sum += std::abs(now.rgb[i] - before.rgb[i]);
+    return sum;
+  };
+  const long left_behind = change();
+  view.moved = step;
+  EXPECT_LT(20 * change(), left_behind);
+}
+
 TEST(Renderer, ShowsOtherMeshesInAnotherSizeAsANewOneWould) {
   const std::vector<BakeMesh> meshes = small_scene();
   const std::vector<BakeMesh> one = {ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 0.05)};

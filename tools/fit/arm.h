@@ -144,7 +144,7 @@ Pose straight_pose(const Character& character, const std::vector<ArmBodies>& arm
 Pose hanging_pose(const Character& character, const Pose& straight,
                   const std::vector<ArmBodies>& arms, const std::vector<ArmFit>& fits);
 
-/// The scene's views of the arms in that pose.
+/// The scene's views of the arms, whichever poses they take.
 std::string views_text(const Character& character, const std::vector<ArmBodies>& arms,
                        const std::vector<ArmFit>& fits, const Pose& rest);
 

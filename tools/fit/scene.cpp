@@ -268,7 +268,7 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          quoted(character_file.string()) + "\n" +
          (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + arms.rig +
          clip_text(arms, character) + arms.muscles + skin_text(arms) + contact_text(contact, arms) +
-         "[render]\nsize = [960, 540]\n\n" + views +
+         "[render]\nsize = [960, 720]\n\n" + views +
          "# As float32 writes it, some 1e-6 of a thin muscle a metre from the origin; with\n"
          "# [output] precision = \"double\" 1e-13 is met.\n[[bound]]\nvolume_error = 1e-5\n";
 }

@@ -6,6 +6,7 @@
 #include "rig/import/character_import.h"
 #include "rig/text.h"
 #include "sim/bake/measure.h"
+#include "sim/framing.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/solver/drive.h"
@@ -253,6 +254,7 @@ double farthest_in_view(const NewOptions& options) {
   const Scene scene =
       read_scene(options.out, {"rig.clip={ unit = \"deg\", keys = { " + keys + " } }"});
   const Model model = build_model(scene);
+  const std::vector<SceneView> views = frame_views(model, scene.render);
   State state = initial_state(model);
   for (const double time : {0.0, 1.0, 2.0}) {  // s
     drive_bones(model, time, state);
@@ -266,8 +268,9 @@ double farthest_in_view(const NewOptions& options) {
       }
     }
     const SceneRender& render = scene.render;
-    for (const SceneView& view : render.views) {
-      const Camera camera = make_camera(view, 1.0 * render.width / render.height, {});
+    for (const SceneView& view : views) {
+      const SceneView now = view_at(view, scene.first_frame + static_cast<int>(time * scene.fps));
+      const Camera camera = make_camera(now, 1.0 * render.width / render.height, {});
       for (size_t i = 0; i < x.size(); ++i) {
         double share = 0.0;
         for (int k = skin.first[i]; k < skin.first[i + 1]; ++k) {

@@ -43,6 +43,8 @@ struct Figure {
   };
   std::vector<Joint> joints;
   std::vector<Mesh> meshes;
+  /// m, where the first joint goes from where it is bound, one a second: animation "Walk".
+  std::vector<Vec3> walk;
 
   Figure();
   template <typename Map>
@@ -177,6 +179,20 @@ inline void Figure::write(const fs::path& file) const {
     roots.push_back(static_cast<int>(json["nodes"].size()));
     json["nodes"].push_back(
         {{"name", mesh.name + "Node"}, {"mesh", json["meshes"].size() - 1}, {"skin", 0}});
+  }
+  if (!walk.empty()) {
+    std::vector<float> times;
+    std::vector<std::array<float, 3>> places;
+    for (const Vec3& step : walk) {
+      const Eigen::Vector3f at = (joints[0].place + step).cast<float>();
+      times.push_back(static_cast<float>(times.size()));
+      places.push_back({at.x(), at.y(), at.z()});
+    }
+    json["animations"].push_back(
+        {{"name", "Walk"},
+         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+         {"samplers",
+          {{{"input", add(times, "SCALAR", 5126)}, {"output", add(places, "VEC3", 5126)}}}}});
   }
   json["scenes"].push_back({{"nodes", roots}});
   json["buffers"].push_back({{"byteLength", bytes.size()},

@@ -6,10 +6,13 @@
 
 #include "rig/import/urdf_import.h"
 #include "rig/text.h"
+#include "sim/framing.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "tests/unit/tools/fit/new_figure.h"
+#include "tools/render/camera.h"
 
 namespace thew::tests {
 namespace {
@@ -187,6 +190,44 @@ double length_of_arm() {
   const Figure figure;
   return length(figure.joints[3].place, figure.joints[4].place, figure.joints[5].place) /
          length(place("humerus"), place("ulna"), place("hand"));
+}
+
+// A camera that stood where the flexion asked for saw such a walk leave the picture.
+TEST_F(NewFigure, ACameraGoesAlongAndShowsTheArmsWhole) {
+  Figure figure;
+  figure.walk = {Vec3(0, 0, 0), Vec3(1.5, 0.1, 3)};
+  const NewOptions walking = options(figure, "left");
+  const std::vector<std::string> clip = {"rig.clip={ animation = \"Walk\" }", "scene.frames=1-25",
+                                         "skin.enabled=false"};
+  const Model model = built(walking, clip);
+  const SceneRender render = read_scene(walking.out, clip).render;
+  const std::vector<SceneView> views = frame_views(model, render);
+  ASSERT_EQ(views.size(), 2u);  // skin and muscles, in register
+  EXPECT_EQ(views[0].eye, views[1].eye);
+  EXPECT_EQ(views[0].target, views[1].target);
+  const int hip = find_body(model.skeleton, figure.joints[0].name);
+  State state = initial_state(model);
+  for (int frame = 1; frame <= 25; frame += 8) {
+    drive_bones(model, (frame - 1) / model.fps, state);
+    EXPECT_NEAR(state.pose[hip].translation().z(), (frame - 1) / 8.0, 0.2);
+    const Camera camera =
+        make_camera(view_at(views[0], frame), 1.0 * render.width / render.height, {});
+    double farthest = 0.0;  // of half the picture's width or height
+    const auto see = [&](const Vec3& p) {
+      const Vec3 seen = camera.view_from_world * p;
+      farthest = std::max({farthest, std::abs(seen.x() / seen.z()) / camera.tan_x,
+                           std::abs(seen.y() / seen.z()) / camera.tan_y});
+    };
+    for (const BoneState& bone : state.bones) {
+      for (const Point& p : bone.x) see(to_vec(p));
+    }
+    for (const Muscle& muscle : model.muscles) {
+      Points x;
+      carried_positions(muscle.shape, carry_pose(muscle.shape, state.pose), muscle.swells, x);
+      for (const Point& p : x) see(to_vec(p));
+    }
+    EXPECT_NEAR(farthest, kFill, 0.01) << frame;
+  }
 }
 
 // Alike in the small and in the large: sizes, volumes, what the scene says of its size, and what

@@ -350,7 +350,7 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   }
   const std::string text =
       scene_text(options.out.stem().string(), file, scale, character, from.scene.contact.settings,
-                 written, views_text(character, arms, fits, straight));
+                 written, views_text(character, arms, fits));
   check_scene(options.character, options.out, text);
   write_durably(options.out, text, scene);
   return told(options, arms.size() * from.scene.muscles.size(), said);

@@ -146,7 +146,7 @@ Pose hanging_pose(const Character& character, const Pose& straight,
 
 /// The scene's views of the arms, whichever poses they take.
 std::string views_text(const Character& character, const std::vector<ArmBodies>& arms,
-                       const std::vector<ArmFit>& fits, const Pose& rest);
+                       const std::vector<ArmFit>& fits);
 
 /// The character's skin in any pose.
 Points skin_in_pose(const Character& character, const Pose& pose);

@@ -34,7 +34,7 @@ int carrier_of(const Skeleton& skeleton, const std::vector<ArmBodies>& arms) {
 
 // Views of one camera, which the scene's clip places: another clip needs no other views.
 std::string views_text(const Character& character, const std::vector<ArmBodies>& arms,
-                       const std::vector<ArmFit>& fits, const Pose& /*rest*/) {
+                       const std::vector<ArmFit>& fits) {
   const int carrier = carrier_of(character.skeleton, arms);
   const std::string from =
       "from = [" + metres(viewpoint(fits), ", ") + "]  # towards the camera; or eye and target\n";

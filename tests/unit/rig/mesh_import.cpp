@@ -129,9 +129,12 @@ TEST_F(Import, ClosedMeshListsEveryDefect) {
 
 // The bones of a hand in one file; a muscle, whose volume is one, has to be one surface.
 TEST_F(Import, ABoneMayBeInPieces) {
-  const std::string one = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
-  const std::string other = "v 3 0 0\nv 4 0 0\nv 3 1 0\nv 3 0 1\n";
-  const auto file = write("pieces.obj", one + other +
+  std::string text;
+  for (const char* x : {"0.", "0.3"}) {
+    const std::string at(x);
+    text += "v " + at + " 0 0\nv " + at + "1 0 0\nv " + at + " 0.1 0\nv " + at + " 0 0.1\n";
+  }
+  const auto file = write("pieces.obj", text +
                                             "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
                                             "f 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n");
   EXPECT_EQ(import_bone(file).triangles.size(), 8u);

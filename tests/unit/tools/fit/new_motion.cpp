@@ -53,10 +53,12 @@ void write_slender_figure(double share, const fs::path& out) {
 }
 
 // A slender arm's skin goes with the muscles below it and not with those across it: what it felt
-// there drew the robot's plates 74 mm off, and left its muscles outside.
+// there drew the robot's plates 74 mm off, and left its muscles outside. Up to a right angle:
+// beyond it the weights alone put the crook of the elbow into the bones, which it has to leave.
 TEST_F(NewScene, TheSkinOfASlenderArmStaysNearItsWeights) {
   const fs::path file = folder / "slender.gltf";
   write_slender_figure(0.35, file);
+  constexpr int kRightAngle = 26;  // the last frame before it
   MadeArm arm(asked(file, "right"));
   Measuring measuring = start_measuring(arm.model, initial_state(arm.model));
   double out = 0.0, off = 0.0;
@@ -65,6 +67,7 @@ TEST_F(NewScene, TheSkinOfASlenderArmStaysNearItsWeights) {
     arm.step(frame);
     out =
         std::max(out, measure(arm.model, measuring, arm.parallel, arm.state).skin.max_poke_through);
+    if (frame > kRightAngle) continue;
     skin_vertices(arm.model.skinned->weights, arm.model.skinned->mesh, arm.state.bodies, carried);
     off = std::max(off, largest_distance(arm.state.skin.x, carried));
   }

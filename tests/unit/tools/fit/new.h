@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rig/math.h"
 #include "sim/scene/define_model.h"
@@ -104,17 +106,20 @@ inline double winding(const TriMesh& mesh, const Vec3& p) {
   return sum / (4.0 * kPi);
 }
 
+// m, to the nearest point of any triangle: over its plane if that lies in it, else of its edges.
 inline double distance(const TriMesh& mesh, const Vec3& p) {
   double least = 1.0;
   for (const Triangle& t : mesh.triangles) {
-    // Close enough by the triangle's points on a grid of eighths.
-    const Vec3 &a = mesh.vertices[t[0]], u = mesh.vertices[t[1]] - a, v = mesh.vertices[t[2]] - a;
-    if ((a - p).norm() > least + std::max(u.norm(), v.norm())) continue;
-    for (int i = 0; i <= 8; ++i) {
-      for (int k = 0; k + i <= 8; ++k) {
-        least = std::min(least, (a + i / 8.0 * u + k / 8.0 * v - p).norm());
-      }
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const Vec3 normal = (b - a).cross(c - a).normalized();
+    bool over = true;
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
+      const Vec3 edge = to - from, away = p - from;
+      over = over && normal.dot(edge.cross(away)) >= 0.0;
+      const double along = std::clamp(away.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (away - along * edge).norm());
     }
+    if (over) least = std::min(least, std::abs(normal.dot(p - a)));
   }
   return least;
 }

@@ -82,6 +82,9 @@ struct ScaleRange {
   double smallest = 0.005, largest = 3.0;
 };
 
+/// A muscle or a skin is one closed surface; a bone may be in pieces, as those of a hand.
+enum class Pieces { kOne, kAny };
+
 /// All defects that keep the mesh from being a closed manifold surface that faces outwards; empty
 /// for a sound one.
 std::vector<Defect> find_defects(const TriMesh& mesh, const ScaleRange& scale = {});

@@ -292,9 +292,8 @@ void check_closed(const std::string& where, const TriMesh& mesh, Pieces pieces) 
   throw Error(ErrorCode::kInput, message);
 }
 
-namespace {
-
-ImportedMesh import_sound(const fs::path& file, const Eigen::Affine3d& to_world, Pieces pieces) {
+ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world,
+                                      Pieces pieces) {
   ImportedMesh imported = import_mesh(file);
   if (!to_world.matrix().isIdentity(0.0)) {
     for (Vec3& p : imported.mesh.vertices) p = to_world * p;
@@ -308,18 +307,12 @@ ImportedMesh import_sound(const fs::path& file, const Eigen::Affine3d& to_world,
   return imported;
 }
 
-}  // namespace
-
-ImportedMesh import_closed_mesh_whole(const fs::path& file, const Eigen::Affine3d& to_world) {
-  return import_sound(file, to_world, Pieces::kOne);
-}
-
 TriMesh import_closed_mesh(const fs::path& file, const Eigen::Affine3d& to_world) {
   return std::move(import_closed_mesh_whole(file, to_world).mesh);
 }
 
 TriMesh import_bone(const fs::path& file) {
-  return std::move(import_sound(file, Eigen::Affine3d::Identity(), Pieces::kAny).mesh);
+  return std::move(import_closed_mesh_whole(file, Eigen::Affine3d::Identity(), Pieces::kAny).mesh);
 }
 
 }  // namespace thew::rig

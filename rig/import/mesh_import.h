@@ -32,9 +32,6 @@ std::vector<double> import_attribute(const std::filesystem::path& file, const st
 /// Throws Error(kInput) with file and vertex if a coordinate is beyond kMaxCoordinate.
 void check_positions(const std::filesystem::path& file, const std::vector<Vec3>& positions);
 
-/// A muscle or a skin is one closed surface; a bone may be in pieces, as those of a hand.
-enum class Pieces { kOne, kAny };
-
 /// Throws Error(kInput) with all defects unless the mesh is a sound closed surface.
 void check_closed(const std::string& where, const TriMesh& mesh, Pieces pieces = Pieces::kOne);
 
@@ -45,6 +42,7 @@ TriMesh import_closed_mesh(const std::filesystem::path& file,
                            const Eigen::Affine3d& to_world = Eigen::Affine3d::Identity());
 TriMesh import_bone(const std::filesystem::path& file);
 ImportedMesh import_closed_mesh_whole(const std::filesystem::path& file,
-                                      const Eigen::Affine3d& to_world);
+                                      const Eigen::Affine3d& to_world,
+                                      Pieces pieces = Pieces::kOne);
 
 }  // namespace thew::rig

@@ -103,9 +103,10 @@ rig::Clip define_clip(const SceneDefinition& scene) {
   return clip;
 }
 
-TriMesh closed_mesh(const TriMesh& mesh, const std::string& what) {
+TriMesh closed_mesh(const TriMesh& mesh, const std::string& what, Pieces pieces = Pieces::kOne) {
   std::string message;
   for (const Defect& defect : find_defects(mesh)) {
+    if (pieces == Pieces::kAny && defect.kind == Defect::kSeveralComponents) continue;
     message += std::string("\n  ") + defect_name(defect.kind) + ": " +
                std::to_string(defect.count) + ", first " + defect.where + "; " + defect.fix;
   }
@@ -113,8 +114,8 @@ TriMesh closed_mesh(const TriMesh& mesh, const std::string& what) {
   return mesh;
 }
 
-TriMesh closed_mesh(const Mesh& mesh, const std::string& what) {
-  return closed_mesh(to_tri_mesh(mesh.positions, mesh.triangles), what);
+TriMesh closed_mesh(const Mesh& mesh, const std::string& what, Pieces pieces = Pieces::kOne) {
+  return closed_mesh(to_tri_mesh(mesh.positions, mesh.triangles), what, pieces);
 }
 
 // A map by name, its values within the bounds; empty where it is not given.
@@ -297,8 +298,8 @@ ModelDef define_model(const SceneDefinition& scene) {
   }
   for (const thew::Bone& bone : scene.bones) {
     const std::string what = quoted("bone", bone.name);
-    def.bones.push_back(
-        {bone.name, body_named(def.skeleton, bone.body, what), closed_mesh(bone.mesh, what)});
+    def.bones.push_back({bone.name, body_named(def.skeleton, bone.body, what),
+                         closed_mesh(bone.mesh, what, Pieces::kAny)});
   }
   if (!scene.skin.mesh.triangles.empty()) def.skin.mesh = closed_mesh(scene.skin.mesh, "skin");
   def.skin.location = "skin";

@@ -60,7 +60,8 @@ CachedMesh read_part(const BakeReader& bake, const fs::path& file, std::size_t m
   }
   weld_all(file, welded.map_back, welded.mesh.vertices.size(), out.samples);
   out.rest = std::move(welded.mesh);
-  check_closed(file.string() + ": " + of.name, out.rest, Pieces::kAny);
+  check_closed(file.string() + ": " + of.name, out.rest,
+               of.kind == BakeMesh::Kind::kBone ? Pieces::kAny : Pieces::kOne);
   return out;
 }
 
@@ -68,11 +69,13 @@ CachedMesh read_part(const BakeReader& bake, const fs::path& file, std::size_t m
 
 bool names_bake(const fs::path& file) { return file.extension() == ".h5"; }
 
-CachedMesh read_cached_mesh(const fs::path& mesh, const fs::path& cache, double fps, double scale) {
+CachedMesh read_cached_mesh(const fs::path& mesh, const fs::path& cache, double fps, double scale,
+                            Pieces pieces) {
   if (!names_point_cache(cache)) {
     refuse(cache, "animated meshes are read from .h5 of Thew, .pc2 and .mdd; export it as one");
   }
-  ImportedMesh imported = import_closed_mesh_whole(mesh, Eigen::Affine3d(Eigen::Scaling(scale)));
+  ImportedMesh imported =
+      import_closed_mesh_whole(mesh, Eigen::Affine3d(Eigen::Scaling(scale)), pieces);
   const std::size_t points = imported.map_back.size();
   CachedMesh out{"", {}, read_point_cache(cache, points, fps)};
   check_size(cache, out.samples.times.size(), points);

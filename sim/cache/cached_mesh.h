@@ -26,7 +26,7 @@ struct CachedPart {
 bool names_bake(const std::filesystem::path& file);
 /// Positions of all vertices of the file; `scale` multiplies them. Error(kInput) with the file.
 CachedMesh read_cached_mesh(const std::filesystem::path& mesh, const std::filesystem::path& cache,
-                            double fps, double scale);
+                            double fps, double scale, Pieces pieces = Pieces::kOne);
 /// One mesh of a bake. Error(kInput) where there is none of the name or, without a name, several.
 CachedMesh read_baked_mesh(const std::filesystem::path& bake, const CachedPart& part, double scale);
 /// All bones of a bake, in the order of their names.

@@ -269,7 +269,7 @@ std::vector<Bone> cached_rig(const Scene& scene, Skeleton& skeleton,
   std::vector<CachedMesh> meshes;
   if (!scene.rig.empty()) meshes = read_baked_bones(scene.rig, rig.scale);
   for (const SceneBone& bone : scene.character.bones) {
-    meshes.push_back(read_cached_mesh(bone.mesh, bone.cache, scene.fps, rig.scale));
+    meshes.push_back(read_cached_mesh(bone.mesh, bone.cache, scene.fps, rig.scale, Pieces::kAny));
     meshes.back().name = bone.name;
   }
   std::vector<Bone> bones;

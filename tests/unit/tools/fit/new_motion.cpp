@@ -307,9 +307,10 @@ TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
   EXPECT_LT(in, 2e-3);
 }
 
-// The same figure with its elbow bent by 120 degrees, where its weights draw the skin in.
+// The same figure with its elbow bent by 135 degrees, where its weights draw the skin in.
 TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
-  MadeArm arm(asked(kFigure, "right"));
+  MadeArm arm(asked(kFigure, "right"),
+              {"rig.clip={ unit = \"deg\", keys = { elbow_right = [[1, 12.6], [36, 135]] } }"});
   const Model& model = arm.model;
   State& state = arm.state;
   for (int frame = 1; frame < 36; ++frame) {
@@ -337,7 +338,7 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
   skin_vertices(model.skinned->weights, model.skinned->mesh, state.bodies, state.skin.x);
   std::printf("%.2f mm outside by its weights alone, %.2f measured\n", 1e3 * farthest(),
               1e3 * measured());
-  EXPECT_GT(farthest(), 0.005);
+  EXPECT_GT(farthest(), 0.01);
   EXPECT_NEAR(measured(), farthest(), 1e-3);
 }
 

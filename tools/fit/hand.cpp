@@ -3,6 +3,7 @@
 // The template's hand in the character's, which may be longer, shorter, a mitten or a fist.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "rig/math.h"
 #include "tools/fit/target.h"
@@ -51,6 +52,10 @@ struct Hand {
 
   Hand(const TriMesh& mesh, const Vec3& wrist, const Vec3& along);
   double at(const Vec3& p) const { return along.dot(p - wrist); }
+  // 0 before the wrist, 1 beyond it.
+  double beyond(const Vec3& p) const {
+    return smoothstep(-kWrist * length, kWrist * length, at(p));
+  }
   Limb::Section section(double at) const {
     return skin.section(wrist + at * along, a, b, kWidest * length);
   }
@@ -72,10 +77,9 @@ Hand::Hand(const TriMesh& mesh, const Vec3& wrist, const Vec3& along)
 Vec3 Hand::placed(const Vec3& p, double share) const {
   const double place = std::clamp(at(p) / length, 0.0, 1.0) * kSections;
   const int i = std::min(static_cast<int>(place), kSections - 1);
-  const double beyond = smoothstep(-kWrist * length, kWrist * length, at(p));
   const Vec3 axis = wrist + at(p) * along;
   return axis + (i + 1 - place) * middles[i] + (place - i) * middles[i + 1] +
-         (1.0 - beyond * (1.0 - share)) * (p - axis);
+         (1.0 - beyond(p) * (1.0 - share)) * (p - axis);
 }
 
 // As narrow as the narrowest place asks for, so that fingers keep their shape.
@@ -91,33 +95,41 @@ double widest_in(const Hand& hand, const std::vector<Vec3>& points) {
 
 }  // namespace
 
-bool fit_hand(const Target& to, TriMesh& bones) {
-  for (Vec3& p : bones.vertices) p = to.fit.hang.inverse() * p;
+std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones) {
+  const Transform hang = to.fit.hang;
+  for (Vec3& p : bones.vertices) p = hang.inverse() * p;
   const Vec3 wrist = to.straight[to.arm.hand].translation();
   const Vec3 way = middle_of(to.hand) - wrist, own_way = middle_of(bones) - wrist;
-  if (to.hand.triangles.empty() || !(way.norm() > 1e-6) || !(own_way.norm() > 1e-6)) return false;
-  const Hand hand(to.hand, wrist, way.normalized());
-  const Mat3 turn = least_turn(own_way.normalized(), hand.along);
+  if (to.hand.triangles.empty() || !(way.norm() > 1e-6) || !(own_way.norm() > 1e-6)) return {};
+  const auto hand = std::make_shared<const Hand>(to.hand, wrist, way.normalized());
+  const Mat3 turn = least_turn(own_way.normalized(), hand->along);
   for (Vec3& p : bones.vertices) p = wrist + turn * (p - wrist);
-  const double own = farthest(bones, wrist, hand.along);
-  double longer = std::min(kMostLonger, kEnd * hand.length / own);
+  const double own = farthest(bones, wrist, hand->along);
+  double longer = std::min(kMostLonger, kEnd * hand->length / own);
   double reach = 0.0;
   for (const Triangle& t : to.hand.triangles) {
     for (const int i : t) reach = std::max(reach, (to.hand.vertices[i] - wrist).norm());
   }
-  if (reach < kStump * (wrist - to.straight[to.arm.forearm].translation()).norm()) return false;
+  if (reach < kStump * (wrist - to.straight[to.arm.forearm].translation()).norm()) return {};
   // Where fingers are bent or spread, shorter bones end before that.
   for (; longer >= kShortest; longer *= kShorter) {
+    const auto lengthened = [=](const Vec3& p) {
+      return Vec3(p + (longer - 1.0) * hand->at(p) * hand->along);
+    };
     std::vector<Vec3> points = bones.vertices;
-    for (Vec3& p : points) p += (longer - 1.0) * hand.at(p) * hand.along;
-    const double share = widest_in(hand, points);
+    for (Vec3& p : points) p = lengthened(p);
+    const double share = widest_in(*hand, points);
     if (share < kNarrowest) continue;
     for (size_t i = 0; i < points.size(); ++i) {
-      bones.vertices[i] = to.fit.hang * hand.placed(points[i], share);
+      bones.vertices[i] = hang * hand->placed(points[i], share);
     }
-    return true;
+    return [=](const Vec3& p) {
+      const Vec3 before = hang.inverse() * p, turned = wrist + turn * (before - wrist);
+      const Vec3 after = hand->placed(lengthened(turned), share);
+      return Vec3(hang * (before + hand->beyond(turned) * (after - before)));
+    };
   }
-  return false;
+  return {};
 }
 
 }  // namespace thew::tools

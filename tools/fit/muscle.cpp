@@ -56,6 +56,19 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
+std::string points_text(const std::vector<PathPoint>& points,
+                        const std::function<std::string(int body)>& name_of) {
+  std::string text = "path = [\n";
+  for (const PathPoint& point : points) {
+    const std::string body = quoted(name_of(point.body)), at = metres(point.position, ", ");
+    text += point.with < 0 ? "  [" + body + ", " + at + "],\n"
+                           : "  { body = " + body + ", at = [" + at +
+                                 "], with = " + quoted(name_of(point.with)) +
+                                 ", share = " + metres(point.share) + " },\n";
+  }
+  return text + "]\n";
+}
+
 std::string wraps_text(const std::vector<WrapCylinder>& wraps,
                        const std::function<std::string(int body)>& name_of) {
   std::string text;
@@ -78,6 +91,22 @@ TriMesh mapped_mesh(const Target& to, TriMesh mesh) {
   return mesh;
 }
 
+namespace {
+
+// Ring by ring, so that tendons keep their thickness in a narrow hand.
+void move_into_hand(const Target& to, TriMesh& tube) {
+  const std::vector<Vec3> before = tube.vertices;
+  for (Vec3& p : tube.vertices) p = to.in_hand(p);
+  for (const Ring& of : rings_of(tube)) {
+    const auto begin = before.begin() + of.first, end = begin + of.nodes;
+    const Vec3 middle = std::accumulate(begin, end, Vec3(Vec3::Zero())) / of.nodes;
+    const Vec3 by = to.in_hand(middle) - middle;
+    for (int k = of.first; k < of.first + of.nodes; ++k) tube.vertices[k] = before[k] + by;
+  }
+}
+
+}  // namespace
+
 TriMesh mapped_muscle(const Target& to, const TriMesh& mesh) {
   TriMesh out = mapped_mesh(to, mesh);
   const double least = kSoundEdge * least_edge(to.fit);
@@ -96,6 +125,7 @@ TriMesh mapped_muscle(const Target& to, const TriMesh& mesh) {
     }
     std::copy(ring.begin(), ring.end(), begin);
   }
+  if (to.in_hand) move_into_hand(to, out);
   return out;
 }
 
@@ -104,7 +134,11 @@ namespace {
 MusclePath template_path(const Template& from, const SceneMuscle& muscle) {
   MusclePath path;
   for (const ScenePathPoint& point : muscle.path) {
-    path.points.push_back({find_body(from.skeleton, point.body), point.position});
+    PathPoint& added =
+        path.points.emplace_back(PathPoint{find_body(from.skeleton, point.body), point.position});
+    if (!point.with.empty()) {
+      share_turn(find_body(from.skeleton, point.with), point.share, from.rest, added);
+    }
   }
   for (const SceneWrap& wrap : muscle.wraps) {
     path.wraps.push_back({wrap.segment, find_body(from.skeleton, wrap.body), wrap.centre,
@@ -119,9 +153,10 @@ MusclePath mapped_path(const Target& to, MusclePath path) {
   for (PathPoint& point : path.points) {
     points.push_back(to.from.rest[point.body] * point.position);
     heights.push_back(points.back().y() - to.from.humerus.y());
-    const Vec3 world = to.mapped(points.back());
+    const Vec3 world = to.placed(points.back());
     point.body = to.body_of(point.body);
     point.position = to.rest[point.body].inverse() * world;
+    if (point.with >= 0) share_turn(to.body_of(point.with), point.share, to.rest, point);
   }
   for (WrapCylinder& wrap : path.wraps) {
     const Transform& place = to.from.rest[wrap.body];
@@ -150,7 +185,7 @@ std::array<double, 2> mapped_belly(const Target& to, const MusclePath& before,
   for (size_t i = 1; i < traced.points.size(); ++i) {
     const Vec3 &a = traced.points[i - 1], &b = traced.points[i];
     s.push_back(s.back() + (b - a).norm());
-    mapped.push_back(mapped.back() + (to.mapped(b) - to.mapped(a)).norm());
+    mapped.push_back(mapped.back() + (to.placed(b) - to.placed(a)).norm());
   }
   const double length = trace_path(after, to.rest).length;
   std::array<double, 2> out;
@@ -188,15 +223,8 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
                 "# %.2f cm3 at rest, %.2f of the template's; %.1f mm or more under the skin\n",
                 1e6 * size.volume, size.volume_ratio, 1e3 * size.fat);
   std::string text = note + std::string("[[muscle]]\nname = ") + quoted(name) +
-                     "\nmesh = " + quoted(mesh.string()) + "\npath = [\n";
-  for (const PathPoint& point : after.points) {
-    const std::string body = quoted(to.name_of(point.body)), at = metres(point.position, ", ");
-    text += point.with < 0 ? "  [" + body + ", " + at + "],\n"
-                           : "  { body = " + body + ", at = [" + at +
-                                 "], with = " + quoted(to.name_of(point.with)) +
-                                 ", share = " + metres(point.share) + " },\n";
-  }
-  text += "]\n";
+                     "\nmesh = " + quoted(mesh.string()) + "\n";
+  text += points_text(after.points, [&](int body) { return to.name_of(body); });
   text += wraps_text(after.wraps, [&](int body) { return to.name_of(body); });
   // Force goes with the section, fibres with the length.
   const double along = (belly[1] - belly[0]) / (muscle.belly[1] - muscle.belly[0]);

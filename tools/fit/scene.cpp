@@ -82,14 +82,14 @@ std::array<double, 2> thickness_of(const Target& to) {
 
 namespace {
 
-void add_bones(const Target& to, NewArms& out) {
+void add_bones(Target& to, NewArms& out) {
   const Template& from = to.from;
   for (int b = 0; b < from.skeleton.size(); ++b) {
     if (from.bones[b].triangles.empty()) continue;
     const int body = to.body_of(b);
     const std::string name = from.skeleton.body_names[b] + "_" + to.side;
     TriMesh mesh = mapped_mesh(to, from.bones[b]);
-    if (body == to.arm.hand && !fit_hand(to, mesh)) {
+    if (body == to.arm.hand && !(to.in_hand = fit_hand(to, mesh))) {
       out.handless.push_back(to.side);
       continue;
     }
@@ -188,7 +188,7 @@ void leave_fat(Target& to) {
   for (double& ratio : to.fit.girth.ratio) ratio *= thinner;
 }
 
-void add_arm(const Target& to, NewArms& out) {
+void add_arm(Target& to, NewArms& out) {
   add_bones(to, out);
   add_muscles(to, out);
   out.lengths.push_back(to.fit.across);

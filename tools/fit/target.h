@@ -46,10 +46,19 @@ struct Target {
   // Where the template's point goes in the straight pose, and in the rest pose.
   Vec3 measured(const Vec3& world) const { return map_point(fit, world - from.humerus); }
   Vec3 mapped(const Vec3& world) const { return fit.hang * measured(world); }
+  // Of what is mapped, moves what lies beyond the wrist as the hand's bones are; empty: it has
+  // none.
+  std::function<Vec3(const Vec3&)> in_hand = {};
+  Vec3 placed(const Vec3& world) const {
+    const Vec3 p = mapped(world);
+    return in_hand ? in_hand(p) : p;
+  }
 };
 
 std::string quoted(const std::string& text);
-/// The line `wrap = ...` of a muscle in a scene; nothing without wraps.
+/// The lines `path = ...` and `wrap = ...` of a muscle in a scene; nothing without wraps.
+std::string points_text(const std::vector<PathPoint>& points,
+                        const std::function<std::string(int body)>& name_of);
 std::string wraps_text(const std::vector<WrapCylinder>& wraps,
                        const std::function<std::string(int body)>& name_of);
 TriMesh mapped_mesh(const Target& to, TriMesh mesh);
@@ -97,7 +106,7 @@ struct NewArms {
 /// An arm thicker than the template's of its length has more fat, and no more muscle, as long as
 /// the muscles take a fair share of the room under its skin: thins all that is mapped so far.
 void leave_fat(Target& to);
-void add_arm(const Target& to, NewArms& arms);
+void add_arm(Target& to, NewArms& arms);
 std::string scene_text(const std::string& name, const std::filesystem::path& character_file,
                        double scale, const Character& character, const ContactSettings& contact,
                        const NewArms& arms, const std::string& views);
@@ -115,9 +124,9 @@ std::string why_picture(const ArmTemplate& from, const ArmFit& fit, const TriMes
 
 /// Over the template's, of the upper arm and of the forearm.
 std::array<double, 2> thickness_of(const Target& to);
-/// The hand's bones, mapped as the forearm's, into the character's hand; false where it has no room
-/// for them.
-bool fit_hand(const Target& to, TriMesh& bones);
+/// Moves the hand's bones, mapped as the forearm's, into the character's hand. Returns
+/// Target::in_hand; empty where there is no room for them.
+std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones);
 
 /// The scene's table of a template's muscle; `mesh` is its file in the scene's folder.
 std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,

@@ -43,14 +43,10 @@ std::string urdf_text(const Skeleton& skeleton) {
 }
 
 std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
+  const auto name_of = [&](int body) { return skeleton.body_names[body]; };
   std::string text = "[[muscle]]\nname = \"" + muscle.name + "\"\nmesh = \"muscles/" + muscle.name +
-                     ".obj\"\npath = [\n";
-  for (const PathPoint& point : muscle.path.points) {
-    text +=
-        "  [\"" + skeleton.body_names[point.body] + "\", " + metres(point.position, ", ") + "],\n";
-  }
-  text += "]\n";
-  text += wraps_text(muscle.path.wraps, [&](int body) { return skeleton.body_names[body]; });
+                     ".obj\"\n" + points_text(muscle.path.points, name_of) +
+                     wraps_text(muscle.path.wraps, name_of);
   text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
   if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
   return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +

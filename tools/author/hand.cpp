@@ -123,8 +123,11 @@ std::vector<FingerBone> finger_bones() {
 
 BoneShape hand_bone() {
   BoneShape hand{"hand", 0.008, {0.0040, 0.0045, 0.0035}, {}, {}};
-  hand.strokes = {{{0.0150, -0.5465, 0.0320}, {0.0370, -0.5465, 0.0340}, 0.0085, 0.0085},  // carpus
-                  {{0.0120, -0.5600, 0.0330}, {0.0410, -0.5600, 0.0340}, 0.0085, 0.0085}};
+  // Two rows of the carpus and what joins them to the metacarpals. Near the joint's axis, so that a
+  // bent hand keeps clear of the forearm.
+  hand.strokes = {{{0.0175, -0.5500, 0.0320}, {0.0365, -0.5500, 0.0345}, 0.0085, 0.0085},
+                  {{0.0140, -0.5610, 0.0330}, {0.0400, -0.5610, 0.0340}, 0.0080, 0.0080},
+                  {{0.0120, -0.5700, 0.0325}, {0.0400, -0.5690, 0.0330}, 0.0075, 0.0075}};
   for (int f = 1; f < 5; ++f) add_bone(fingers()[f], 0, hand);
   return hand;
 }

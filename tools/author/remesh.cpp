@@ -199,7 +199,7 @@ TriMesh remeshed(const TriMesh& mesh, const Level& wanted, const Level& level) {
 }
 
 void smooth_folds(TriMesh& mesh) {
-  constexpr int kPasses = 50;
+  constexpr int kPasses = 50, kAlone = 40;  // what is left after these takes its neighbours along
   constexpr double kSharpest = 0.34, kShare = 0.3;  // cosine; of the way to the neighbours' middle
   Work work;
   work.x = mesh.vertices;
@@ -217,6 +217,11 @@ void smooth_folds(TriMesh& mesh) {
       }
     }
     if (std::find(folded.begin(), folded.end(), 1) == folded.end()) break;
+    const std::vector<char> alone = folded;
+    for (size_t v = 0; pass >= kAlone && v < alone.size(); ++v) {
+      if (!alone[v]) continue;
+      for (int n : work.neighbours(static_cast<int>(v))) folded[n] = 1;
+    }
     for (size_t v = 0; v < folded.size(); ++v) {
       if (!folded[v]) continue;
       const std::vector<int> near = work.neighbours(static_cast<int>(v));

@@ -71,7 +71,13 @@ PathPoint path_point(const Record& record, const Skeleton& skeleton, const Vec3&
     return {find_body(skeleton, "ulna"), position};
   }
   const int body = find_body(skeleton, record.body);
-  if (body >= 0) return {body, position};
+  if (body >= 0) {
+    PathPoint point{body, position};
+    if (record.record == "point" && record.values.size() > 3) {
+      share_turn(skeleton.parent[body], record.at(3), rest_pose(skeleton), point);
+    }
+    return point;
+  }
   throw Error(ErrorCode::kInput, record.place + ": body \"" + record.body + "\" is not in the arm" +
                                      did_you_mean(record.body, skeleton.body_names));
 }

@@ -40,7 +40,8 @@ struct TableMuscle {
 Skeleton arm_skeleton();
 Pose rest_pose(const Skeleton& skeleton);
 
-/// Reads the table; throws Error(kInput) with file and line.
+/// Reads the table; throws Error(kInput) with file and line. A `point` with a fourth number takes
+/// that share of the turn of its body against the one that its joint hangs on.
 std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
                                            const Skeleton& skeleton);
 

@@ -199,7 +199,7 @@ TriMesh remeshed(const TriMesh& mesh, const Level& wanted, const Level& level) {
 }
 
 void smooth_folds(TriMesh& mesh) {
-  constexpr int kPasses = 50, kAlone = 40;  // what is left after these takes its neighbours along
+  constexpr int kPasses = 60, kAlone = 50;  // what is left after these takes its neighbours along
   constexpr double kSharpest = 0.34, kShare = 0.3;  // cosine; of the way to the neighbours' middle
   Work work;
   work.x = mesh.vertices;

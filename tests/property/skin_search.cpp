@@ -6,6 +6,7 @@
 #include <set>
 
 #include "skin/contact/face_contact.h"
+#include "skin/depth.h"
 #include "skin/skin_passes.h"
 #include "skin/surface/nearest_triangle.h"
 #include "tests/unit/skin/arm.h"
@@ -198,8 +199,12 @@ void expect_covers(const Flexing& flexing, size_t& found) {
       if (flexing.is_told(node)) {
         const ClosestPoint near =
             by_brute_force(flexing.model.surface, state.bvh, state.x, to_vec(x));
-        const bool covered =
-            near.distance <= lengths.cover_reach && near.distance >= -lengths.cover_depth;
+        // The nearest normal says nothing of the side where the skin is turned inside out.
+        const bool is_inside = crossing.empty()
+                                   ? near.distance < 0.0
+                                   : encloses(flexing.model.surface, state.bvh, state.x, to_vec(x));
+        const double distance = is_inside ? -std::abs(near.distance) : std::abs(near.distance);
+        const bool covered = distance <= lengths.cover_reach && distance >= -lengths.cover_depth;
         const bool is_clear = !crossing.contains(near.triangle);
         if (is_clear) ASSERT_EQ(state.covered[node], covered) << "node " << node;
         if (covered && is_clear) {

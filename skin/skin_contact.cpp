@@ -171,15 +171,14 @@ void part_folds(const SkinModel& model, SkinState& state) {
   }
 }
 
-void cover_triangles(const SkinModel& model, double spared, SkinState& state) {
-  const Lengths& lengths = model.settings.lengths;
+void cover_triangles(const SkinModel& model, double spared, double reach, SkinState& state) {
   for (const SkinPlane& cover : state.covers) {
     const double lack = cover.level - spared - cover.normal.dot(point_of(model, state, cover));
     if (lack <= 0.0) continue;
     // In the bottom of a fold a triangle would go by three times what it lacks, into the other
     // wall.
-    const double by = brink(lengths.cover_reach, lack) * lack / squared(cover.barycentric);
-    displace(model, cover, std::min(by, lengths.max_climb) * cover.normal, state.x);
+    const double by = brink(reach, lack) * lack / squared(cover.barycentric);
+    displace(model, cover, std::min(by, model.settings.lengths.max_climb) * cover.normal, state.x);
   }
 }
 
@@ -191,15 +190,16 @@ void leave_flesh(const SkinModel& model, const std::vector<Collider>& below, Ski
 void cover_flesh(const SkinModel& model, const std::vector<Collider>& below, const Loop& loop,
                  SkinState& state) {
   constexpr int kCoverRounds = 4;
+  const Lengths& lengths = model.settings.lengths;
   const auto pierced = [&](const SkinPlane& cover) { return is_pierced(model, state, cover); };
   for (int round = 0; round < kCoverRounds; ++round) {
     leave_flesh(model, below, state);
-    find_covers(model, below, model.settings.lengths.cover_depth, 0.0, false, loop, state);
+    find_covers(model, below, lengths.cover_depth, 0.0, false, loop, state);
     if (std::none_of(state.covers.begin(), state.covers.end(), pierced)) return;
-    // No farther than to where nothing is pierced, and nowhere else: what is moved then grows from
-    // nothing. With all covers and their whole thickness, one node of the flesh that came through
-    // by nothing threw the bottom of a fold elsewhere by 9 mm.
-    cover_triangles(model, model.settings.lengths.cover, state);
+    // What is pierced by little, and only to where it is not: what is moved then grows from nothing
+    // and ends in nothing. With the whole thickness and all that is in reach, one node of the flesh
+    // that came through by nothing threw the bottom of a fold elsewhere by 9 mm.
+    cover_triangles(model, lengths.cover, lengths.cover_depth, state);
   }
   leave_flesh(model, below, state);
 }

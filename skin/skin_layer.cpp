@@ -90,7 +90,7 @@ void step_bound_skin(const SkinModel& model, const std::vector<Collider>& below,
     }
     relax(model, loop, state);
     part_folds(model, state);
-    cover_triangles(model, 0.0, state);
+    cover_triangles(model, 0.0, model.settings.lengths.cover_reach, state);
   }
   limit_corrections(model, state);
   cover_flesh(model, below, loop, state);

@@ -59,8 +59,9 @@ void relax(const SkinModel& model, const Loop& loop, SkinState& state);
 /// Moves apart the walls that find_folds found.
 void part_folds(const SkinModel& model, SkinState& state);
 /// Moves triangles out over the nodes of the flesh that find_covers found, as far as their covers
-/// ask less what is `spared` (m).
-void cover_triangles(const SkinModel& model, double spared, SkinState& state);
+/// ask less what is `spared` (m). What lacks more than `reach` (m) is left, what lacks half of it
+/// or less moves whole.
+void cover_triangles(const SkinModel& model, double spared, double reach, SkinState& state);
 
 /// Limits how far each node is from its prediction, to twice the distance of the step before plus
 /// Lengths::free_correction. So skin that snaps, such as the walls of a fold as they come apart,

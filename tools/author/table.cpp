@@ -74,6 +74,10 @@ PathPoint path_point(const Record& record, const Skeleton& skeleton, const Vec3&
   if (body >= 0) {
     PathPoint point{body, position};
     if (record.record == "point" && record.values.size() > 3) {
+      if (skeleton.parent[body] < 0) {
+        throw Error(ErrorCode::kInput, record.place + ": \"" + record.body +
+                                           "\" hangs on no joint; leave out the share of its turn");
+      }
       share_turn(skeleton.parent[body], record.at(3), rest_pose(skeleton), point);
     }
     return point;

@@ -54,7 +54,7 @@ TEST(Scapula, TakesAThirdOfTheElevationInAnyPlane) {
 TEST(Scapula, TurnsSmoothlyThroughTheHangingArm) {
   Shoulder shoulder;
   const double step = 0.05 * kDegree;
-  Vec3 before, slope;
+  Vec3 before = Vec3::Zero(), slope = before;
   for (int k = -1500; k <= 1500; ++k) {
     const Vec3 tip =
         shoulder.raise(rotation_about(-Vec3::UnitX(), k * step)) * Vec3(0.0, -0.1, 0.1);

@@ -82,6 +82,11 @@ FolderLock::FolderLock(const fs::path& folder)
                   ": another bake is writing here; write elsewhere, or wait for it and run again");
 }
 
-FolderLock::~FolderLock() { ::close(descriptor_); }
+FolderLock::~FolderLock() {
+  // A child that was forked meanwhile (a reader, before it executes or ends) has the descriptor
+  // too, and closing ours would leave it the lock.
+  ::flock(descriptor_, LOCK_UN);
+  ::close(descriptor_);
+}
 
 }  // namespace thew::sim

@@ -4,6 +4,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <optional>
+
 #include "tests/unit/sim/cache_bake.h"
 
 namespace thew::tests {
@@ -173,6 +175,18 @@ TEST_F(ResumeTest, ASecondBakeIsSentAway) {
   const BakeWriter first(folder_, info_, true);
   expect_error(ErrorCode::kRetry, "another bake", [&] { BakeWriter(folder_, info_, false); });
   EXPECT_EQ(first.read_completed(2).positions, small_frame(info_, 2).positions);
+}
+
+TEST_F(ResumeTest, AChildThatOutlivesABakeDoesNotKeepItsLock) {
+  std::optional<BakeWriter> first(std::in_place, folder_, info_, true);
+  const pid_t child = fork();
+  if (child == 0) {
+    for (;;) pause();
+  }
+  first.reset();
+  EXPECT_NO_THROW(BakeWriter(folder_, info_, true));
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
 }
 
 TEST_F(ResumeTest, CompletedFramesSurviveAKill) {

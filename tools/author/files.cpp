@@ -49,8 +49,9 @@ std::string muscle_text(const TableMuscle& muscle, const Skeleton& skeleton) {
                      wraps_text(muscle.path.wraps, name_of);
   text += "belly = [" + metres(muscle.belly[0]) + ", " + metres(muscle.belly[1]) + "]\n";
   if (muscle.twist_from > 0.0) text += "twist_from = " + metres(muscle.twist_from) + "\n";
-  return text + "weights = \"" + muscle.weights + "\"\nf_max = " + metres(muscle.f_max) +
-         "\nfibre_length = " + metres(muscle.fibre_length) + "\n";
+  return text + "weights = " + weights_text(muscle.weights.keys) +
+         "\nf_max = " + metres(muscle.f_max) + "\nfibre_length = " + metres(muscle.fibre_length) +
+         "\n";
 }
 
 // The scenes beside the table are ours but for what stands between these two lines, of which the

@@ -74,8 +74,8 @@ std::vector<Vec3> carried_nodes(const TableMuscle& muscle, TriMesh mesh, const S
   const Pose rest = rest_pose(skeleton);
   const Vec3 humerus = rest[find_body(skeleton, "humerus")].translation();
   for (Vec3& p : mesh.vertices) p += humerus;
-  const std::vector<double> weights = profile_weights(
-      preset_profile(muscle.weights), belly_coordinates(mesh, muscle.path, rest, muscle.belly));
+  const std::vector<double> weights =
+      profile_weights(muscle.weights, belly_coordinates(mesh, muscle.path, rest, muscle.belly));
   const CarriedShape shape =
       make_carried_shape(mesh, muscle.path, rest, muscle.belly, weights, muscle.twist_from);
   Points carried;

@@ -99,6 +99,15 @@ Vec3 axis_of_segment(const MusclePath& path, int segment, const Skeleton& skelet
                                      " of the points above crosses no joint; correct its number");
 }
 
+WeightProfile weight_profile(const Record& record) {
+  if (record.values.empty()) return preset_profile(record.body);
+  WeightProfile profile{{}};
+  for (size_t i = 0; i < record.values.size(); i += 2) {
+    profile.keys.push_back({record.at(i), record.at(i + 1)});
+  }
+  return profile;
+}
+
 void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& muscle) {
   const std::string& what = record.record;
   if (what == "force") {
@@ -133,7 +142,7 @@ void add_record(const Record& record, const Skeleton& skeleton, TableMuscle& mus
   } else if (what == "after") {
     muscle.after = record.values;
   } else if (what == "weights") {
-    muscle.weights = record.body;
+    muscle.weights = weight_profile(record);
   } else if (what == "section") {  // centre, area, width and thickness, its turn from z to x
     const SinCos turn = sin_cos(record.at(6) * kDegree);
     muscle.sections.push_back(

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "muscles/path.h"
+#include "muscles/weights.h"
 #include "rig/skeleton.h"
 
 namespace thew::tools {
@@ -32,7 +33,7 @@ struct TableMuscle {
   int around = 0, rings = 0;              ///< nodes a ring, rings
   std::vector<double> before, after;      ///< m, rings of the tendons: from origin, from insertion
   std::array<double, 2> tendon_radius{};  ///< m
-  std::string weights = "even";           ///< preset profile along the belly
+  WeightProfile weights;                  ///< along the belly
   std::vector<TableSection> sections;     ///< from origin to insertion
 };
 
@@ -41,7 +42,8 @@ Skeleton arm_skeleton();
 Pose rest_pose(const Skeleton& skeleton);
 
 /// Reads the table; throws Error(kInput) with file and line. A `point` with a fourth number takes
-/// that share of the turn of its body against the one that its joint hangs on.
+/// that share of the turn of its body against the one that its joint hangs on. `weights` are the name
+/// of a preset, or keys: u, weight, u, weight, ...
 std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
                                            const Skeleton& skeleton);
 

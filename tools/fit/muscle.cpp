@@ -69,6 +69,17 @@ std::string points_text(const std::vector<PathPoint>& points,
   return text + "]\n";
 }
 
+std::string weights_text(const std::vector<std::array<double, 2>>& keys) {
+  for (const char* preset : {"left", "even", "right"}) {
+    if (preset_profile(preset).keys == keys) return quoted(preset);
+  }
+  std::string text;
+  for (const auto& [u, w] : keys) {
+    text += (text.empty() ? "[" : ", [") + metres(u) + ", " + metres(w) + "]";
+  }
+  return "{ profile = [" + text + "] }";
+}
+
 std::string wraps_text(const std::vector<WrapCylinder>& wraps,
                        const std::function<std::string(int body)>& name_of) {
   std::string text;
@@ -201,17 +212,6 @@ std::array<double, 2> mapped_belly(const Target& to, const MusclePath& before,
   return out;
 }
 
-std::string weights_text(const NodeMap& weights) {
-  for (const char* preset : {"left", "even", "right"}) {
-    if (preset_profile(preset).keys == weights.keys) return quoted(preset);
-  }
-  std::string text;
-  for (const auto& [u, w] : weights.keys) {
-    text += (text.empty() ? "[" : ", [") + metres(u) + ", " + metres(w) + "]";
-  }
-  return "{ profile = [" + text + "] }";
-}
-
 }  // namespace
 
 std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,
@@ -232,7 +232,7 @@ std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::
   // No twist_from: on a character's arm the twist is the shoulder's too, and rolls of 90 degrees
   // wring so short a tendon.
   return text + "belly = [" + metres(belly[0]) + ", " + metres(belly[1]) +
-         "]\nweights = " + weights_text(muscle.weights) +
+         "]\nweights = " + weights_text(muscle.weights.keys) +
          "\nf_max = " + number_text(muscle.f_max * section) +
          "\nfibre_length = " + metres(muscle.fibre_length * along) + "\n\n";
 }

@@ -61,6 +61,8 @@ std::string points_text(const std::vector<PathPoint>& points,
                         const std::function<std::string(int body)>& name_of);
 std::string wraps_text(const std::vector<WrapCylinder>& wraps,
                        const std::function<std::string(int body)>& name_of);
+/// The value of `weights` in a scene, of keys (u, weight): a preset's name where they are its own.
+std::string weights_text(const std::vector<std::array<double, 2>>& keys);
 TriMesh mapped_mesh(const Target& to, TriMesh mesh);
 
 /// Of a tube (muscles/tube.h): its nodes from `first` on.

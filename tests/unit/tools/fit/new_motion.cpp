@@ -307,10 +307,10 @@ TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
   EXPECT_LT(in, 2e-3);
 }
 
-// The same figure with its elbow bent by 135 degrees, where its weights draw the skin in.
+// The same figure with its elbow bent by 137 degrees, where its weights draw the skin in.
 TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
   MadeArm arm(asked(kFigure, "right"),
-              {"rig.clip={ unit = \"deg\", keys = { elbow_right = [[1, 12.6], [36, 135]] } }"});
+              {"rig.clip={ unit = \"deg\", keys = { elbow_right = [[1, 12.6], [36, 137]] } }"});
   const Model& model = arm.model;
   State& state = arm.state;
   for (int frame = 1; frame < 36; ++frame) {
@@ -331,15 +331,16 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfABentElbow) {
   const auto measured = [&] {
     return measure(model, measuring, arm.parallel, state).skin.max_poke_through;
   };
-  std::printf("%.2f mm outside\n", 1e3 * farthest());
-  EXPECT_LT(farthest(), 2e-3);
-  EXPECT_NEAR(measured(), farthest(), 1e-3);
+  double far = farthest();
+  std::printf("%.2f mm outside\n", 1e3 * far);
+  EXPECT_LT(far, 2e-3);
+  EXPECT_NEAR(measured(), far, 1e-3);
   // As the weights alone have it.
   skin_vertices(model.skinned->weights, model.skinned->mesh, state.bodies, state.skin.x);
-  std::printf("%.2f mm outside by its weights alone, %.2f measured\n", 1e3 * farthest(),
-              1e3 * measured());
-  EXPECT_GT(farthest(), 0.01);
-  EXPECT_NEAR(measured(), farthest(), 1e-3);
+  far = farthest();
+  std::printf("%.2f mm outside by its weights alone, %.2f measured\n", 1e3 * far, 1e3 * measured());
+  EXPECT_GT(far, 0.01);
+  EXPECT_NEAR(measured(), far, 1e-3);
 }
 
 // The displacement on top of the character's own weights goes with pose and muscles, and does not

@@ -42,8 +42,8 @@ Skeleton arm_skeleton();
 Pose rest_pose(const Skeleton& skeleton);
 
 /// Reads the table; throws Error(kInput) with file and line. A `point` with a fourth number takes
-/// that share of the turn of its body against the one that its joint hangs on. `weights` are the name
-/// of a preset, or keys: u, weight, u, weight, ...
+/// that share of the turn of its body against the one that its joint hangs on. `weights` are a
+/// preset's name or keys: u, weight, u, weight, ...
 std::vector<TableMuscle> read_muscle_table(const std::filesystem::path& file,
                                            const Skeleton& skeleton);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "muscles/frames.h"
 #include "rig/math.h"
@@ -66,19 +65,11 @@ Vec3 coordinates_in(const CurveSample& sample, const Point& x) {
   return frame_of(sample).inverse() * to_vec(x - sample.point);
 }
 
-// Share of the length of the curve at which it is nearest to x.
-double nearest_part(const CarryCurve& curve, const Vec3& x) {
-  double best = std::numeric_limits<double>::infinity(), part = 0.0;
-  for (int i = 0; i + 1 < kSamples; ++i) {
-    const Vec3 p = to_vec(curve.samples[i].point), d = to_vec(curve.samples[i + 1].point) - p;
-    const double t = std::clamp(d.dot(x - p) / d.squaredNorm(), 0.0, 1.0);
-    const double distance = (p + t * d - x).squaredNorm();
-    if (distance < best) {
-      best = distance;
-      part = (i + t) / (kSamples - 1);
-    }
-  }
-  return part;
+// Share of the length of the curve at which the section of each node lies.
+std::vector<double> parts_of(const CarryCurve& curve, const TriMesh& mesh) {
+  std::vector<Vec3> line;
+  for (const CurveSample& sample : curve.samples) line.push_back(to_vec(sample.point));
+  return feet_along(line, mesh);
 }
 
 // Integral of smoothstep(0, 1, .) from 0 to t.
@@ -170,8 +161,8 @@ std::vector<double> belly_coordinates(const TriMesh& mesh, const MusclePath& pat
   const TracedPath traced = trace_path(path, rest_pose);
   const CarryCurve curve = rest_curve(traced, lengths.corner_length);
   std::vector<double> coordinates;
-  for (const Vec3& p : mesh.vertices) {
-    coordinates.push_back(coordinate_in(belly, nearest_part(curve, p) * traced.length));
+  for (const double part : parts_of(curve, mesh)) {
+    coordinates.push_back(coordinate_in(belly, part * traced.length));
   }
   return coordinates;
 }
@@ -201,6 +192,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
 
   const StretchProfile profile = stretch_profile(shape);
   const size_t nodes = mesh.vertices.size();
+  const std::vector<double> parts = parts_of(curve, mesh);
   shape.along.resize(nodes);
   shape.offset.resize(nodes);
   shape.stretch_share.resize(nodes);
@@ -208,8 +200,7 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
   shape.bulge = weights;
   shape.inner.resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
-    const double part = nearest_part(curve, mesh.vertices[i]);
-    const double s = part * traced.length;
+    const double part = parts[i], s = part * traced.length;
     shape.along[i] = s;
     shape.offset[i] = coordinates_in(interpolate(curve, part), to_point(mesh.vertices[i]));
     shape.stretch_share[i] = profile.share(s);

@@ -3,10 +3,67 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rig/math.h"
 
 namespace thew::muscles {
+namespace {
+
+double nearest_foot(const std::vector<Vec3>& line, const Vec3& x) {
+  double best = std::numeric_limits<double>::infinity(), foot = 0.0;
+  for (size_t i = 0; i + 1 < line.size(); ++i) {
+    const Vec3 d = line[i + 1] - line[i];
+    const double t = std::clamp(d.dot(x - line[i]) / d.squaredNorm(), 0.0, 1.0);
+    const double distance = (line[i] + t * d - x).squaredNorm();
+    if (distance < best) {
+      best = distance;
+      foot = (i + t) / (line.size() - 1);
+    }
+  }
+  return foot;
+}
+
+}  // namespace
+
+std::vector<double> feet_along(const std::vector<Vec3>& line, const TriMesh& mesh) {
+  // Distance of the feet of two neighbours over their own. On the inside of an arc it is radius /
+  // (radius - offset).
+  constexpr double kSure = 1.5, kLeaps = 3.0;
+  constexpr int kSweeps = 1000;
+  constexpr double kConverged = 1e-12;
+  double length = 0.0;
+  for (size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+  std::vector<double> nearest;
+  for (const Vec3& p : mesh.vertices) nearest.push_back(nearest_foot(line, p));
+  std::vector<double> stretch(nearest.size(), 0.0);
+  std::vector<std::vector<int>> neighbours(nearest.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      const double apart = (mesh.vertices[a] - mesh.vertices[b]).norm();
+      const double of_feet = length * std::abs(nearest[a] - nearest[b]);
+      for (const int node : {a, b}) stretch[node] = std::max(stretch[node], of_feet / apart);
+      neighbours[a].push_back(b);
+      neighbours[b].push_back(a);
+    }
+  }
+  std::vector<double> feet = nearest;
+  double moved = 1.0;
+  for (int sweep = 0; sweep < kSweeps && moved > kConverged; ++sweep) {
+    moved = 0.0;
+    for (size_t i = 0; i < feet.size(); ++i) {
+      const double doubt = smoothstep(kSure, kLeaps, stretch[i]);
+      if (!(doubt > 0.0)) continue;
+      double sum = 0.0;
+      for (const int j : neighbours[i]) sum += feet[j];
+      const double foot = nearest[i] + doubt * (sum / neighbours[i].size() - nearest[i]);
+      moved = std::max(moved, std::abs(foot - feet[i]));
+      feet[i] = foot;
+    }
+  }
+  return feet;
+}
 
 void resample(const std::vector<Vec3>& points, int count, std::vector<double>& s,
               std::vector<Vec3>& out) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "rig/mesh.h"
 #include "rig/types.h"
 
 namespace thew::muscles {
@@ -15,6 +16,12 @@ void resample(const std::vector<Vec3>& points, int count, std::vector<double>& s
 /// `radius` (m) would; the ends stay.
 void round_corners(double spacing, double radius, std::vector<double>& scratch,
                    std::vector<Vec3>& p);
+
+/// For each node of a mesh the share of the length of a polyline, of equal pieces, to which it
+/// belongs: at which the line is nearest to it. Deep in a bend of the line that leaps between nodes
+/// that are neighbours, and the two would be carried apart when the bend opens; there it is a mean
+/// of the neighbours'.
+std::vector<double> feet_along(const std::vector<Vec3>& line, const TriMesh& mesh);
 
 /// Frames along a curve: unit tangents and unit normals, by point.
 struct CurveFrames {

@@ -13,6 +13,7 @@
 #include "skin/contact/contact_memory.h"
 #include "skin/contact/multipliers.h"
 #include "skin/contact/parting.h"
+#include "skin/contact/unfolding.h"
 #include "skin/skin_props.h"
 
 namespace thew::sim {
@@ -95,10 +96,13 @@ struct PartingPair {
   std::vector<std::array<int, 2>> crossings;
 };
 struct PartingWork {
-  std::vector<Parting> bodies;     ///< by muscle
-  std::vector<char> moved;         ///< by muscle, in the last round
-  std::vector<Points> before;      ///< by muscle, positions at the end of the solve
-  std::vector<PartingPair> pairs;  ///< the first `count` of them
+  std::vector<Parting> bodies;      ///< by muscle
+  std::vector<char> moved;          ///< by muscle, in the last round
+  std::vector<FoldWork> folds;      ///< by muscle
+  std::vector<Points> before;       ///< by muscle, positions at the end of the solve
+  std::vector<PartingPair> pairs;   ///< the first `count` of them
+  std::vector<Points> written;      ///< m, by collider, positions as a file would hold them...
+  std::vector<Collider> colliders;  ///< ...and the colliders there
   int count = 0;
 };
 

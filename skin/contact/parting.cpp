@@ -160,6 +160,10 @@ void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of
                 const std::vector<std::array<int, 2>>& pairs, double longest) {
   // A fifth more than what would touch: the corners that several pairs share go the mean of ways.
   constexpr double kBeyond = 1.2;
+  // And more than what the rounding to single precision may take away.
+  const auto rounding = [](const Corners& t) {
+    return 4.0 * std::numeric_limits<float>::epsilon() * t[0].cwiseAbs().maxCoeff();
+  };
   const auto normal_of = [](const Collider& body, const Parting* parting, int triangle) {
     if (parting == nullptr) return face_normal(*body.surface, *body.x, triangle);
     Point sum{};
@@ -168,11 +172,12 @@ void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of
   };
   for (const auto& [ta, tb] : pairs) {
     const Vec3 out = steady_normal(normal_of(a, &of_a, ta), normal_of(b, of_b, tb));
-    const WayOut way = shortest_way_out(corners_of(a, ta), corners_of(b, tb), out);
+    const Corners corners = corners_of(a, ta);
+    const WayOut way = shortest_way_out(corners, corners_of(b, tb), out);
     double squares = free_squares(a, ta, way.of_s);
     if (of_b != nullptr) squares += free_squares(b, tb, way.of_t);
     if (!(squares > 0.0) || !(way.depth > 0.0)) continue;
-    const Vec3 step = kBeyond * way.depth / squares * way.way;
+    const Vec3 step = (kBeyond * way.depth + rounding(corners)) / squares * way.way;
     push(a, ta, way.of_s, step, longest, of_a);
     if (of_b != nullptr) push(b, tb, way.of_t, -step, longest, *of_b);
   }

@@ -17,6 +17,7 @@
 #include "sim/scene/reader.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
+#include "tests/property/folds.h"
 
 namespace thew::tests {
 namespace {
@@ -162,21 +163,6 @@ TEST(Arm, PolesStayOnTheirBones) {
   for (const FrameMeasures& frame : arm().measures) {
     for (const MuscleMeasures& muscle : frame.muscles) EXPECT_LE(muscle.attachment_gap, 1e-9);
   }
-}
-
-int folds_beyond_90(const Surface& surface, const Points& x) {
-  const auto normal = [&](int t) {
-    const Triangle& k = surface.triangles[t];
-    const Vec3 a = to_vec(x[k[0]]), b = to_vec(x[k[1]]), c = to_vec(x[k[2]]);
-    return Vec3((b - a).cross(c - a));
-  };
-  int folds = 0;
-  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    for (int other : surface.neighbours[t]) {
-      if (other > t && normal(t).dot(normal(other)) < 0.0) ++folds;
-    }
-  }
-  return folds;
 }
 
 TEST(Arm, NoFoldsAndNoSelfIntersection) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // No millimetre of a rest shape decides: the arm's bellies moved aside by up to a centimetre and
-// made up to a fifth larger or smaller, so that they overlap at rest, flex without a crossing.
+// made up to a fifth larger or smaller, so that they overlap at rest, flex without a crossing or a
+// fold.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -14,6 +16,7 @@
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "sim/step.h"
+#include "tests/property/folds.h"
 
 namespace thew::tests {
 namespace {
@@ -55,9 +58,13 @@ int crossings_of(const Model& model, const State& state) {
   return crossings;
 }
 
+int folds_of(const Model& model, int m, const Points& x) {
+  return folds_beyond_90(model.surfaces[m].surface, x);
+}
+
 class VariedArm : public testing::TestWithParam<int> {};
 
-TEST_P(VariedArm, FlexesWithoutACrossing) {
+TEST_P(VariedArm, FlexesWithoutACrossingOrAFold) {
   std::mt19937 random(static_cast<unsigned>(GetParam()));
   ModelDef def =
       define_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", {"skin.enabled=false"}));
@@ -67,13 +74,18 @@ TEST_P(VariedArm, FlexesWithoutACrossing) {
   State state = initial_state(model);
   settle(model, parallel, state);
   StageSeconds unused;
-  int frames = 0;
+  int frames = 0, folds = 0;
   for (int f = model.first_frame + 1; f <= model.last_frame; ++f) {
     step_frame(model, (f - model.first_frame) / model.fps, parallel, state, unused);
     frames += crossings_of(model, state) > 0;
+    for (int m = 0; m < state.count(); ++m) {
+      const int at_rest = folds_of(model, m, to_points(model.muscles[m].rest.vertices));
+      folds += std::max(folds_of(model, m, state.muscles[m].x) - at_rest, 0);
+    }
     for (const MuscleState& muscle : state.muscles) ASSERT_LE(muscle.volume_error, 1e-12);
   }
   EXPECT_EQ(frames, 0) << "frames with a crossing";
+  EXPECT_EQ(folds, 0) << "in all frames";
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, VariedArm, testing::Range(1, 21));

@@ -21,8 +21,8 @@ constexpr double kStray = 0.008;  // m, from where the table has a centre
 // Of its radius, so far a belly may reach into a neighbour's part and into a bone when bent, where
 // it does not swell; more where it does: contact presses it out.
 constexpr double kSqueeze = 0.15, kPressed = 0.15;
-// Bellies keep within the limb's outline and so much (m) beyond, as they fill it less well than real
-// ones; not from this y (m) down, where muscles that are not here fill most of it.
+// Bellies keep within the limb's outline and so much (m) beyond, as they fill it less well than
+// real ones; not from this y (m) down, where muscles that are not here fill most of it.
 constexpr double kBeyond = 0.0025, kForearm = -0.28;
 constexpr double kBends[] = {45.0, 90.0, 130.0};  // degrees of the elbow at which there is room too
 
@@ -294,6 +294,26 @@ void relax(size_t m, Packing& packing) {
   for (PackingPose& pose : packing.poses) follow(muscle, m, pose);
 }
 
+// The places of the centres lie by measured bones. Those that ours contain are moved out of them.
+void clear_places(const Packing& packing, SectionedMuscle& muscle) {
+  constexpr int kSteps = 20;  // of 3 mm at most
+  const double least = 0.7 * std::min(muscle.tendon_radius[0], muscle.tendon_radius[1]);
+  for (Section& section : muscle.sections) {
+    const Vec3 tangent = section.on_path.frame.col(0);
+    for (int step = 0; step < kSteps; ++step) {
+      for (size_t b = 0; b < packing.bones.size(); ++b) {
+        const auto out = [&](const Vec3& p) {
+          const double depth = allowed_depth(muscle, section.belly, static_cast<int>(b), p);
+          return least - depth - bone_distance(packing.bones[b], p);
+        };
+        const Vec3 push = way_in(out, section.wanted, 0.0);
+        section.wanted += push - tangent.dot(push) * tangent;
+      }
+    }
+    section.centre = section.wanted;
+  }
+}
+
 void settle(const std::vector<Measured>& bones, bool last, Packing& packing) {
   std::vector<Measured> measured;
   for (size_t m = 0; m < packing.muscles.size(); ++m) {
@@ -346,6 +366,7 @@ std::vector<TriMesh> pack_muscles(const std::vector<TableMuscle>& table, const S
   for (const TableMuscle& muscle : table) {
     packing.muscles.push_back(make_sections(muscle, rest, humerus));
   }
+  for (SectionedMuscle& muscle : packing.muscles) clear_places(packing, muscle);
   for (double bend : kBends) {
     packing.poses.push_back(make_packing_pose(table, packing.muscles, skeleton, bend * kDegree));
   }

@@ -18,7 +18,7 @@ constexpr double kStep = 0.7;  // of the gap, of a corner at once
 // the wrong side of a thin muscle or of one that a bone has gone through.
 constexpr int kRounds = 8;
 // Before them, those in which folds are opened as well: that may make something cross.
-constexpr int kUnfolding = 4;
+constexpr int kUnfolding = 8;
 
 bool is_soft(const State& state, int collider) {
   return collider < state.count() && has_forces(state.muscles[collider].level);

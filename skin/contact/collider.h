@@ -52,6 +52,10 @@ struct Collider {
   Transform to_start = Transform::Identity(), from_start = Transform::Identity();
 };
 
+inline bool is_free(const Collider& body, int node) {
+  return body.free_nodes != nullptr && (*body.free_nodes)[node] != 0;
+}
+
 /// The thickness (m) at a node, or at a point of a triangle.
 inline double thickness_at(const Collider& of, int node) {
   return of.thicknesses ? (*of.thicknesses)[node] : of.thickness;

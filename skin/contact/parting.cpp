@@ -10,10 +10,6 @@
 namespace thew::skin {
 namespace {
 
-bool is_free(const Collider& body, int node) {
-  return body.free_nodes != nullptr && (*body.free_nodes)[node] != 0;
-}
-
 bool has_free_corner(const Collider& body, int triangle) {
   const Triangle& t = body.surface->triangles[triangle];
   return is_free(body, t[0]) || is_free(body, t[1]) || is_free(body, t[2]);
@@ -117,18 +113,6 @@ double free_squares(const Collider& body, int triangle, const Shares& shares) {
   return sum;
 }
 
-void push(const Collider& body, int triangle, const Shares& shares, const Vec3& step,
-          double longest, Parting& parting) {
-  const double whole = step.norm();
-  for (int k = 0; k < 3; ++k) {
-    const int node = body.surface->triangles[triangle][k];
-    const double length = std::min(shares[k] * whole, longest);
-    if (!is_free(body, node) || !(length > 0.0)) continue;
-    parting.push[node] += to_point(length * length / whole * step);
-    parting.weight[node] += length;
-  }
-}
-
 }  // namespace
 
 void begin_parting(const Collider& body, Parting& parting) {
@@ -156,6 +140,14 @@ void find_partable(const Collider& a, const Collider& b, bool b_moves,
   });
 }
 
+void push(const Collider& body, int node, double share, const Vec3& step, double longest,
+          Parting& parting) {
+  const double whole = step.norm(), length = std::min(share * whole, longest);
+  if (!is_free(body, node) || !(length > 0.0)) return;
+  parting.push[node] += to_point(length * length / whole * step);
+  parting.weight[node] += length;
+}
+
 void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of_b,
                 const std::vector<std::array<int, 2>>& pairs, double longest) {
   // A fifth more than what would touch: the corners that several pairs share go the mean of ways.
@@ -178,8 +170,11 @@ void push_apart(const Collider& a, Parting& of_a, const Collider& b, Parting* of
     if (of_b != nullptr) squares += free_squares(b, tb, way.of_t);
     if (!(squares > 0.0) || !(way.depth > 0.0)) continue;
     const Vec3 step = (kBeyond * way.depth + rounding(corners)) / squares * way.way;
-    push(a, ta, way.of_s, step, longest, of_a);
-    if (of_b != nullptr) push(b, tb, way.of_t, -step, longest, *of_b);
+    for (int k = 0; k < 3; ++k) {
+      push(a, a.surface->triangles[ta][k], way.of_s[k], step, longest, of_a);
+      if (of_b == nullptr) continue;
+      push(b, b.surface->triangles[tb][k], way.of_t[k], -step, longest, *of_b);
+    }
   }
 }
 

@@ -27,6 +27,11 @@ void begin_parting(const Collider& body, Parting& parting);
 void find_partable(const Collider& a, const Collider& b, bool b_moves,
                    std::vector<std::array<int, 2>>& pairs);
 
+/// Adds its share [1] of a step (m), as far as that is no longer than `longest` (m), to the push of
+/// a node that is free.
+void push(const Collider& body, int node, double share, const Vec3& step, double longest,
+          Parting& parting);
+
 /// Adds, for each pair, to the push of a's corners a step out of b, and to b's one out of a: the
 /// shortest displacement of the corners that are free which takes the two triangles apart, a corner
 /// out of a face or an edge over an edge, roughly along the way between the one's outward and the

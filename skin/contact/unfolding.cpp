@@ -60,10 +60,6 @@ double angle_of(double cosine) {
   return arc_tan2(std::sqrt(std::max(1.0 - cosine * cosine, 0.0)), cosine);
 }
 
-bool is_free(const Collider& body, int node) {
-  return body.free_nodes != nullptr && (*body.free_nodes)[node] != 0;
-}
-
 }  // namespace
 
 void find_folded_edges(const Collider& body, const std::vector<Vec3>& rest, FoldWork& work) {
@@ -112,13 +108,7 @@ void push_open(const Collider& body, const std::vector<Vec3>& rest,
     }
     if (!(squares > 0.0)) continue;
     const double by = kBeyond * (angle_of(hinge.cosine()) - wanted) / squares;
-    for (int k = 0; k < 4; ++k) {
-      const Vec3 step = -by * gradient[k];
-      const double whole = step.norm(), length = std::min(whole, longest);
-      if (!is_free(body, corners[k]) || !(length > 0.0)) continue;
-      parting.push[corners[k]] += to_point(length * length / whole * step);
-      parting.weight[corners[k]] += length;
-    }
+    for (int k = 0; k < 4; ++k) push(body, corners[k], 1.0, -by * gradient[k], longest, parting);
   }
 }
 

@@ -121,9 +121,9 @@ TEST(VariedTable, MakesAnArmThatBakesWithoutACrossingOrAFold) {
     defective += !wrong.empty();
     std::filesystem::remove_all(options.folder);
   }
-  // A defect that is known: in variations 5 and 12 the pronator has a fold of one edge in one
-  // frame.
-  EXPECT_LE(defective, step == 1 ? 2 : 0) << "variations";
+  // A defect that is known: in variation 20 the brachioradialis, to which the packing gives a
+  // waist, crumples beyond 100 degrees.
+  EXPECT_LE(defective, step == 1 ? 1 : 0) << "variations";
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "muscles/tube.h"
 #include "rig/math.h"
 
 namespace thew::tests {
@@ -92,7 +91,6 @@ TEST(FeetAlong, AreWhereTheLineIsNearest) {
 TEST(FeetAlong, OfARingInABendStayTogether) {
   const TriMesh mesh = tube_about(0.004, 0.0075, 12, 9);
   const std::vector<double> feet = feet_along(line(), mesh);
-  std::printf("%.2f mm apart\n", 1e3 * spread(mesh, feet));
   EXPECT_LT(spread(mesh, feet), 3e-3);
   EXPECT_EQ(feet.front(), 0.0);
   EXPECT_EQ(feet.back(), 1.0);

@@ -16,9 +16,11 @@ namespace {
 constexpr double kStep = 0.7;  // of the gap, of a corner at once
 // Most: what a step leaves on the arm takes 3. More would push apart what is not shallow, out of
 // the wrong side of a thin muscle or of one that a bone has gone through.
-constexpr int kRounds = 8;
-// Before them, those in which folds are opened as well: that may make something cross.
+constexpr int kRounds = 12;
+// Most rounds in which folds are opened, before: that may make some cross.
 constexpr int kUnfolding = 8;
+// Of kRounds, those that open what parting folds. More could undo each other's work.
+constexpr int kBoth = 2;
 
 bool is_soft(const State& state, int collider) {
   return collider < state.count() && has_forces(state.muscles[collider].level);
@@ -32,15 +34,27 @@ void write_positions(const Collider& collider, Points& written) {
   }
 }
 
-void show_as_written(State& state) {
+// The trees and written positions of the muscles that were pushed.
+void show_pushed(const Model& model, Parallel& parallel, State& state) {
+  PartingWork& work = state.parting;
+  parallel.each(state.count(), [&](int m) {
+    if (!work.pushed[m]) return;
+    refit_bvh(model.surfaces[m].surface, state.muscles[m].x, state.muscles[m].bvh);
+    write_positions(state.colliders[m], work.written[m]);
+  });
+}
+
+void show_as_written(const Model& model, Parallel& parallel, State& state) {
   PartingWork& work = state.parting;
   work.colliders = state.colliders;
   work.written.resize(state.colliders.size());
   for (size_t c = 0; c < work.written.size(); ++c) {
     work.colliders[c].x = &work.written[c];
-    const bool moves = c < state.muscles.size();  // and is written in each round
-    if (!moves) write_positions(state.colliders[c], work.written[c]);
+    if (c >= state.muscles.size()) write_positions(state.colliders[c], work.written[c]);
   }
+  work.pushed.assign(state.muscles.size(), 1);
+  work.moved = work.pushed;
+  show_pushed(model, parallel, state);
 }
 
 // All pairs of colliders whose triangles may cross: each muscle with itself and those after it.
@@ -61,7 +75,7 @@ void list_pairs(const Model& model, State& state) {
   }
 }
 
-// Of pairs neither of which has moved, what was found holds.
+// Of pairs neither of which has moved since, what was found holds.
 int find_pairs(Parallel& parallel, State& state) {
   PartingWork& work = state.parting;
   parallel.each(work.count, [&](int p) {
@@ -76,7 +90,7 @@ int find_pairs(Parallel& parallel, State& state) {
   return crossings;
 }
 
-// The edges of muscles with forces at which they are folded; of what has not moved they hold.
+// The edges of muscles with forces at which they are folded; of what has not moved since they hold.
 int find_folds(const Model& model, Parallel& parallel, State& state) {
   PartingWork& work = state.parting;
   parallel.each(state.count(), [&](int m) {
@@ -90,34 +104,23 @@ int find_folds(const Model& model, Parallel& parallel, State& state) {
   return folds;
 }
 
-// Moves what crosses or is folded, and gives each muscle that has moved its volume again, along the
-// gradient under its weights (eqs 9-14).
-void part_once(const Model& model, bool unfolds, State& state) {
+// Moves the muscles that `push_all` pushes; it begins each of them by begin(m). Gives them their
+// volume again, along the gradient under their weights (eqs 9-14), and finds where that puts them.
+template <typename PushAll>
+void move_pushed(const Model& model, Parallel& parallel, State& state, PushAll&& push_all) {
   PartingWork& work = state.parting;
-  std::fill(work.moved.begin(), work.moved.end(), 0);
-  const auto begin = [&](int m) {
-    if (!work.moved[m]) begin_parting(work.colliders[m], work.bodies[m]);
-    work.moved[m] = 1;
-  };
-  for (int p = 0; p < work.count; ++p) {
-    const PartingPair& pair = work.pairs[p];
-    if (pair.crossings.empty()) continue;
-    const bool soft = is_soft(state, pair.b);
-    begin(pair.a);
-    if (soft) begin(pair.b);
-    push_apart(work.colliders[pair.a], work.bodies[pair.a], work.colliders[pair.b],
-               soft ? &work.bodies[pair.b] : nullptr, pair.crossings,
-               kStep * model.contact.settings.gap);
+  if (!work.changed) {
+    for (int m = 0; m < state.count(); ++m) work.before[m] = state.muscles[m].x;
   }
-  for (int m = 0; m < state.count() && unfolds; ++m) {
-    if (work.folds[m].edges.empty()) continue;
-    begin(m);
-    push_open(work.colliders[m], model.muscles[m].rest.vertices, work.folds[m].edges,
-              kStep * model.contact.settings.gap, work.bodies[m]);
-  }
+  work.changed = true;
+  std::fill(work.pushed.begin(), work.pushed.end(), 0);
+  push_all([&](int m) {
+    if (!work.pushed[m]) begin_parting(work.colliders[m], work.bodies[m]);
+    work.pushed[m] = work.moved[m] = 1;
+  });
   const bool exact = rule_of(model.solver.volume).exact;
   for (int m = 0; m < state.count(); ++m) {
-    if (!work.moved[m]) continue;
+    if (!work.pushed[m]) continue;
     MuscleState& now = state.muscles[m];
     const Muscle& muscle = model.muscles[m];
     part(work.bodies[m], now.x);
@@ -126,20 +129,51 @@ void part_once(const Model& model, bool unfolds, State& state) {
     for (size_t i = 0; i < now.x.size(); ++i) now.volume.gradient[i] *= now.weights[i];
     restore_exactly(muscle, now.volume.gradient, now.x);
   }
+  show_pushed(model, parallel, state);
+}
+
+void open_folds(const Model& model, Parallel& parallel, State& state) {
+  PartingWork& work = state.parting;
+  const double longest = kStep * model.contact.settings.gap;
+  move_pushed(model, parallel, state, [&](const auto& begin) {
+    for (int m = 0; m < state.count(); ++m) {
+      const std::vector<FoldedEdge>& edges = work.folds[m].edges;
+      if (edges.empty()) continue;
+      begin(m);
+      push_open(work.colliders[m], model.muscles[m].rest.vertices, edges, longest, work.bodies[m]);
+    }
+  });
+}
+
+void part_crossings(const Model& model, Parallel& parallel, State& state) {
+  PartingWork& work = state.parting;
+  const double longest = kStep * model.contact.settings.gap;
+  move_pushed(model, parallel, state, [&](const auto& begin) {
+    for (int p = 0; p < work.count; ++p) {
+      const PartingPair& pair = work.pairs[p];
+      if (pair.crossings.empty()) continue;
+      const bool soft = is_soft(state, pair.b);
+      begin(pair.a);
+      if (soft) begin(pair.b);
+      push_apart(work.colliders[pair.a], work.bodies[pair.a], work.colliders[pair.b],
+                 soft ? &work.bodies[pair.b] : nullptr, pair.crossings, longest);
+    }
+  });
 }
 
 // Where they were before: the muscles that still cross something.
 void give_up_stuck(State& state) {
   PartingWork& work = state.parting;
-  std::fill(work.moved.begin(), work.moved.end(), 0);
+  std::vector<char>& stuck = work.pushed;
+  std::fill(stuck.begin(), stuck.end(), 0);
   for (int p = 0; p < work.count; ++p) {
     const PartingPair& pair = work.pairs[p];
     if (pair.crossings.empty()) continue;
-    work.moved[pair.a] = 1;
-    if (is_soft(state, pair.b)) work.moved[pair.b] = 1;
+    stuck[pair.a] = 1;
+    if (is_soft(state, pair.b)) stuck[pair.b] = 1;
   }
   for (int m = 0; m < state.count(); ++m) {
-    if (work.moved[m]) std::swap(state.muscles[m].x, work.before[m]);
+    if (stuck[m]) std::swap(state.muscles[m].x, work.before[m]);
   }
 }
 
@@ -152,28 +186,22 @@ bool part_muscles(const Model& model, Parallel& parallel, State& state) {
   work.bodies.resize(state.muscles.size());
   work.before.resize(state.muscles.size());
   work.folds.resize(state.muscles.size());
-  work.moved.assign(state.muscles.size(), 1);
+  work.changed = false;
   list_pairs(model, state);
-  show_as_written(state);
-  for (int round = -kUnfolding; round <= kRounds; ++round) {
-    parallel.each(state.count(), [&](int m) {
-      if (!work.moved[m]) return;
-      refit_bvh(model.surfaces[m].surface, state.muscles[m].x, state.muscles[m].bvh);
-      write_positions(state.colliders[m], work.written[m]);
-    });
-    const bool crosses = find_pairs(parallel, state) > 0, unfolds = round < 0;
-    const bool is_folded = unfolds && find_folds(model, parallel, state) > 0;
-    if (round == -kUnfolding) {
-      if (!crosses && !is_folded) return false;
-      for (int m = 0; m < state.count(); ++m) work.before[m] = state.muscles[m].x;
-    }
-    if (!crosses && !is_folded) break;
-    if (round < kRounds) {
-      part_once(model, unfolds, state);
-    } else {
-      give_up_stuck(state);
-    }
+  show_as_written(model, parallel, state);
+  for (int round = 0; round < kUnfolding && find_folds(model, parallel, state) > 0; ++round) {
+    open_folds(model, parallel, state);
   }
+  for (int round = 0; find_pairs(parallel, state) > 0; ++round) {
+    if (round == kRounds) {
+      give_up_stuck(state);
+      break;
+    }
+    std::fill(work.moved.begin(), work.moved.end(), 0);
+    part_crossings(model, parallel, state);
+    if (round < kBoth && find_folds(model, parallel, state) > 0) open_folds(model, parallel, state);
+  }
+  if (!work.changed) return false;
   for (int m = 0; m < state.count(); ++m) {
     MuscleState& now = state.muscles[m];
     note_volume(model.muscles[m], enclosed_volume(now.x, model.muscles[m].rest.triangles), now);

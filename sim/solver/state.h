@@ -97,12 +97,14 @@ struct PartingPair {
 };
 struct PartingWork {
   std::vector<Parting> bodies;      ///< by muscle
-  std::vector<char> moved;          ///< by muscle, in the last round
+  std::vector<char> pushed;         ///< by muscle, the last time that any was
+  std::vector<char> moved;          ///< by muscle, since crossings were looked for
   std::vector<FoldWork> folds;      ///< by muscle
   std::vector<Points> before;       ///< by muscle, positions at the end of the solve
   std::vector<PartingPair> pairs;   ///< the first `count` of them
   std::vector<Points> written;      ///< m, by collider, positions as a file would hold them...
   std::vector<Collider> colliders;  ///< ...and the colliders there
+  bool changed = false;             ///< whether `before` is set
   int count = 0;
 };
 

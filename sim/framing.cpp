@@ -138,14 +138,15 @@ void add_all(const Model& model, const Subject& subject, const State& state, con
   }
 }
 
+[[noreturn]] void refuse(const SceneView& view, const std::string& why) {
+  throw Error(ErrorCode::kUsage, view.location + ": view \"" + view.name + "\" " + why);
+}
+
 void frame_view(const Model& model, double aspect, SceneView& view) {
-  const auto refuse = [&](const std::string& why) {
-    throw Error(ErrorCode::kUsage, view.location + ": view \"" + view.name + "\" " + why);
-  };
   const int followed = view.follow.empty() ? -1 : find_body(model.skeleton, view.follow);
   if (!view.follow.empty() && followed < 0) {
-    refuse("follows \"" + view.follow + "\", which is no body of the rig" +
-           did_you_mean(view.follow, model.skeleton.body_names));
+    refuse(view, "follows \"" + view.follow + "\", which is no body of the rig" +
+                     did_you_mean(view.follow, model.skeleton.body_names));
   }
   const bool fits = !view.from.isZero();
   const Subject subject = fits ? subject_of(model, followed) : Subject{};
@@ -166,11 +167,53 @@ void frame_view(const Model& model, double aspect, SceneView& view) {
   }
   if (!fits) return;
   if (fit.empty()) {
-    refuse(
-        "has nothing to look at: no muscle, bone or skin is on what it follows; name another "
-        "body");
+    refuse(view,
+           "has nothing to look at: no muscle, bone or skin is on what it follows; name another "
+           "body");
   }
   fit.set(view);
+}
+
+void frame_view(const BakeReader& bake, const std::vector<int>& frames, double aspect,
+                SceneView& view) {
+  if (!view.follow.empty()) {
+    refuse(view,
+           "follows \"" + view.follow + "\", but its file has no [rig]; give the bake's scene");
+  }
+  Fit fit = fit_of(view, aspect);
+  const BakeInfo& info = bake.info();
+  for (size_t i = 0; i < info.frames.size(); ++i) {
+    if (std::find(frames.begin(), frames.end(), info.frames[i]) == frames.end()) continue;
+    const BakeFrame frame = bake.read(static_cast<int>(i));
+    for (size_t m = 0; m < info.meshes.size(); ++m) {
+      if (info.meshes[m].kind == BakeMesh::Kind::kProp) continue;
+      for (const Vec3& p : frame.positions[m]) fit.add(p);
+    }
+  }
+  if (fit.empty()) refuse(view, "has nothing to look at in these frames of the bake");
+  fit.set(view);
+}
+
+// Frames each view that is not fixed, those of one direction once.
+template <typename FrameView>
+std::vector<SceneView> frame_each(const SceneRender& render, FrameView&& frame) {
+  std::vector<SceneView> views = render.views;
+  for (size_t v = 0; v < views.size(); ++v) {
+    SceneView& view = views[v];
+    if (view.from.isZero() && view.follow.empty()) continue;
+    const auto same = std::find_if(
+        views.begin(), views.begin() + static_cast<long>(v), [&](const SceneView& other) {
+          return other.from == view.from && !other.from.isZero() && other.follow == view.follow &&
+                 other.up == view.up && other.field_of_view == view.field_of_view;
+        });
+    if (same == views.begin() + static_cast<long>(v)) {
+      frame(1.0 * render.width / render.height, view);
+      continue;
+    }
+    view.eye = same->eye, view.target = same->target;
+    view.moves = same->moves, view.first_frame = same->first_frame;
+  }
+  return views;
 }
 
 }  // namespace
@@ -182,23 +225,14 @@ bool follows_motion(const SceneRender& render) {
 }
 
 std::vector<SceneView> frame_views(const Model& model, const SceneRender& render) {
-  std::vector<SceneView> views = render.views;
-  for (size_t v = 0; v < views.size(); ++v) {
-    SceneView& view = views[v];
-    if (view.from.isZero() && view.follow.empty()) continue;
-    const auto same = std::find_if(
-        views.begin(), views.begin() + static_cast<long>(v), [&](const SceneView& other) {
-          return other.from == view.from && !other.from.isZero() && other.follow == view.follow &&
-                 other.up == view.up && other.field_of_view == view.field_of_view;
-        });
-    if (same == views.begin() + static_cast<long>(v)) {
-      frame_view(model, 1.0 * render.width / render.height, view);
-      continue;
-    }
-    view.eye = same->eye, view.target = same->target;
-    view.moves = same->moves, view.first_frame = same->first_frame;
-  }
-  return views;
+  return frame_each(render,
+                    [&](double aspect, SceneView& view) { frame_view(model, aspect, view); });
+}
+
+std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int>& frames,
+                                   const SceneRender& render) {
+  return frame_each(
+      render, [&](double aspect, SceneView& view) { frame_view(bake, frames, aspect, view); });
 }
 
 SceneView view_at(const SceneView& view, int frame) {

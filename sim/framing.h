@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sim/cache/cache.h"
 #include "sim/scene/model.h"
 #include "sim/scene/scene.h"
 
@@ -17,6 +18,12 @@ bool follows_motion(const SceneRender& render);
 /// Throws Error(kUsage) for a body that the rig does not have, or on which nothing is to be seen.
 std::vector<SceneView> frame_views(const Model& model, const SceneRender& render);
 inline constexpr double kFill = 0.92;
+
+/// The same of a bake without its scene: a view with `from` stands as near as shows all its meshes
+/// but props in `frames`, those of them that it has. Throws Error(kUsage) for a view that follows a
+/// body, since a bake has none, and where nothing is to be seen.
+std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int>& frames,
+                                   const SceneRender& render);
 
 /// The view as it is in a frame; before the scene's first and after its last one it stays.
 SceneView view_at(const SceneView& view, int frame);

@@ -431,6 +431,7 @@ SceneRender read_render(const fs::path& file, const std::vector<std::string>& ov
   for (const std::string& setting : overrides) override_toml(root, setting);
   TomlValue& table = require(root, kFile["render"]);
   SceneRender render = read_render(table);
+  render.has_rig = std::find(root.keys.begin(), root.keys.end(), "rig") != root.keys.end();
   refuse_unknown_keys(table);
   return render;
 }

@@ -97,6 +97,7 @@ struct SceneView {
 inline constexpr std::size_t kMostCuts = 6;
 
 struct SceneRender {
+  bool has_rig = true;  ///< whether the file has bodies whose motion cameras can go by
   int width = 960, height = 540;
   std::vector<SceneView> views;
 };

@@ -331,7 +331,8 @@ inline constexpr Key kViewKeys[] = {
      .type = KeyType::kDirection,
      .meaning = "In place of `eye` and `target`, the direction towards the camera: it stands as "
                 "near as shows the bones, muscles and skin of what hangs on the body that it "
-                "follows, or of all, in each frame of the scene.",
+                "follows, or of all, in each frame of the scene. In a file without [rig], of the "
+                "bake that is drawn, in the frames that are drawn.",
      .range = kDirection},
     {.name = "follow",
      .type = KeyType::kText,

@@ -336,13 +336,18 @@ ExitCode bake_command(const CommandOptions& options) {
 
 namespace {
 
-// Of a scene all of whose cameras stand still, nothing else is looked at.
+// Of a scene all of whose cameras stand still, nothing else is looked at. Where it has no rig they
+// go by what is drawn.
 SceneRender render_of(const std::filesystem::path& file, const CommandOptions& options,
-                      const BakeInfo& info) {
+                      const BakeReader& bake, const std::vector<int>& frames) {
   SceneRender render = read_render(file, options.overrides);
   if (!follows_motion(render)) return render;
+  if (!render.has_rig) {
+    render.views = frame_views(bake, frames, render);
+    return render;
+  }
   const Model model = build_model(read_scene(file, options.overrides));
-  if (model.hash != info.scene_hash) {
+  if (model.hash != bake.info().scene_hash) {
     std::fprintf(stderr,
                  "thew: warning: %s is a bake of another scene or other settings than %s: the "
                  "cameras go by the latter's clip; give the bake's --set and --scene\n",
@@ -362,13 +367,13 @@ ExitCode render_command(const CommandOptions& options, const std::filesystem::pa
   }
   const BakeReader reader(options.input);
   const BakeInfo& info = reader.info();
-  SceneRender render;
-  if (!scene_file.empty()) render = render_of(scene_file, options, info);
-  if (render.views.empty()) render.views = views_of(reader);
   const std::vector<int> frames =
       options.frames.empty()
           ? info.frames
           : parse_frames(options.frames, info.frames.front(), info.frames.back());
+  SceneRender render;
+  if (!scene_file.empty()) render = render_of(scene_file, options, reader, frames);
+  if (render.views.empty()) render.views = views_of(reader);
   if (turntable > 0) {
     if (frames.size() != 1 ||
         !std::binary_search(info.frames.begin(), info.frames.end(), frames[0])) {

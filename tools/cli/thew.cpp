@@ -74,7 +74,7 @@ CLI::App* add_bake(CLI::App& app, CommandOptions& options) {
 CLI::App* add_render(CLI::App& app, CommandOptions& options, fs::path& scene, int& turntable) {
   CLI::App* command = app.add_subcommand("render", "frames again from a cache, no simulation");
   command->add_option("BAKE", options.input, "bake.h5")->required();
-  command->add_option("--scene", scene, "scene whose views are drawn; its [render] is enough");
+  command->add_option("--scene", scene, "scene whose views are drawn; [render] alone is enough");
   command->add_option("--turntable", turntable, "pictures all round one frame, this many a view")
       ->check(CLI::Range(1, 10000));
   command->add_option("--out", options.out, "folder of the pictures")->required();

@@ -102,28 +102,18 @@ bool holds(const std::filesystem::path& file, const OwnFile& about) {
 std::string program_version() { return kVersion; }
 
 std::vector<SceneView> views_of(const BakeReader& bake) {
-  Bounds seen;
-  for (size_t i = 0; i < bake.info().frames.size(); ++i) {
-    const BakeFrame frame = bake.read(static_cast<int>(i));
-    for (const auto& mesh : frame.positions) {
-      for (const Vec3& p : mesh) seen.add(p);
-    }
-  }
-  SceneView view;
-  view.target = seen.centre();
-  const double half_tangent = 0.268;  // of 30 degrees
-  view.eye =
-      view.target + 0.55 * (seen.high - seen.low).norm() / half_tangent * Vec3(0.6, 0.15, 0.79);
-  std::vector<SceneView> views;
-  for (const BakeMesh& mesh : bake.info().meshes) {
-    if (mesh.kind == BakeMesh::Kind::kSkin) view.name = view.show = "skin";
-  }
-  if (view.name == "skin") views.push_back(view);
-  for (const char* show : {"muscles", "weights"}) {
+  SceneRender render;
+  const std::vector<BakeMesh>& meshes = bake.info().meshes;
+  const bool has_skin = std::any_of(meshes.begin(), meshes.end(), [](const BakeMesh& mesh) {
+    return mesh.kind == BakeMesh::Kind::kSkin;
+  });
+  for (const char* show : {"skin", "muscles", "weights"}) {
+    if (show == std::string("skin") && !has_skin) continue;
+    SceneView& view = render.views.emplace_back();
     view.name = view.show = show;
-    views.push_back(view);
+    view.from = Vec3(0.6, 0.15, 0.79);
   }
-  return views;
+  return frame_views(bake, bake.info().frames, render);
 }
 
 Pictures::Pictures(const std::filesystem::path& folder, const std::string& bake, int width,

@@ -16,7 +16,7 @@
 namespace thew::tools {
 
 /// Views for a bake whose scene is not at hand: skin, muscles and weights, from the front and the
-/// side, so far away that all meshes of all frames are seen.
+/// side, as near as shows all meshes of all frames.
 std::vector<SceneView> views_of(const BakeReader& bake);
 
 /// What draws: pictures of another version are drawn again.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "rig/vectorise.h"
 #include "skin/surface/box_query.h"
@@ -27,37 +28,55 @@ double half_area(const NodeBox& box) {
   for (const int corner : triangle) grow(box, x[corner], x[corner]);
 }
 
+// Of each triangle while a tree is built.
+struct Building {
+  std::vector<NodeBox> boxes;
+  Points centres;
+  std::vector<unsigned char> bin;  // in the node that is split
+  std::vector<int> later;          // scratch: those beyond the plane
+};
+
+THEW_VECTORISED
+void find_boxes(const Surface& surface, const Points& x, Building& building) {
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    NodeBox box = empty_box();
+    add_triangle(surface.triangles[t], x, box);
+    building.boxes[t] = box;
+    building.centres[t] = 0.5 * (box.low + box.high);
+  }
+}
+
 // Splits order[first, first + count) in two by the cheapest plane between the bins of the
 // centroids.
-int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first, int count) {
+THEW_VECTORISED
+int split(Building& building, std::vector<int>& order, int first, int count) {
+  const Points& centres = building.centres;
   NodeBox centroids = empty_box();
   for (int i = first; i < first + count; ++i) {
-    const NodeBox& box = boxes[order[i]];
-    const Point centre = 0.5 * (box.low + box.high);
-    grow(centroids, centre, centre);
+    grow(centroids, centres[order[i]], centres[order[i]]);
   }
   const Point extent = centroids.high - centroids.low;
   const int axis = longest_axis(extent);
   const int middle = first + count / 2;
-  const auto centre = [&](int t) { return 0.5 * (boxes[t].low[axis] + boxes[t].high[axis]); };
   const auto halve = [&] {
     std::nth_element(
         order.begin() + first, order.begin() + middle, order.begin() + first + count,
-        [&](int s, int t) { return centre(s) != centre(t) ? centre(s) < centre(t) : s < t; });
+        [&](int s, int t) {
+          return centres[s][axis] != centres[t][axis] ? centres[s][axis] < centres[t][axis] : s < t;
+        });
     return middle;
   };
   if (!(extent[axis] > 0.0)) return halve();
-  const auto bin_of = [&](int t) {
-    return std::min(kBins - 1,
-                    static_cast<int>(kBins * (centre(t) - centroids.low[axis]) / extent[axis]));
-  };
   std::array<NodeBox, kBins> bins;
   bins.fill(empty_box());
   int counts[kBins] = {};
   for (int i = first; i < first + count; ++i) {
-    const NodeBox& box = boxes[order[i]];
-    grow(bins[bin_of(order[i])], box.low, box.high);
-    ++counts[bin_of(order[i])];
+    const int t = order[i];
+    const double along = kBins * (centres[t][axis] - centroids.low[axis]) / extent[axis];
+    const int bin = std::min(kBins - 1, static_cast<int>(along));
+    building.bin[t] = static_cast<unsigned char>(bin);
+    grow(bins[bin], building.boxes[t].low, building.boxes[t].high);
+    ++counts[bin];
   }
   double right_cost[kBins] = {};
   NodeBox right = empty_box();
@@ -77,9 +96,18 @@ int split(const std::vector<NodeBox>& boxes, std::vector<int>& order, int first,
   }
   // A very uneven split would make the tree too deep on stretched data.
   if (left_count < count / 8 || count - left_count < count / 8) return halve();
-  std::stable_partition(order.begin() + first, order.begin() + first + count,
-                        [&](int t) { return bin_of(t) <= best; });
-  return first + left_count;
+  building.later.clear();
+  int kept = first;
+  for (int i = first; i < first + count; ++i) {
+    const int t = order[i];
+    if (building.bin[t] <= best) {
+      order[kept++] = t;
+    } else {
+      building.later.push_back(t);
+    }
+  }
+  std::copy(building.later.begin(), building.later.end(), order.begin() + kept);
+  return kept;
 }
 
 void divide_in_blocks(const Surface& surface, Bvh& bvh) {
@@ -199,17 +227,19 @@ bool are_near(const NodeBox& a, const NodeBox& b, double reach) {
 Bvh build_bvh(const Surface& surface, const Points& x) {
   Bvh bvh;
   const int count = static_cast<int>(surface.triangles.size());
-  std::vector<NodeBox> boxes(count, empty_box());
-  for (int t = 0; t < count; ++t) {
-    bvh.order.push_back(t);
-    add_triangle(surface.triangles[t], x, boxes[t]);
-  }
+  Building building;
+  building.boxes.resize(count);
+  building.centres.resize(count);
+  building.bin.resize(count);
+  find_boxes(surface, x, building);
+  bvh.order.resize(count);
+  std::iota(bvh.order.begin(), bvh.order.end(), 0);
   bvh.nodes.push_back({{}, {}, 0, count});
   for (size_t n = 0; n < bvh.nodes.size();
        ++n) {  // breadth first, so children come after their parents
     const int first = bvh.nodes[n].first, size = bvh.nodes[n].count;
     if (size <= kLeaf) continue;
-    const int middle = split(boxes, bvh.order, first, size);
+    const int middle = split(building, bvh.order, first, size);
     bvh.nodes[n].first = static_cast<int>(bvh.nodes.size());
     bvh.nodes[n].count = 0;
     bvh.nodes.push_back({{}, {}, first, middle - first});

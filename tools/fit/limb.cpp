@@ -73,6 +73,16 @@ Limb::Limb(const TriMesh& mesh) : mesh_(mesh) {
     for (const int i : t) reach = std::max(reach, (mesh.vertices[i] - middle).norm());
     balls_.push_back({middle, 1.001 * reach});
   }
+  for (size_t first = 0; first < balls_.size(); first += kGroup) {
+    const size_t end = std::min(first + kGroup, balls_.size());
+    Ball group{Vec3::Zero(), 0.0};
+    for (size_t i = first; i < end; ++i) group.middle += balls_[i].middle / (end - first);
+    for (size_t i = first; i < end; ++i) {
+      const double away = (balls_[i].middle - group.middle).norm();
+      group.reach = std::max(group.reach, 1.001 * (away + balls_[i].reach));
+    }
+    groups_.push_back(group);
+  }
   closed_ = is_closed(mesh);
 }
 
@@ -85,10 +95,12 @@ double Limb::way_out(const Vec3& from, const Vec3& to) const {
   };
   std::vector<Hit> hits;
   int inside = 0;
-  for (size_t i = 0; i < balls_.size(); ++i) {
-    const Vec3 off = balls_[i].middle - from;
+  const auto misses = [&](const Ball& ball) {
+    const Vec3 off = ball.middle - from;
     const double ahead = to.dot(off);
-    if (off.squaredNorm() - ahead * ahead > balls_[i].reach * balls_[i].reach) continue;
+    return ahead < -ball.reach || off.squaredNorm() - ahead * ahead > ball.reach * ball.reach;
+  };
+  look_at(misses, [&](size_t i) {
     const Triangle& t = mesh_.triangles[i];
     Eigen::Vector2d p[3];
     double depth[3];
@@ -102,7 +114,7 @@ double Limb::way_out(const Vec3& from, const Vec3& to) const {
       const int m = (k + 1) % 3;
       left[k] = t[k] < t[m] ? left_of(p[k], p[m]) : !left_of(p[m], p[k]);
     }
-    if (left[0] != left[1] || left[1] != left[2]) continue;
+    if (left[0] != left[1] || left[1] != left[2]) return;
     double share[3], sum = 0.0, at = 0.0;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector2d &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
@@ -110,10 +122,10 @@ double Limb::way_out(const Vec3& from, const Vec3& to) const {
       sum += share[k];
     }
     for (int k = 0; k < 3; ++k) at += sum == 0.0 ? depth[k] / 3.0 : share[k] / sum * depth[k];
-    if (at <= 0.0) continue;
+    if (at <= 0.0) return;
     hits.push_back({at, left[0] ? 1 : -1});
     inside += hits.back().out;
-  }
+  });
   std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.at < b.at; });
   for (const Hit& hit : hits) {
     if (inside <= 0) return -1.0;
@@ -125,24 +137,24 @@ double Limb::way_out(const Vec3& from, const Vec3& to) const {
 
 double Limb::outermost(const Vec3& from, const Vec3& to, double reach) const {
   double last = -1.0;
-  for (size_t i = 0; i < balls_.size(); ++i) {
-    const Vec3 off = balls_[i].middle - from;
-    const double ahead = to.dot(off), around = balls_[i].reach;
-    if (ahead + around < last || ahead - around > reach ||
-        off.squaredNorm() - ahead * ahead > around * around) {
-      continue;
-    }
+  const auto misses = [&](const Ball& ball) {
+    const Vec3 off = ball.middle - from;
+    const double ahead = to.dot(off), around = ball.reach;
+    return ahead + around < last || ahead - around > reach ||
+           off.squaredNorm() - ahead * ahead > around * around;
+  };
+  look_at(misses, [&](size_t i) {
     // from + s to = a + u (b - a) + v (c - a) (Möller, Trumbore 1997)
     const Triangle& t = mesh_.triangles[i];
     const Vec3& a = mesh_.vertices[t[0]];
     const Vec3 ab = mesh_.vertices[t[1]] - a, ac = mesh_.vertices[t[2]] - a;
     const Vec3 p = to.cross(ac), d = from - a, q = d.cross(ab);
     const double scale = ab.dot(p);
-    if (std::abs(scale) < 1e-12 * ab.norm() * ac.norm()) continue;  // seen edge-on
+    if (std::abs(scale) < 1e-12 * ab.norm() * ac.norm()) return;  // seen edge-on
     const double u = d.dot(p) / scale, v = to.dot(q) / scale, s = ac.dot(q) / scale;
-    if (u < -kRounding || v < -kRounding || u + v > 1.0 + kRounding) continue;
+    if (u < -kRounding || v < -kRounding || u + v > 1.0 + kRounding) return;
     if (s > 0.0 && s <= reach) last = std::max(last, s);
-  }
+  });
   return last;
 }
 
@@ -192,8 +204,10 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
   out.b = b;
   const Vec3 normal = a.cross(b);
   std::vector<Cut> cuts;
-  for (size_t i = 0; i < balls_.size(); ++i) {
-    if (std::abs(normal.dot(balls_[i].middle - at)) > balls_[i].reach) continue;
+  const auto misses = [&](const Ball& ball) {
+    return std::abs(normal.dot(ball.middle - at)) > ball.reach;
+  };
+  look_at(misses, [&](size_t i) {
     const Triangle& t = mesh_.triangles[i];
     std::vector<Point2> ends;
     for (int k = 0; k < 3; ++k) {
@@ -203,11 +217,11 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
       const Vec3 cut = p + over / (over - under) * (q - p);
       if (cut.norm() <= reach) ends.emplace_back(a.dot(cut), b.dot(cut));
     }
-    if (ends.empty()) continue;
+    if (ends.empty()) return;
     const Vec3 corner = mesh_.vertices[t[0]];
     const Vec3 face = (mesh_.vertices[t[1]] - corner).cross(mesh_.vertices[t[2]] - corner);
     cuts.push_back({ends.front(), ends.back(), face.dot(corner - at) > 0.0});
-  }
+  });
   std::vector<Point2> points;
   for (const Cut& cut : cuts) {
     if (!is_beyond(cut, cuts)) points.insert(points.end(), {cut.from, cut.to});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <vector>
@@ -38,12 +39,26 @@ class Limb {
                   double widest = std::numeric_limits<double>::infinity()) const;
 
  private:
-  struct Ball {  // around a triangle, so that most of them cost little
+  struct Ball {  // around triangles, so that most of them cost little
     Vec3 middle;
-    double reach;
+    double reach;  // m
   };
+  static constexpr size_t kGroup = 32;  // triangles, one after another in the file
+
+  /// Calls see(triangle), in their order, for those whose balls `misses` does not tell to be
+  /// missed.
+  template <typename Misses, typename See>
+  void look_at(const Misses& misses, const See& see) const {
+    for (size_t g = 0; g < groups_.size(); ++g) {
+      if (misses(groups_[g])) continue;
+      for (size_t i = g * kGroup; i < std::min((g + 1) * kGroup, balls_.size()); ++i) {
+        if (!misses(balls_[i])) see(i);
+      }
+    }
+  }
+
   const TriMesh& mesh_;
-  std::vector<Ball> balls_;
+  std::vector<Ball> balls_, groups_;  // of each triangle; of kGroup of them
   bool closed_ = false;
 };
 

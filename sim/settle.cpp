@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "sim/solver/drive.h"
-#include "sim/solver/health.h"
 #include "sim/step.h"
 
 namespace thew::sim {
@@ -25,6 +24,21 @@ Moved moved_since(const Points& before, const Points& now, Points& moves) {
     moves[i] = move;
   }
   return out;
+}
+
+// m, the farthest that a muscle's node has moved that no body carries. `before` is as moved_since()
+// leaves it: the positions now.
+double farthest_moved(const Model& model, const State& state, std::vector<Points>& before) {
+  double farthest = 0.0;
+  before.resize(state.muscles.size());
+  for (int m = 0; m < state.count(); ++m) {
+    const Points& x = state.muscles[m].x;
+    for (size_t i = 0; i < before[m].size(); ++i) {
+      if (!model.muscles[m].driven[i]) farthest = std::max(farthest, norm(x[i] - before[m][i]));
+    }
+    before[m] = x;
+  }
+  return farthest;
 }
 
 }  // namespace
@@ -53,15 +67,18 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
   Settled settled;
   StageSeconds unused;
   const double frame = 1.0 / model.fps, begin = state.time, moves_until = bind_to_first_ends(model);
+  std::vector<Points> before;
+  farthest_moved(model, state, before);
   while (state.time < -0.5 * frame && !settled.converged) {
-    const double time = std::min(0.0, state.time + frame);
+    const double time = std::min(0.0, state.time + frame), elapsed = time - state.time;
     step_frame(model, time, parallel, state, unused);
     for (const MuscleState& muscle : state.muscles) {
       settled.rungs += muscle.ladder.frame_rung > Rung::kSubsteps;
     }
     if (on_frame) on_frame();
     settled.seconds = time - begin;
-    settled.speed = fastest_node(model, state);
+    // Not by the velocities: a node that each step takes somewhere and contact back has one at rest.
+    settled.speed = farthest_moved(model, state, before) / elapsed;
     settled.converged = settled.speed < model.lengths.settled_speed && time >= moves_until;
   }
   state.time = 0.0;

@@ -11,9 +11,9 @@ namespace thew::sim {
 
 struct Settled {
   double seconds = 0.0;    ///< simulated until it ended
-  double speed = 0.0;      ///< m/s, of the fastest node at the end
+  double speed = 0.0;      ///< m/s, over the last frame, of the muscles' fastest free node
   int rungs = 0;           ///< frames of muscles that a rung stood in for (rungs.h)
-  bool converged = false;  ///< the fastest node is below Lengths::settled_speed in a second
+  bool converged = false;  ///< it was below Lengths::settled_speed
 };
 /// From rest in the bind pose, at state.time = -model.settle, to rest in the clip's first pose at
 /// time 0. Ends early where the muscles are at rest before. `on_frame` is called after each frame

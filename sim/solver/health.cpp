@@ -358,15 +358,4 @@ std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& stat
   return {};
 }
 
-double fastest_node(const Model& model, const State& state) {
-  double fastest = 0.0;
-  for (int m = 0; m < state.count(); ++m) {
-    const MuscleState& now = state.muscles[m];
-    for (size_t i = 0; i < now.v.size(); ++i) {
-      if (!model.muscles[m].driven[i]) fastest = std::max(fastest, norm(now.v[i]));
-    }
-  }
-  return fastest;
-}
-
 }  // namespace thew::sim

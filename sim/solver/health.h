@@ -38,7 +38,4 @@ std::optional<StepDiagnosis> diagnose_step(const Model& model, double h, const S
 /// The same of the skin: a position that is not finite or beyond 10 times the rig's extent.
 std::optional<StepDiagnosis> diagnose_skin(const Model& model, const State& state);
 
-/// Speed (m/s) of the fastest free node of all muscles.
-double fastest_node(const Model& model, const State& state);
-
 }  // namespace thew::sim

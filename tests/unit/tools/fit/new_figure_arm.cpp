@@ -9,6 +9,7 @@
 #include "sim/framing.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
 #include "tests/unit/tools/fit/new_figure.h"
@@ -228,6 +229,15 @@ TEST_F(NewFigure, ACameraGoesAlongAndShowsTheArmsWhole) {
     }
     EXPECT_NEAR(farthest, kFill, 0.01) << frame;
   }
+}
+
+// Contact holds some nodes where each step takes them out of: they rest all the same.
+TEST_F(NewFigure, ComesToRestBeforeItsTimeToSettleIsOver) {
+  Parallel parallel(1);
+  State state = initial_state(plain());
+  const Settled settled = settle(plain(), parallel, state);
+  EXPECT_TRUE(settled.converged) << settled.speed << " m/s";
+  EXPECT_LT(settled.seconds, 0.8 * plain().settle);
 }
 
 // Alike in the small and in the large: sizes, volumes, what the scene says of its size, and what

@@ -2,9 +2,7 @@
 #include "rig/import/child.h"
 
 #include <fcntl.h>
-#include <malloc.h>
 #include <poll.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -77,6 +75,18 @@ bool receive_all(int socket, void* to, std::size_t bytes) {
     bytes -= static_cast<std::size_t>(got);
   }
   return true;
+}
+
+bool send_text(int socket, std::string_view text) {
+  const std::uint64_t bytes = text.size();
+  return send_all(socket, &bytes, sizeof bytes) && send_all(socket, text.data(), text.size());
+}
+
+bool receive_text(int socket, std::string& text) {
+  std::uint64_t bytes = 0;
+  if (!receive_all(socket, &bytes, sizeof bytes)) return false;
+  text.resize(bytes);
+  return receive_all(socket, text.data(), bytes);
 }
 
 // Bytes of address space that the process has; 0 where the system does not tell.
@@ -155,20 +165,6 @@ bool receive_file(int socket, OpenFile& file) {
   return true;
 }
 
-// assimp fills 16 MiB for each file, which would be 4,096 page faults. Asks for large pages at the
-// top of the heap, from which it then gets them, and where they stay.
-void take_large_pages() {
-#ifndef THEW_SANITIZED
-  constexpr std::size_t kHeap = std::size_t{24} << 20, kPage = std::size_t{2} << 20;  // bytes
-  ::mallopt(M_MMAP_THRESHOLD, 2 * kHeap);
-  ::mallopt(M_TRIM_THRESHOLD, 2 * kHeap);
-  void* heap = std::malloc(kHeap);
-  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(heap) + kPage - 1) / kPage * kPage;
-  if (heap) ::madvise(reinterpret_cast<void*>(begin), kHeap - kPage, MADV_HUGEPAGE);
-  std::free(heap);
-#endif
-}
-
 // It dies with its parent, says nothing, leaves no core, and is no place for anyone's handlers.
 // Returns the socket, clear of the standard streams, one of which it is where the parent has closed
 // its own; of the parent's other descriptors it has none.
@@ -184,7 +180,6 @@ int become_child(pid_t parent, std::uint64_t memory, int socket) {
   if (clear > STDERR_FILENO + 1) ::close_range(STDERR_FILENO + 1, clear - 1, 0);
   ::close_range(clear + 1, ~0u, 0);
   limit(RLIMIT_CORE, 0);
-  take_large_pages();
   if (const std::uint64_t now = address_space()) limit(RLIMIT_AS, now + memory);
 #ifndef THEW_SANITIZED
   confine_process();
@@ -202,14 +197,14 @@ void allow_seconds(unsigned seconds) {
 
 // noexcept: the child must not unwind into what its parent was doing.
 [[noreturn]] void serve(int socket, unsigned seconds, const Child::Answer& answer) noexcept {
-  std::uint64_t bytes = 0;
-  while (receive_all(socket, &bytes, sizeof bytes)) {
+  for (std::string path; receive_text(socket, path);) {
+    path_of_child = path;
     allow_seconds(seconds);
     std::string text;
     std::uint64_t code = 0;
     try {
-      std::string request(bytes, '\0');
-      if (!receive_all(socket, request.data(), bytes)) break;
+      std::string request;
+      if (!receive_text(socket, request)) break;
       text = answer(request);
     } catch (const Error& error) {
       code = kFirstError + static_cast<std::uint64_t>(error.code());
@@ -285,10 +280,9 @@ std::unique_lock<std::recursive_mutex> keep_from_forking() {
 }
 
 Child::Child(std::filesystem::path file, std::string advice, const Answer& answer)
-    : file_(std::move(file)), advice_(std::move(advice)) {
+    : advice_(std::move(advice)) {
+  turn_to(std::move(file));
   std::error_code error;
-  real_ = std::filesystem::canonical(file_, error);
-  if (error) real_ = std::filesystem::absolute(file_, error);
   const std::uintmax_t size = std::filesystem::file_size(file_, error);
   memory_ = kMemory + (error ? 0 : kMemoryPerByte * size);
   seconds_ = kSeconds + static_cast<unsigned>(error ? 0 : size / kBytesPerSecond);
@@ -308,7 +302,6 @@ Child::Child(std::filesystem::path file, std::string advice, const Answer& answe
   auto forking = keep_from_forking();
   process_ = ::fork();
   if (process_ == 0) {
-    path_of_child = real_;
     socket_of_child = become_child(parent, memory_, sockets[1]);
     serve(socket_of_child, seconds_, answer);
   }
@@ -330,6 +323,13 @@ Child::~Child() {
   if (process_ < 0) return;
   ::kill(process_, SIGKILL);
   while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) continue;
+}
+
+void Child::turn_to(std::filesystem::path file) {
+  file_ = std::move(file);
+  std::error_code error;
+  real_ = std::filesystem::canonical(file_, error);
+  if (error) real_ = std::filesystem::absolute(file_, error);
 }
 
 void Child::refuse(const std::string& what) const {
@@ -410,11 +410,7 @@ std::string Child::answer_here(std::string_view request) {
 std::string Child::ask(std::string_view request) {
   if (answer_) return answer_here(request);
   if (process_ < 0) refuse("its reader has ended");
-  const std::uint64_t bytes = request.size();
-  if (!send_all(socket_, &bytes, sizeof bytes) ||
-      !send_all(socket_, request.data(), request.size())) {
-    fail();
-  }
+  if (!send_text(socket_, real_.native()) || !send_text(socket_, request)) fail();
   Header header{};
   std::string text;
   for (int files = 0;; ++files) {

@@ -39,6 +39,9 @@ class Child {
 
   /// What `answer` returned; an Error that it threw is thrown here.
   std::string ask(std::string_view request = {});
+  /// What it is asked from now on is about this file. Its limits stay: 8 MiB are read within those
+  /// of the smallest.
+  void turn_to(std::filesystem::path file);
   /// What came is not what `answer` can have sent.
   [[noreturn]] void refuse(const std::string& what) const;
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "rig/import/assimp_scene.h"
@@ -199,16 +200,19 @@ void walk(Archive& archive, Raw& raw) {
   archive.number(raw.coloured);
 }
 
-// Reads the file in a child process, because assimp 5.2 hangs or crashes on some damaged files of
-// all formats.
-Raw read_in_child(const fs::path& file) {
-  Child child(file, "export it again, for instance as OBJ", [&](std::string_view) {
-    Raw mesh = read_through_assimp(file);
-    Packer packer;
-    walk(packer, mesh);
-    return packer.bytes;
-  });
-  const std::string bytes = child.ask();
+// Where meshes are read, because assimp 5.2 hangs or crashes on some damaged files of all formats.
+struct MeshReader : Child {
+  explicit MeshReader(const fs::path& file)
+      : Child(file, "export it again, for instance as OBJ", [](std::string_view name) {
+          Raw mesh = read_through_assimp(fs::path(name));
+          Packer packer;
+          walk(packer, mesh);
+          return packer.bytes;
+        }) {}
+};
+
+Raw read_by(Child& child, const fs::path& file) {
+  const std::string bytes = child.ask(file.native());
   Raw raw;
   Unpacker unpacker{bytes};
   walk(unpacker, raw);
@@ -229,6 +233,30 @@ Raw read_in_child(const fs::path& file) {
   return raw;
 }
 
+thread_local bool is_shared = false;
+thread_local std::unique_ptr<MeshReader> shared_reader;
+
+Raw read_in_child(const fs::path& file) {
+  constexpr std::uintmax_t kMostShared = std::uintmax_t{8} << 20;  // bytes
+  std::error_code error;
+  if (!is_shared || fs::file_size(file, error) > kMostShared) {
+    MeshReader reader(file);
+    return read_by(reader, file);
+  }
+  if (shared_reader) {
+    try {
+      shared_reader->turn_to(file);
+      return read_by(*shared_reader, file);
+    } catch (const Error&) {  // of this file's making or of an earlier one's: another is asked
+      shared_reader.reset();
+    }
+  }
+  auto reader = std::make_unique<MeshReader>(file);
+  const Raw raw = read_by(*reader, file);
+  shared_reader = std::move(reader);
+  return raw;
+}
+
 FileOrder file_order(const Raw& raw, const std::vector<int>& map_back) {
   FileOrder order{map_back, {}};
   for (const Triangle& t : raw.mesh.triangles) {
@@ -239,6 +267,14 @@ FileOrder file_order(const Raw& raw, const std::vector<int>& map_back) {
 }
 
 }  // namespace
+
+SharedReader::SharedReader() : first_(!std::exchange(is_shared, true)) {}
+
+SharedReader::~SharedReader() {
+  if (!first_) return;
+  is_shared = false;
+  shared_reader.reset();
+}
 
 ImportedMesh import_mesh(const fs::path& file) {
   const std::string ending = lower_ending(file);

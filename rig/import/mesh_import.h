@@ -24,6 +24,20 @@ struct ImportedMesh {
 /// user can do.
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
+/// While one lives, its thread reads meshes one after another in one child: forking one for each of
+/// the 34 of a scene takes longer than the reading. For files that come together, as a scene's do,
+/// since what harms the child in one could forge another. What it refuses is read anew by itself.
+class SharedReader {
+ public:
+  SharedReader();
+  ~SharedReader();
+  SharedReader(const SharedReader&) = delete;
+  SharedReader& operator=(const SharedReader&) = delete;
+
+ private:
+  bool first_;  ///< else another lives around it
+};
+
 /// A number for each vertex of a PLY or glTF file, in its order: a property of the points of the
 /// one, a custom attribute ("_THEW_FAT") of the other. Throws Error(kInput), which lists what there
 /// is.

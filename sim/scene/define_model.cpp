@@ -390,6 +390,7 @@ Integrator integrator_of(const std::string& word) {
 }
 
 ModelDef define_model(const Scene& scene) {
+  const SharedReader reader;
   ModelDef def;
   static_cast<World&>(def) = scene;
   def.source = scene.file.string();

@@ -46,6 +46,7 @@ void append_mesh(const TriMesh& mesh, TriMesh& to) {
 
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
+  const SharedReader reader;
   Template of;
   of.scene = read_scene(own_asset("arm/arm.toml"));
   of.skeleton = import_urdf(of.scene.rig, of.scene.folder);

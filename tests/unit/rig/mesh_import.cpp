@@ -108,6 +108,29 @@ TEST_F(Import, ObjCubeIsTriangulatedAndWelded) {
   EXPECT_NO_THROW(import_closed_mesh(folder / "cube.obj"));
 }
 
+// In one child, each below its own folder, and as each is by itself; a bad one harms no other.
+TEST_F(Import, ASharedReaderReadsWhatEachOfItsOwnReads) {
+  fs::create_directories(folder / "below");
+  const fs::path cube = write("cube.obj", cube_obj());
+  const fs::path other = write("below/cube.obj", "v 0 0 5\n" + cube_obj());
+  const fs::path bad = write("bad.obj", "v 0 0 x\n");
+  const std::string refused = error_of(bad);
+  const ImportedMesh alone = import_mesh(cube), other_alone = import_mesh(other);
+  const auto expect_same = [](const ImportedMesh& mesh, const ImportedMesh& as) {
+    EXPECT_EQ(mesh.mesh.vertices, as.mesh.vertices);
+    EXPECT_EQ(mesh.mesh.triangles, as.mesh.triangles);
+    EXPECT_EQ(mesh.map_back, as.map_back);
+  };
+  const SharedReader outer;
+  for (int round = 0; round < 2; ++round) {
+    const SharedReader inner;
+    expect_same(import_mesh(cube), alone);
+    EXPECT_EQ(error_of(bad), refused);
+    expect_same(import_mesh(other), other_alone);
+    expect_same(import_mesh(cube), alone);
+  }
+}
+
 TEST_F(Import, PointsAndLinesAreLeftOut) {
   const auto file = write("mixed.obj", cube_obj() + "v 9 9 9\nv 8 8 8\np 9\nl 9 10\nf 1 1 2\n");
   const TriMesh mesh = import_closed_mesh(file);

@@ -174,29 +174,15 @@ void frame_view(const Model& model, double aspect, SceneView& view) {
   fit.set(view);
 }
 
-void frame_view(const BakeReader& bake, const std::vector<int>& frames, double aspect,
-                SceneView& view) {
-  if (!view.follow.empty()) {
-    refuse(view,
-           "follows \"" + view.follow + "\", but its file has no [rig]; give the bake's scene");
-  }
-  Fit fit = fit_of(view, aspect);
-  const BakeInfo& info = bake.info();
-  for (size_t i = 0; i < info.frames.size(); ++i) {
-    if (std::find(frames.begin(), frames.end(), info.frames[i]) == frames.end()) continue;
-    const BakeFrame frame = bake.read(static_cast<int>(i));
-    for (size_t m = 0; m < info.meshes.size(); ++m) {
-      if (info.meshes[m].kind == BakeMesh::Kind::kProp) continue;
-      for (const Vec3& p : frame.positions[m]) fit.add(p);
-    }
-  }
-  if (fit.empty()) refuse(view, "has nothing to look at in these frames of the bake");
-  fit.set(view);
+}  // namespace
+
+bool follows_motion(const SceneRender& render) {
+  return std::any_of(render.views.begin(), render.views.end(), [](const SceneView& view) {
+    return !view.from.isZero() || !view.follow.empty();
+  });
 }
 
-// Frames each view that is not fixed, those of one direction once.
-template <typename FrameView>
-std::vector<SceneView> frame_each(const SceneRender& render, FrameView&& frame) {
+std::vector<SceneView> frame_views(const Model& model, const SceneRender& render) {
   std::vector<SceneView> views = render.views;
   for (size_t v = 0; v < views.size(); ++v) {
     SceneView& view = views[v];
@@ -207,7 +193,7 @@ std::vector<SceneView> frame_each(const SceneRender& render, FrameView&& frame) 
                  other.up == view.up && other.field_of_view == view.field_of_view;
         });
     if (same == views.begin() + static_cast<long>(v)) {
-      frame(1.0 * render.width / render.height, view);
+      frame_view(model, 1.0 * render.width / render.height, view);
       continue;
     }
     view.eye = same->eye, view.target = same->target;
@@ -216,23 +202,34 @@ std::vector<SceneView> frame_each(const SceneRender& render, FrameView&& frame) 
   return views;
 }
 
-}  // namespace
-
-bool follows_motion(const SceneRender& render) {
-  return std::any_of(render.views.begin(), render.views.end(), [](const SceneView& view) {
-    return !view.from.isZero() || !view.follow.empty();
-  });
-}
-
-std::vector<SceneView> frame_views(const Model& model, const SceneRender& render) {
-  return frame_each(render,
-                    [&](double aspect, SceneView& view) { frame_view(model, aspect, view); });
-}
-
 std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int>& frames,
                                    const SceneRender& render) {
-  return frame_each(
-      render, [&](double aspect, SceneView& view) { frame_view(bake, frames, aspect, view); });
+  std::vector<SceneView> views = render.views;
+  std::vector<std::pair<SceneView*, Fit>> fits;
+  for (SceneView& view : views) {
+    if (!view.follow.empty()) {
+      refuse(view,
+             "follows \"" + view.follow + "\", but its file has no [rig]; give the bake's scene");
+    }
+    if (view.from.isZero()) continue;
+    fits.emplace_back(&view, fit_of(view, 1.0 * render.width / render.height));
+  }
+  const BakeInfo& info = bake.info();
+  for (size_t i = 0; i < info.frames.size(); ++i) {
+    if (std::find(frames.begin(), frames.end(), info.frames[i]) == frames.end()) continue;
+    const BakeFrame frame = bake.read(static_cast<int>(i));
+    for (size_t m = 0; m < info.meshes.size(); ++m) {
+      if (info.meshes[m].kind == BakeMesh::Kind::kProp) continue;
+      for (auto& [view, fit] : fits) {
+        for (const Vec3& p : frame.positions[m]) fit.add(p);
+      }
+    }
+  }
+  for (const auto& [view, fit] : fits) {
+    if (fit.empty()) refuse(*view, "has nothing to look at in these frames of the bake");
+    fit.set(*view);
+  }
+  return views;
 }
 
 SceneView view_at(const SceneView& view, int frame) {

@@ -206,8 +206,9 @@ function over_flesh(truth, side, reach) {
 // elbow that is far: two tubes of radius r meet at r / cos(a / 2) from its axis, a its angle, and
 // weights of a half leave the skin at r cos(a / 2), deep in the flesh. So in each frame and arm the
 // most that the skin has gone, beside what its weights make of it as the first frame has it, is
-// held against the most by which the flesh below has come up, along what the weights make of the
-// line from there to the skin.
+// held against the most that the flesh below has, beside what they make of that: whole ways against
+// whole ways, since in a fold both slide, and ways out of the limb against such, along what the
+// weights make of the line from the flesh to the skin.
 async function displacement(file, truth) {
   const { thing, seek, carry } = await play(file);
   const skin = truth.meshes.find((mesh) => mesh.name === 'skin');
@@ -223,18 +224,26 @@ async function displacement(file, truth) {
   for (let i = 1; i < truth.frames.length; ++i) {
     seek((truth.frames[i] - 1) / truth.fps);
     for (const pairs of arms) {
-      let gone = 0, come = 0;
+      const gone = { whole: 0, outward: 0 }, come = { whole: 0, outward: 0 };
       for (const { v, was, flesh, above } of pairs) {
-        const carried = carry(v, was), out = carried.clone().sub(carry(v, flesh.was)).normalize();
-        const level = out.dot(place_of(truth, flesh.mesh, i, flesh.node)) + above;
-        gone = Math.max(gone, carried.distanceTo(place_of(truth, skin, i, v)));
-        come = Math.max(come, Math.abs(level - out.dot(carried)));
+        const carried = carry(v, was), below = carry(v, flesh.was);
+        const out = carried.clone().sub(below).normalize();
+        const skin_way = place_of(truth, skin, i, v).sub(carried);
+        const flesh_now = place_of(truth, flesh.mesh, i, flesh.node);
+        const level = out.dot(flesh_now) + above - out.dot(carried);
+        gone.whole = Math.max(gone.whole, skin_way.length());
+        come.whole = Math.max(come.whole, flesh_now.distanceTo(below));
+        gone.outward = Math.max(gone.outward, Math.abs(skin_way.dot(out)));
+        come.outward = Math.max(come.outward, Math.abs(level));
       }
-      if (!(gone > 1e-4 && gone <= come)) {
-        wrong.push(`frame ${truth.frames[i]}: skin by ${gone} m, flesh by ${come} m`);
+      for (const kind of ['whole', 'outward']) {
+        if (!(gone[kind] > 1e-4 && gone[kind] <= come[kind])) {
+          wrong.push(`frame ${truth.frames[i]}: skin by ${gone[kind]} m (${kind} way), ` +
+                     `flesh by ${come[kind]} m`);
+        }
+        closest = Math.max(closest, gone[kind] / come[kind]);
       }
-      farthest = Math.max(farthest, gone);
-      closest = Math.max(closest, gone / come);
+      farthest = Math.max(farthest, gone.whole);
     }
   }
   console.log(`${place} take the skin along by up to ${(1e3 * farthest).toFixed(1)} mm, at most ` +

@@ -36,14 +36,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void append_mesh(const TriMesh& mesh, TriMesh& to) {
-  const int first = static_cast<int>(to.vertices.size());
-  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-  for (const Triangle& t : mesh.triangles) {
-    to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-}
-
 // Beside the program, where it was installed; else in the tree it was built from.
 Template read_template() {
   const SharedReader reader;
@@ -68,14 +60,13 @@ Template read_template() {
     append(of.muscles.back());
   }
   of.bones.resize(of.skeleton.size());
-  const int hand = find_body(of.skeleton, "hand");
   for (int b = 0; b < of.skeleton.size(); ++b) {
     for (const Skeleton::Visual& visual : of.skeleton.visuals[b]) {
       TriMesh mesh = import_bone(visual.mesh_file);
       for (Vec3& p : mesh.vertices) {
         p = of.rest[b] * (visual.in_body * Vec3(visual.scale.cwiseProduct(p)));
       }
-      append_mesh(mesh, of.bones[hangs_on(of.skeleton, b, hand) ? hand : b]);
+      append_mesh(mesh, of.bones[b]);
     }
   }
   for (const char* name : {"humerus", "ulna", "radius"}) {

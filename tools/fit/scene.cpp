@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "rig/character_bones.h"
 #include "rig/math.h"
 #include "rig/text.h"
 #include "tools/base/obj_text.h"
@@ -61,6 +62,14 @@ double thinnest_section(const TriMesh& tube, const TriMesh& of_template) {
 
 }  // namespace
 
+void append_mesh(const TriMesh& mesh, TriMesh& to) {
+  const int first = static_cast<int>(to.vertices.size());
+  to.vertices.insert(to.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const Triangle& t : mesh.triangles) {
+    to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
 std::vector<Ring> rings_of(const TriMesh& tube) {
   const auto at_pole = [](const Triangle& t) { return t[0] == 0 || t[1] == 0 || t[2] == 0; };
   const int nodes =
@@ -82,25 +91,50 @@ std::array<double, 2> thickness_of(const Target& to) {
 
 namespace {
 
-void add_bones(Target& to, NewArms& out) {
-  const Template& from = to.from;
-  for (int b = 0; b < from.skeleton.size(); ++b) {
-    if (from.bones[b].triangles.empty()) continue;
-    const int body = to.body_of(b);
-    const std::string name = from.skeleton.body_names[b] + "_" + to.side;
-    TriMesh mesh = mapped_mesh(to, from.bones[b]);
-    if (body == to.arm.hand && !(to.in_hand = fit_hand(to, mesh))) {
+// Its table in the scene; `mesh` is in the rest pose.
+std::string add_bone(const Target& to, const std::string& of_template, int body, TriMesh mesh,
+                     NewArms& out) {
+  const std::string name = of_template + "_" + to.side;
+  for (Vec3& p : mesh.vertices) p = to.rest[body].inverse() * p;
+  const fs::path file = fs::path("bones") / (name + ".obj");
+  out.files.push_back(
+      {file, name + " in the frame of " + to.name_of(body) + ", metres; made by thew new", mesh});
+  return "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
+         "\nmesh = " + quoted(file.string()) + "\n\n";
+}
+
+// Each in a finger of the character's own; where it has none, all in one.
+void add_hand(Target& to, std::vector<HandBone> hand, NewArms& out) {
+  const std::vector<std::string>& names = to.from.skeleton.body_names;
+  if (!(to.in_hand = fit_fingers(to, hand))) {
+    for (size_t i = 1; i < hand.size(); ++i) append_mesh(hand[i].mesh, hand[0].mesh);
+    hand.resize(1);
+    if (!(to.in_hand = fit_hand(to, hand[0].mesh))) {
       out.handless.push_back(to.side);
-      continue;
+      return;
     }
-    if (body == to.arm.hand) out.hands += (out.hands.empty() ? "" : ", ") + quoted(name);
-    for (Vec3& p : mesh.vertices) p = to.rest[body].inverse() * p;
-    const fs::path file = fs::path("bones") / (name + ".obj");
-    out.files.push_back(
-        {file, name + " in the frame of " + to.name_of(body) + ", metres; made by thew new", mesh});
-    out.rig += "[[rig.bone]]\nname = " + quoted(name) + "\nbody = " + quoted(to.name_of(body)) +
-               "\nmesh = " + quoted(file.string()) + "\n\n";
   }
+  for (const HandBone& bone : hand) {
+    std::string& where = bone.of_template == hand[0].of_template ? out.rig : out.fingers;
+    where += add_bone(to, names[bone.of_template], bone.body, bone.mesh, out);
+  }
+  out.hands += (out.hands.empty() ? "" : ", ") + quoted("hand_" + to.side);
+}
+
+void add_bones(Target& to, NewArms& out) {
+  const Skeleton& skeleton = to.from.skeleton;
+  const int wrist = find_body(skeleton, "hand");
+  std::vector<HandBone> hand;
+  for (int b = 0; b < skeleton.size(); ++b) {
+    if (to.from.bones[b].triangles.empty()) continue;
+    const TriMesh mesh = mapped_mesh(to, to.from.bones[b]);
+    if (hangs_on(skeleton, b, wrist)) {
+      hand.push_back({b, mesh, b == wrist ? to.arm.hand : -1});
+    } else {
+      out.rig += add_bone(to, skeleton.body_names[b], to.body_of(b), mesh, out);
+    }
+  }
+  add_hand(to, std::move(hand), out);
 }
 
 void add_muscles(const Target& to, NewArms& out) {
@@ -271,7 +305,7 @@ std::string scene_text(const std::string& name, const fs::path& character_file, 
          quoted(character_file.string()) + "\n" +
          (scale == 1.0 ? "" : "scale = " + number_text(scale) + "\n") + "\n" + arms.rig +
          clip_text(arms, character) + arms.muscles + skin_text(arms) + contact_text(contact, arms) +
-         "[render]\nsize = [960, 720]\n\n" + views +
+         arms.fingers + "[render]\nsize = [960, 720]\n\n" + views +
          "# As float32 writes it, some 1e-6 of a thin muscle a metre from the origin; with\n"
          "# [output] precision = \"double\" 1e-13 is met.\n[[bound]]\nvolume_error = 1e-5\n";
 }

@@ -14,7 +14,7 @@ struct Template {
   Skeleton skeleton;
   Pose rest;
   std::vector<TriMesh> muscles;  // as those of the scene
-  std::vector<TriMesh> bones;    // by body, a hand's in one; at rest, in the world
+  std::vector<TriMesh> bones;    // by body; at rest, in the world
   Vec3 humerus;                  // its origin at rest
   ArmTemplate arm;
 };
@@ -88,6 +88,7 @@ struct NewFile {
 struct NewArms {
   std::vector<NewFile> files;
   std::string rig, muscles, ignore, keys;
+  std::string fingers;                    ///< their bones, as `rig` has the others
   std::string hands;                      ///< names of their bones, quoted, with commas between
   std::vector<std::string> outside;       ///< muscles that stand out of the skin
   std::vector<std::string> threads;       ///< muscles too thin to be any, with why
@@ -129,6 +130,20 @@ std::array<double, 2> thickness_of(const Target& to);
 /// Moves the hand's bones, mapped as the forearm's, into the character's hand. Returns
 /// Target::in_hand; empty where there is no room for them.
 std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones);
+
+/// One of the hand's bones: `mesh` is mapped as the forearm's, in the rest pose.
+struct HandBone {
+  int of_template;            ///< its body there
+  TriMesh mesh;               ///< m
+  int body = -1;              ///< of the character, on which it hangs
+  Vec3 joint = Vec3::Zero();  ///< m, where it begins; filled by fit_fingers
+};
+/// As fit_hand, for a character with fingers of its own, of which each gets its own bones: a thumb
+/// and two to four others. What it has no finger for is dropped. Empty, and `bones` as they were,
+/// where its bodies tell no such fingers or there is no room in them.
+std::function<Vec3(const Vec3&)> fit_fingers(const Target& to, std::vector<HandBone>& bones);
+/// Adds the triangles of a mesh to another.
+void append_mesh(const TriMesh& mesh, TriMesh& to);
 
 /// The scene's table of a template's muscle; `mesh` is its file in the scene's folder.
 std::string muscle_text(const Target& to, const SceneMuscle& muscle, const std::string& name,

@@ -25,7 +25,7 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
   const Scene scene = read_scene(options.out);
   const Model model = build_model(scene);  // all meshes closed, outward
   ASSERT_EQ(model.muscles.size(), 24u);
-  EXPECT_EQ(model.bones.size(), 10u);
+  EXPECT_EQ(model.bones.size(), 26u);  // of which each hand's four fingers have two
   for (size_t m = 0; m < 12; ++m) {
     EXPECT_EQ(
         model.muscles[m].name,

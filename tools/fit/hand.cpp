@@ -97,37 +97,39 @@ double widest_in(const Hand& hand, const std::vector<Vec3>& points) {
 
 std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones) {
   const Transform hang = to.fit.hang;
-  for (Vec3& p : bones.vertices) p = hang.inverse() * p;
+  std::vector<Vec3> own = bones.vertices;
+  for (Vec3& p : own) p = hang.inverse() * p;
   const Vec3 wrist = to.straight[to.arm.hand].translation();
-  const Vec3 way = middle_of(to.hand) - wrist, own_way = middle_of(bones) - wrist;
+  const Vec3 way = middle_of(to.hand) - wrist, own_way = middle_of({own, bones.triangles}) - wrist;
   if (to.hand.triangles.empty() || !(way.norm() > 1e-6) || !(own_way.norm() > 1e-6)) return {};
   const auto hand = std::make_shared<const Hand>(to.hand, wrist, way.normalized());
   const Mat3 turn = least_turn(own_way.normalized(), hand->along);
-  for (Vec3& p : bones.vertices) p = wrist + turn * (p - wrist);
-  const double own = farthest(bones, wrist, hand->along);
-  double longer = std::min(kMostLonger, kEnd * hand->length / own);
-  double reach = 0.0;
+  double farthest_own = 0.0, reach = 0.0;
+  for (Vec3& p : own) {
+    p = wrist + turn * (p - wrist);
+    farthest_own = std::max(farthest_own, hand->at(p));
+  }
   for (const Triangle& t : to.hand.triangles) {
     for (const int i : t) reach = std::max(reach, (to.hand.vertices[i] - wrist).norm());
   }
   if (reach < kStump * (wrist - to.straight[to.arm.forearm].translation()).norm()) return {};
+  double longer = std::min(kMostLonger, kEnd * hand->length / farthest_own);
   // Where fingers are bent or spread, shorter bones end before that.
   for (; longer >= kShortest; longer *= kShorter) {
     const auto lengthened = [=](const Vec3& p) {
       return Vec3(p + (longer - 1.0) * hand->at(p) * hand->along);
     };
-    std::vector<Vec3> points = bones.vertices;
+    std::vector<Vec3> points = own;
     for (Vec3& p : points) p = lengthened(p);
     const double share = widest_in(*hand, points);
     if (share < kNarrowest) continue;
-    for (size_t i = 0; i < points.size(); ++i) {
-      bones.vertices[i] = hang * hand->placed(points[i], share);
-    }
-    return [=](const Vec3& p) {
+    const auto placed = [=](const Vec3& p) {
       const Vec3 before = hang.inverse() * p, turned = wrist + turn * (before - wrist);
       const Vec3 after = hand->placed(lengthened(turned), share);
       return Vec3(hang * (before + hand->beyond(turned) * (after - before)));
     };
+    for (Vec3& p : bones.vertices) p = placed(p);
+    return placed;
   }
   return {};
 }

@@ -12,6 +12,7 @@ namespace thew::tools {
 namespace {
 
 constexpr size_t kMostFingers = 5;
+constexpr size_t kFewest = 2;       // bodies of a finger
 constexpr size_t kPhalanges = 3;    // a finger's, and a thumb's with its metacarpal
 constexpr double kAtWrist = 0.1;    // of the hand's length: what begins nearer is no finger
 constexpr double kThumb = 0.8;      // nearer to the wrist than the other fingers begin, in the mean
@@ -80,6 +81,7 @@ std::vector<std::vector<int>> chains_of(const Target& to) {
          b = above(b)) {
       chain.insert(chain.begin(), b);
     }
+    if (chain.size() < kFewest) chains.pop_back();  // what the hand holds or wears
   }
   return chains;
 }

@@ -202,6 +202,18 @@ std::vector<SceneView> frame_views(const Model& model, const SceneRender& render
   return views;
 }
 
+bool shows(const SceneView& view, BakeMesh::Kind kind) {
+  const bool of_skin = view.show == "skin";
+  switch (kind) {
+    case BakeMesh::Kind::kSkin:
+      return of_skin || view.show == "cutaway";
+    case BakeMesh::Kind::kProp:
+      return true;
+    default:
+      return !of_skin;
+  }
+}
+
 std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int>& frames,
                                    const SceneRender& render) {
   std::vector<SceneView> views = render.views;
@@ -221,6 +233,7 @@ std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int
     for (size_t m = 0; m < info.meshes.size(); ++m) {
       if (info.meshes[m].kind == BakeMesh::Kind::kProp) continue;
       for (auto& [view, fit] : fits) {
+        if (!shows(*view, info.meshes[m].kind)) continue;
         for (const Vec3& p : frame.positions[m]) fit.add(p);
       }
     }

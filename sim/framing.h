@@ -19,9 +19,13 @@ bool follows_motion(const SceneRender& render);
 std::vector<SceneView> frame_views(const Model& model, const SceneRender& render);
 inline constexpr double kFill = 0.92;
 
-/// The same of a bake without its scene: a view with `from` stands as near as shows all its meshes
-/// but props in `frames`, those of them that it has. Throws Error(kUsage) for a view that follows a
-/// body, since a bake has none, and where nothing is to be seen.
+/// Whether a view shows meshes of a kind: the skin alone, muscles and bones, or all of them; props
+/// always.
+bool shows(const SceneView& view, BakeMesh::Kind kind);
+
+/// The same of a bake without its scene: a view with `from` stands as near as shows all meshes that
+/// it draws, but props, in `frames`, those of them that the bake has. Throws Error(kUsage) for a
+/// view that follows a body, since a bake has none, and where nothing is to be seen.
 std::vector<SceneView> frame_views(const BakeReader& bake, const std::vector<int>& frames,
                                    const SceneRender& render);
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "rig/math.h"
+#include "sim/framing.h"
 #include "tools/render/camera.h"
 #include "tools/render/canvas.h"
 #include "tools/render/draw_geometry.h"
@@ -412,8 +413,9 @@ Image Renderer::draw(const SceneView& view, const std::vector<std::vector<Vec3>>
   Data& data = *data_;
   Canvas& canvas = data.canvas;
   canvas.context.make_current();
-  const bool skin = view.show == "skin", cut = view.show == "cutaway";
-  const ShownKinds shown = {!skin, !skin, skin || cut, true};
+  ShownKinds shown;
+  for (std::size_t k = 0; k < shown.size(); ++k)
+    shown[k] = shows(view, static_cast<BakeMesh::Kind>(k));
   data.send(positions, shown);
   const Shot shot = data.frame_shot(view, shown);
   canvas.clear(data.drawn);

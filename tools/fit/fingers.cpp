@@ -16,6 +16,7 @@ constexpr size_t kFewest = 2;       // bodies of a finger
 constexpr size_t kPhalanges = 3;    // a finger's, and a thumb's with its metacarpal
 constexpr double kAtWrist = 0.1;    // of the hand's length: what begins nearer is no finger
 constexpr double kThumb = 0.8;      // nearer to the wrist than the other fingers begin, in the mean
+constexpr double kAway = 0.4;       // of the palm's length: a thumb as far off lacks its metacarpal
 constexpr double kTip = 0.85;       // of the last phalanx' length, where its bone ends
 constexpr double kRound = 0.8;      // of it, where the fingertip begins to be round
 constexpr double kSkin = 0.05;      // of a finger's radius, outside of its bones
@@ -311,22 +312,38 @@ Vec3 end_of(const HandBone& bone) {
   });
 }
 
-// Places a finger's bones, which lie in the straight pose, and says on which bodies.
+// Places a bone, which lies in the straight pose, between two joints, as narrow as `skin` asks for.
+void place(const PalmMap& palm, const Vec3& from, const Vec3& to, const Limb& skin, int body,
+           HandBone& part) {
+  Phalanx bone{part.joint, end_of(part), from, to, {}, 0.0};
+  const Mat3 turn = palm.to.axes * palm.from.axes.transpose();
+  const Vec3 own = bone.b - bone.a, way = to - from;
+  bone.turn = least_turn(turn * own.normalized(), way.normalized()) * turn;
+  bone.across = std::min(palm.scale.z(), way.norm() / own.norm());
+  narrow(skin, part.mesh.vertices, bone);
+  for (Vec3& p : part.mesh.vertices) p = bone.placed(p);
+  part.body = body;
+}
+
+// A finger's bones on its bodies.
 void fit_finger(const Target& to, const Finger& finger, const std::string& name,
                 const PalmMap& palm, std::vector<HandBone>& bones) {
   const TriMesh around = skin_of(to, finger.bodies);
   const Limb skin(around), hand(to.hand);  // its first bone may lie in the palm
-  const Mat3 turn = palm.to.axes * palm.from.axes.transpose();
+  std::vector<Vec3> joints = finger.joints;
+  if (name == "thumb") {
+    HandBone& metacarpal = *bones_of(to, name, kPhalanges, bones).front();
+    const Vec3 on_wrist = palm.placed(metacarpal.joint);
+    const bool is_far = (joints[0] - on_wrist).norm() > kAway * palm.to.length;
+    // One that begins with its knuckle begins at the wrist all the same.
+    if (is_far && finger.bodies.size() == kPhalanges) joints[0] = on_wrist;
+    if (is_far && finger.bodies.size() < kPhalanges) {
+      place(palm, on_wrist, joints[0], hand, to.arm.hand, metacarpal);
+    }
+  }
   const std::vector<HandBone*> parts = bones_of(to, name, finger.bodies.size(), bones);
   for (size_t s = 0; s < parts.size(); ++s) {
-    Phalanx bone{
-        parts[s]->joint, end_of(*parts[s]), finger.joints[s], finger.joints[s + 1], {}, 0.0};
-    const Vec3 own = bone.b - bone.a, way = bone.to_b - bone.to_a;
-    bone.turn = least_turn(turn * own.normalized(), way.normalized()) * turn;
-    bone.across = std::min(palm.scale.z(), way.norm() / own.norm());
-    narrow(s == 0 ? hand : skin, parts[s]->mesh.vertices, bone);
-    for (Vec3& p : parts[s]->mesh.vertices) p = bone.placed(p);
-    parts[s]->body = finger.bodies[s];
+    place(palm, joints[s], joints[s + 1], s == 0 ? hand : skin, finger.bodies[s], *parts[s]);
   }
 }
 

@@ -55,7 +55,7 @@ using Fingers = std::map<std::string, std::vector<Vec3>>;
 
 // The figure's hands end at the knuckles; from there on spread fingers of two or three phalanges.
 // Their names tell neither the fingers nor their order.
-Fingers add_fingers(int fingers, int phalanges, Figure& figure) {
+Fingers add_fingers(int fingers, int phalanges, Figure& figure, double thumb_at = 0.015) {
   Fingers added;
   const Vec3 wrist(0.53, 1.075, 0.02), middle = wrist + Vec3(-0.007, 0.007, 0.006);  // of the hand
   const Vec3 along = (wrist - Vec3(0.37, 1.21, -0.035)).normalized(), ahead = Vec3::UnitZ();
@@ -81,7 +81,7 @@ Fingers add_fingers(int fingers, int phalanges, Figure& figure) {
     for (int f = 0; f < fingers; ++f) {
       const bool thumb = f == 0;
       const double place = thumb ? 0.03 : 0.025 - 0.05 * (f - 1) / (fingers - 2);  // m across
-      const Vec3 knuckle = middle + (thumb ? 0.03 : 0.085) * along + place * across;
+      const Vec3 knuckle = middle + (thumb ? thumb_at : 0.085) * along + place * across;
       const Vec3 way = (along + (thumb ? 0.9 : 8.0 * place) * across).normalized();
       std::vector<Vec3> joints;
       for (int k = 0; k <= phalanges; ++k) joints.push_back(mirrored(knuckle + 0.028 * k * way));
@@ -130,7 +130,9 @@ TEST_F(NewFingers, EachHasItsOwnBonesInIt) {
       const auto at = fingers.find(model.skeleton.body_names[bone.body]);
       const std::string name = bone.name.substr(0, bone.name.find('_'));
       const bool of_finger = std::count(of.names.begin(), of.names.end(), name) > 0;
-      EXPECT_EQ(of_finger, at != fingers.end()) << bone.name;
+      // The thumb's metacarpal may be the palm's.
+      const bool on_finger = at != fingers.end() || bone.name.starts_with("thumb_metacarpal");
+      EXPECT_EQ(of_finger, on_finger) << bone.name;
       if (!of_finger || at == fingers.end()) continue;
       ++found;
       const Vec3 &a = at->second[0], &b = at->second[1];
@@ -145,6 +147,29 @@ TEST_F(NewFingers, EachHasItsOwnBonesInIt) {
                 of.phalanges, found, 1e3 * farthest);
     EXPECT_EQ(found, 2 * of.phalanges * of.names.size());
     EXPECT_LT(farthest, kRadius);
+  }
+}
+
+// Bones of such a thumb hung in the air beside the hand.
+TEST_F(NewFingers, AThumbThatBeginsWithItsKnuckleIsOnTheWrist) {
+  for (const int phalanges : {2, 3}) {
+    Figure figure;
+    add_fingers(4, phalanges, figure, 0.055);
+    const Model model = made(figure);
+    for (const char* side : {"left", "right"}) {
+      std::vector<Vec3> hand, metacarpal;  // the figure's bodies are bound unturned
+      for (const Bone& bone : model.bones) {
+        if (bone.name == std::string("hand_") + side) hand = bone.in_body.vertices;
+        if (bone.name == std::string("thumb_metacarpal_") + side)
+          metacarpal = bone.in_body.vertices;
+      }
+      double least = 1.0;
+      for (const Vec3& p : metacarpal) {
+        for (const Vec3& q : hand) least = std::min(least, (p - q).norm());
+      }
+      std::printf("%d bodies, %s: %.1f mm apart\n", phalanges, side, 1e3 * least);
+      EXPECT_LT(least, 4e-3);
+    }
   }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The command as its users meet it: what a bake leaves behind, and how bad input ends.
+#include "tests/unit/tools/cli/command.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,8 +15,6 @@
 #include "sim/cache/durable_file.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
-#include "tests/unit/rig/temp.h"
-#include "tools/cli/commands.h"
 #include "tools/cli/inspect_command.h"
 
 namespace thew::tests {
@@ -22,15 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Command : public TempFolder {
+class Command : public OneMuscleCommand {
  protected:
-  Command() {
-    options.input = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml";
-    options.out = folder / "out";
-    options.progress = "none";
-    options.threads = 1;
-    options.pictures = false;
-  }
   nlohmann::json report() const {
     std::ifstream in(options.out / "report.json");
     return nlohmann::json::parse(in);
@@ -54,8 +47,6 @@ class Command : public TempFolder {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
     }
   }
-
-  CommandOptions options;
 };
 
 TEST_F(Command, ABakeLeavesCacheAndReport) {

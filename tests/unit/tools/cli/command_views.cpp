@@ -7,8 +7,7 @@
 
 #include "sim/framing.h"
 #include "sim/scene/reader.h"
-#include "tests/unit/rig/temp.h"
-#include "tools/cli/commands.h"
+#include "tests/unit/tools/cli/command.h"
 #include "tools/render/camera.h"
 #include "tools/render/image.h"
 
@@ -17,17 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class CommandViews : public TempFolder {
- protected:
-  CommandViews() {
-    options.input = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml";
-    options.out = folder / "out";
-    options.progress = "none";
-    options.threads = 1;
-    options.pictures = false;
-  }
-  CommandOptions options;
-};
+class CommandViews : public OneMuscleCommand {};
 
 // Of half the width or height of a picture of 64 x 48 pixels.
 double farthest_of(const std::vector<Vec3>& points, const SceneView& view) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "skin/depth.h"
+
 namespace thew::skin {
 
 namespace {
@@ -40,6 +42,14 @@ struct NearSurfaces {
     while (count > 1 && found[count - 1].distance > found[0].distance + bridging) --count;
   }
 };
+
+// A flattened end that lies folded upon itself has edges whose normals look inwards. By them what
+// is outside was deep inside for the blink of a step, and the skin was thrown there.
+void tell_side(const Collider& flesh, const Vec3& p, ClosestPoint& closest) {
+  if (!(closest.distance < 0.0) || encloses(*flesh.surface, *flesh.bvh, *flesh.x, p)) return;
+  closest.distance = -closest.distance;
+  closest.normal = -closest.normal;
+}
 
 }  // namespace
 
@@ -81,8 +91,9 @@ void find_flesh(const std::vector<Collider>& below, const Points& x, const NodeG
     for (int i = 0; i < group.count; ++i) points.hint[i] = hints_of(i)[j];
     find_closest_points(*flesh.surface, *flesh.bvh, *flesh.x, points);
     for (int i = 0; i < group.count; ++i) {
-      const ClosestPoint& closest = points.closest[i];
+      ClosestPoint& closest = points.closest[i];
       if (closest.triangle < 0) continue;
+      tell_side(flesh, points.at[i], closest);
       hints_of(i)[j] = closest.triangle;
       const Vec3 normal = contact_normal(closest, points.at[i], least_direction);
       near[i].add({closest.distance, j, {normal, normal.dot(points.at[i]) - closest.distance}});

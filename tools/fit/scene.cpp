@@ -18,10 +18,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The template's anconeus fills what its own elbow leaves free. Pressed out of the humerus of
-// another elbow it throws the skin of the fold to and fro, by 13 mm in a 64th of a frame.
-constexpr std::array<const char*, 2> kMayOverlap = {"anconeus", "humerus"};
-
 // Of the template's muscles in proportion, a strong man's: adults have 0.5 to 1 of them. With 1 no
 // room is left in the fold of an ordinary body's elbow for the skin, which leaps there.
 constexpr double kMostMuscle = 0.85;
@@ -171,8 +167,6 @@ void add_muscles(const Target& arm, NewArms& out) {
     out.files.push_back({file, name + " at rest, in the world, metres; made by thew new", mesh});
     out.muscles += muscle_text(to, muscle, name, file, size);
   }
-  out.ignore += (out.ignore.empty() ? "[" : ", [") + quoted(kMayOverlap[0] + ("_" + arm.side)) +
-                ", " + quoted(kMayOverlap[1] + ("_" + arm.side)) + "]";
   out.volume += volume;
   out.own_volume += own_volume;
   out.in_proportion += volume / std::pow(arm.fit.across, 3);
@@ -278,7 +272,7 @@ std::string contact_text(const ContactSettings& of_template, const NewArms& writ
   return note + line("margin", of_template.margin) +
          "max_depth = " + metres(of_template.max_depth * written.section) +
          "  # by the thinnest section\n" + line("gap", of_template.gap) +
-         line("spacing", of_template.spacing) + "ignore = [" + written.ignore + "]\n\n";
+         line("spacing", of_template.spacing) + "\n";
 }
 
 // Within the reach of a person's skin there lie, in a slender arm, muscles of its other side: with

@@ -87,7 +87,7 @@ struct NewFile {
 /// What is written of the arms, but for the character itself.
 struct NewArms {
   std::vector<NewFile> files;
-  std::string rig, muscles, ignore, keys;
+  std::string rig, muscles, keys;
   std::string fingers;                    ///< their bones, as `rig` has the others
   std::string hands;                      ///< names of their bones, quoted, with commas between
   std::vector<std::string> outside;       ///< muscles that stand out of the skin

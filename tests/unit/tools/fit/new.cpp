@@ -60,7 +60,29 @@ TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   EXPECT_EQ(thick.points.size(), 3u);
 }
 
-// At rest the path is the same; what lies beside the upper arm goes with it.
+// m, of a path to the joint at the origin, the least with the arm raised by up to `most` degrees in
+// any plane.
+double nearest_to_joint(const MusclePath& path, const Pose& rest, int most) {
+  double least = 1.0;
+  for (int plane = 0; plane < 12; ++plane) {
+    const auto [s, c] = sin_cos(plane * kPi / 6.0);
+    for (int degrees = 0; degrees <= most; degrees += 10) {
+      const Mat3 turn = rotation_about(Vec3(c, 0.0, s), degrees * kDegree);
+      Pose pose = rest;
+      for (int b = 1; b < 4; ++b) pose[b] = Transform(turn) * rest[b];
+      const std::vector<Vec3> points = trace_path(path, pose).points;
+      for (size_t i = 0; i + 1 < points.size(); ++i) {
+        const Vec3 along = points[i + 1] - points[i];
+        const double t = std::clamp(-along.dot(points[i]) / along.squaredNorm(), 0.0, 1.0);
+        least = std::min(least, (points[i] + t * along).norm());
+      }
+    }
+  }
+  return least;
+}
+
+// At rest the path is the same; what lies beside the upper arm goes with it, and before it a point
+// half way keeps the path in front of the head.
 TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
   const ArmBodies arm{false, 0, 1, 2, 3, 2, 2, 0};
   Pose rest(4, Transform::Identity());
@@ -73,11 +95,18 @@ TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
                          {}};
   MusclePath held = plain;
   hold_at_shoulder(arm, rest, held);
+  ASSERT_EQ(held.points.size(), 5u);
+  const auto at = [&](const PathPoint& point) { return Vec3(rest[point.body] * point.position); };
+  EXPECT_LT((at(held.points[2]) - Vec3(0.025, -0.01, 0.0)).norm(), 1e-15);
+  const double with = nearest_to_joint(held, rest, 90);
+  held.points.erase(held.points.begin() + 2);
   for (size_t i = 0; i < plain.points.size(); ++i) {
     EXPECT_EQ(held.points[i].body, i < 2 ? 0 : 1) << i;
-    const Vec3 before = rest[plain.points[i].body] * plain.points[i].position;
-    EXPECT_LT((rest[held.points[i].body] * held.points[i].position - before).norm(), 1e-15) << i;
+    EXPECT_LT((at(held.points[i]) - at(plain.points[i])).norm(), 1e-15) << i;
   }
+  const double without = nearest_to_joint(held, rest, 90);
+  EXPECT_GT(with, 0.02);
+  EXPECT_LT(without, 0.01);
 }
 
 // From behind the joint to the shaft, as on slender and on wide shoulders: raised by 150 degrees in
@@ -95,30 +124,9 @@ TEST_P(HeldAtShoulder, GoesRoundTheHead) {
   ASSERT_EQ(held.points.size(), 4u);
   EXPECT_EQ(held.wraps[0].segment, 2);
   EXPECT_NEAR(trace_path(held, rest).length, trace_path(plain, rest).length, 1e-12);
-  const auto nearest = [](const MusclePath& path, const Pose& pose) {
-    const std::vector<Vec3> points = trace_path(path, pose).points;
-    double least = 1.0;  // m, to the joint at the origin
-    for (size_t i = 0; i + 1 < points.size(); ++i) {
-      const Vec3 along = points[i + 1] - points[i];
-      const double t = std::clamp(-along.dot(points[i]) / along.squaredNorm(), 0.0, 1.0);
-      least = std::min(least, (points[i] + t * along).norm());
-    }
-    return least;
-  };
-  double least = 1.0, least_of_plain = 1.0;
-  for (int plane = 0; plane < 12; ++plane) {
-    const auto [s, c] = sin_cos(plane * kPi / 6.0);
-    for (int degrees = 0; degrees <= 150; degrees += 10) {
-      const Mat3 turn = rotation_about(Vec3(c, 0.0, s), degrees * kDegree);
-      Pose pose = rest;
-      for (int b = 1; b < 4; ++b) pose[b] = Transform(turn) * rest[b];
-      least = std::min(least, nearest(held, pose));
-      least_of_plain = std::min(least_of_plain, nearest(plain, pose));
-    }
-  }
   const double origin = plain.points[0].position.norm();
-  EXPECT_LT(least_of_plain, 0.3 * origin);
-  EXPECT_GT(least, 0.5 * origin);
+  EXPECT_LT(nearest_to_joint(plain, rest, 150), 0.3 * origin);
+  EXPECT_GT(nearest_to_joint(held, rest, 150), 0.5 * origin);
 }
 INSTANTIATE_TEST_SUITE_P(, HeldAtShoulder,
                          testing::Values(Vec3(-0.015, -0.015, 0.0), Vec3(-0.04, -0.03, 0.0)));

@@ -334,9 +334,8 @@ Inspection inspect(const fs::path& file, bool as_json, const std::string& frames
     found = inspect_scene(file);
   } else if (ending == ".h5") {
     found = inspect_bake(file, frames);
-  } else if (names_character(file)) {
-    const Character character = import_character(file);
-    found = is_skinned(character) ? inspect_character(character) : inspect_mesh(file);
+  } else if (names_motion(file)) {
+    found = inspect_moving(file);
   } else {
     found = inspect_mesh(file);
   }

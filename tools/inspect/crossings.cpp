@@ -2,6 +2,7 @@
 #include "tools/inspect/crossings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -79,24 +80,25 @@ struct Layers {
   const std::vector<BakeMesh>& meshes;
   const std::vector<std::vector<Vec3>>& x;
   std::vector<std::vector<Triangle>> triangles;
+  std::vector<double> reach;  // m, of a muscle's attachments
 };
 
 Layers layers_of(const std::vector<BakeMesh>& meshes,
                  const std::vector<std::vector<Vec3>>& positions) {
-  Layers layers{meshes, positions, {}};
-  for (const BakeMesh& mesh : meshes) layers.triangles.push_back(joined_triangles(mesh.rest));
+  Layers layers{meshes, positions, {}, {}};
+  for (const BakeMesh& mesh : meshes) {
+    layers.triangles.push_back(joined_triangles(mesh.rest));
+    layers.reach.push_back(kAttachmentReach * std::cbrt(std::abs(enclosed_volume(mesh.rest))));
+  }
   return layers;
 }
 
-bool near_pole(const std::vector<Vec3>& muscle, const Vec3& p) {
-  return std::min((p - muscle.front()).norm(), (p - muscle.back()).norm()) <= kAttachmentReach;
-}
-
 /// Of bone and muscle where the tendon enters its bone.
-bool is_attached(const Vec3& p, int a, int b, const std::vector<BakeMesh>& meshes,
-                 const std::vector<std::vector<Vec3>>& x) {
-  if (layer_pair(meshes[a].kind, meshes[b].kind) != 0) return false;
-  return near_pole(x[meshes[a].kind == Kind::kMuscle ? a : b], p);
+bool is_attached(const Vec3& p, int a, int b, const Layers& layers) {
+  if (layer_pair(layers.meshes[a].kind, layers.meshes[b].kind) != 0) return false;
+  const int m = layers.meshes[a].kind == Kind::kMuscle ? a : b;
+  const std::vector<Vec3>& x = layers.x[m];
+  return std::min((p - x.front()).norm(), (p - x.back()).norm()) <= layers.reach[m];
 }
 
 /// Where the edges of s pass through t.
@@ -138,15 +140,14 @@ std::vector<Item> items_along_y(const Layers& layers) {
 }
 
 void count_pair(const Item& a, const Item& b, const Layers& layers, Crossings& found) {
-  const auto& [meshes, x, triangles] = layers;
+  const auto& x = layers.x;
+  const auto& triangles = layers.triangles;
   const Triangle &s = triangles[a.mesh][a.triangle], &t = triangles[b.mesh][b.triangle];
   if (a.mesh == b.mesh && share_vertex(s, t)) return;
   const Corners first = corners(x[a.mesh], s), second = corners(x[b.mesh], t);
   if (!triangles_meet(first, second)) return;
   // The whole of it has to be there: a crossing that leaves the patch is no attachment.
-  const auto attached = [&, &meshes = layers.meshes](const Vec3& p) {
-    return is_attached(p, a.mesh, b.mesh, meshes, layers.x);
-  };
+  const auto attached = [&](const Vec3& p) { return is_attached(p, a.mesh, b.mesh, layers); };
   const std::vector<Vec3> ends = ends_of_crossing(first, second);
   if (std::all_of(ends.begin(), ends.end(), attached)) {
     ++found.attached;
@@ -303,7 +304,7 @@ bool is_inside_slabs(const Vec3& p, const Slabs& slabs, const std::vector<Vec3>&
 /// The vertices of mesh `a` inside mesh `b`, or outside it where b is the skin.
 void measure_depth(int a, int b, const Slabs& slabs, int rays, const Layers& layers,
                    Crossings& found) {
-  const auto& [meshes, x, triangles] = layers;
+  const auto& [meshes, x, triangles, reach] = layers;
   const bool outside = meshes[b].kind == Kind::kSkin;
   std::vector<char> used(x[a].size(), 0);
   for (const Triangle& t : triangles[a]) {
@@ -312,7 +313,7 @@ void measure_depth(int a, int b, const Slabs& slabs, int rays, const Layers& lay
   for (std::size_t i = 0; i < x[a].size(); ++i) {
     const Vec3& p = x[a][i];
     if (!used[i] || is_inside_slabs(p, slabs, x[b], rays) == outside) continue;
-    if (is_attached(p, a, b, meshes, x)) continue;
+    if (is_attached(p, a, b, layers)) continue;
     const double depth = surface_distance(p, x[b], triangles[b]);
     if (depth <= found.depth) continue;
     found.depth = depth, found.deep_at = p;

@@ -5,13 +5,15 @@
 
 namespace thew::tools {
 
-/// How far from a muscle's first or last vertex (m) its tendon may enter its bone.
-inline constexpr double kAttachmentReach = 0.015;
+/// How far from a muscle's first or last vertex its tendon may enter its bone, by the edge of a
+/// cube of the muscle's volume at rest: so it goes by size. Of the arm's twelve it is 15 mm in the
+/// mean.
+inline constexpr double kAttachmentReach = 0.4;
 
 /// What two layers have of each other in one frame. Meshes are indices of BakeInfo::meshes.
 struct Crossings {
   int pairs = 0;     ///< pairs of triangles with a common point
-  int attached = 0;  ///< those of bone and muscle within kAttachmentReach, not in `pairs`
+  int attached = 0;  ///< those of bone and muscle at attachments, not in `pairs`
   int mesh_a = -1, triangle_a = -1, mesh_b = -1, triangle_b = -1;  ///< the first of `pairs`
   Vec3 at = Vec3::Zero();                                          ///< a corner of triangle_a (m)
   double depth = 0.0;  ///< of the deepest vertex (m); between two meshes only

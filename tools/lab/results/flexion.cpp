@@ -111,8 +111,7 @@ Table flexion_table(const std::filesystem::path& scene, int last, int threads) {
               model.name + ": " + std::to_string(model.muscles.size()) + " muscles, frames " +
                   std::to_string(model.first_frame) + " to " + std::to_string(last),
               "The largest of all muscles and frames. Volume errors are |V/V0 - 1|. Pairs of "
-              "triangles: bone against bone is left out, and tendons within 15 mm of their ends in "
-              "bone.",
+              "triangles: bone against bone is left out, and the ends of tendons in bone.",
               figure_head(),
               {}};
   const auto add = [&](const std::string& what, const std::string& figure, const std::string& by,

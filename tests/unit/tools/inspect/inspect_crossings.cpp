@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "tests/unit/skin/shapes.h"
@@ -90,13 +91,12 @@ TEST(Crossings, TetrahedraInEachOther) {
   EXPECT_EQ(none[1].depth, 0.0);
 }
 
-// Along x the overlap is 0.1 deep, and a pole of a ball looks along y.
+// Away from their poles, which are attached and look along y.
 TEST(Crossings, BallsAsDeepAsTheyOverlap) {
-  const TriMesh a = ball(1.0, Vec3(0, 0, 0), 48, 47), b = ball(1.0, Vec3(0, 1.9, 0), 48, 47);
+  const TriMesh a = ball(1.0, Vec3(0, 0, 0), 48, 47), b = ball(1.0, Vec3(1.9, 0.01, 0), 48, 47);
   const auto found = crossings_of(a, Kind::kMuscle, b, Kind::kBone);
   EXPECT_GT(found[0].pairs, 20);
   EXPECT_EQ(found[0].attached, 0);
-  // Poles excepted, which are attached: the next ring is 1 - cos(pi / 48) = 2.1 mm higher.
   EXPECT_NEAR(found[0].depth, 0.1, 0.005);
   const auto skin = crossings_of(a, Kind::kMuscle, ball(1.2, Vec3(0.3, 0, 0), 48, 47), Kind::kSkin);
   EXPECT_NEAR(skin[2].depth, 0.1, 0.005) << "the muscle's side looks out of the skin";
@@ -105,26 +105,32 @@ TEST(Crossings, BallsAsDeepAsTheyOverlap) {
   EXPECT_EQ(in[2].depth, 0.0);
 }
 
+// In a muscle of any size.
 TEST(Crossings, WhereATendonEntersItsBoneIsCountedApart) {
-  const TriMesh muscle =
-      spindle(0.0, 0.2, 16, 40, [](double y, double) { return 0.002 + 0.1 * y * (0.2 - y); });
-  const auto at_end =
-      crossings_of(muscle, Kind::kMuscle, ball(0.008, Vec3(0, 0, 0), 24, 23), Kind::kBone);
-  EXPECT_EQ(at_end[0].pairs, 0);
-  EXPECT_GT(at_end[0].attached, 0);
-  EXPECT_EQ(at_end[0].depth, 0.0);
-  // By where they cross, however far the triangles reach: rings 50 mm apart.
-  const TriMesh coarse = spindle(0.0, 0.2, 16, 4, [](double, double) { return 0.002; });
-  for (const double bone : {0.008, 0.03}) {
-    const auto found =
-        crossings_of(coarse, Kind::kMuscle, ball(bone, Vec3(0, 0, 0), 24, 23), Kind::kBone);
-    EXPECT_EQ(found[0].attached > 0, bone < kAttachmentReach) << bone;
-    EXPECT_EQ(found[0].pairs > 0, bone > kAttachmentReach) << bone;
+  for (const double size : {1.0, 0.1, 3.0}) {
+    const auto bone = [&](double radius, double y) {
+      return ball(size * radius, Vec3(0, size * y, 0), 24, 23);
+    };
+    const TriMesh muscle = spindle(0.0, 0.2 * size, 16, 40, [&](double y, double) {
+      return size * 0.002 + 0.1 * y * (0.2 - y / size);
+    });
+    const auto at_end = crossings_of(muscle, Kind::kMuscle, bone(0.006, 0.0), Kind::kBone);
+    EXPECT_EQ(at_end[0].pairs, 0);
+    EXPECT_GT(at_end[0].attached, 0);
+    EXPECT_EQ(at_end[0].depth, 0.0);
+    // By where they cross, however far the triangles reach: rings a quarter of the length apart.
+    const TriMesh coarse =
+        spindle(0.0, 0.2 * size, 16, 4, [&](double, double) { return 0.002 * size; });
+    const double reach = kAttachmentReach * std::cbrt(enclosed_volume(coarse)) / size;
+    for (const double share : {0.9, 1.1}) {
+      const auto found = crossings_of(coarse, Kind::kMuscle, bone(share * reach, 0.0), Kind::kBone);
+      EXPECT_EQ(found[0].attached > 0, share < 1.0) << share;
+      EXPECT_EQ(found[0].pairs > 0, share > 1.0) << share;
+    }
+    const auto in_belly = crossings_of(muscle, Kind::kMuscle, bone(0.008, 0.1), Kind::kBone);
+    EXPECT_EQ(in_belly[0].attached, 0);
+    EXPECT_GT(in_belly[0].pairs + in_belly[0].depth, 0);
   }
-  const auto in_belly =
-      crossings_of(muscle, Kind::kMuscle, ball(0.008, Vec3(0, 0.1, 0), 24, 23), Kind::kBone);
-  EXPECT_EQ(in_belly[0].attached, 0);
-  EXPECT_GT(in_belly[0].pairs + in_belly[0].depth, 0);
 }
 
 TEST(Crossings, AHeapIsNamedAndNotCounted) {

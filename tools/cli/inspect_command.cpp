@@ -83,18 +83,23 @@ Found inspect_mesh(const fs::path& file) {
   return found;
 }
 
+// Of a motion that has no mesh (BVH, or the animations of another file) what a scene's rig.clip
+// takes; its lengths have no unit.
 Found inspect_character(const Character& character) {
   const Skeleton& skeleton = character.skeleton;
+  const bool is_motion = character.parts.empty();
   Found found;
-  found.facts = {{"kind", "character"},
-                 {"vertices", character.mesh.vertices.size()},
-                 {"triangles", character.mesh.triangles.size()}};
-  add_extent(character.mesh, found.facts);
+  found.facts = {{"kind", is_motion ? "motion" : "character"}};
+  if (!is_motion) {
+    found.facts["vertices"] = character.mesh.vertices.size();
+    found.facts["triangles"] = character.mesh.triangles.size();
+    add_extent(character.mesh, found.facts);
+  }
   ordered_json bodies = ordered_json::array(), animations = ordered_json::array();
   for (int i = 0; i < skeleton.size(); ++i) {
     bodies.push_back({{"body", skeleton.body_names[i]}});
     if (skeleton.parent[i] >= 0) bodies.back()["on"] = skeleton.body_names[skeleton.parent[i]];
-    bodies.back()["at_m"] = point(character.bind[i].translation());
+    if (!is_motion) bodies.back()["at_m"] = point(character.bind[i].translation());
   }
   for (const BodyClip& clip : character.animations) {
     animations.push_back({{"animation", clip.name}, {"seconds", clip.duration}});
@@ -108,6 +113,13 @@ Found inspect_character(const Character& character) {
 
 bool is_skinned(const Character& character) {
   return character.skin.links.size() > character.parts.size() || !character.animations.empty();
+}
+
+Found inspect_moving(const fs::path& file) {
+  const Character motion = import_motion(file);
+  if (motion.parts.empty() && !motion.animations.empty()) return inspect_character(motion);
+  const Character character = import_character(file);
+  return is_skinned(character) ? inspect_character(character) : inspect_mesh(file);
 }
 
 Found inspect_rig(const fs::path& file) {
@@ -207,8 +219,9 @@ ordered_json worst_entry(const char* layers, const WorstCrossings& worst,
 
 const char* const kCrossingsNote =
     "triangle pairs with a common point, by exact tests; bone against bone is left out; what of "
-    "bone and muscle crosses within 15 mm of the muscle's first or last vertex, where the tendon "
-    "enters the bone, is counted apart as at attachments; depth is that of vertices inside a "
+    "bone and muscle crosses where the tendon enters the bone, by the muscle's first and last "
+    "vertex within 0.4 of the edge of a cube of its volume, is counted apart as at attachments; "
+    "depth is that of vertices inside a "
     "closed mesh "
     "(of bone and muscle: outside the skin, which may have a few holes), and not measured of a "
     "mesh with itself";

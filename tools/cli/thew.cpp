@@ -119,9 +119,10 @@ CLI::App* add_export(CLI::App& app, CommandOptions& options, std::vector<std::st
 CLI::App* add_inspect(CLI::App& app, CommandOptions& options, fs::path& repaired, fs::path& maps,
                       bool& keys) {
   CLI::App* command = app.add_subcommand(
-      "inspect", "what a mesh, rig, scene or bake is, and what is wrong with it");
+      "inspect",
+      "what a mesh, character, motion, rig, scene or bake is, and what is wrong with it");
   CLI::Option* file =
-      command->add_option("FILE", options.input, "mesh, character, .urdf, .toml or .h5");
+      command->add_option("FILE", options.input, "mesh, character, motion, .urdf, .toml or .h5");
   file->required();
   command
       ->add_flag_callback(

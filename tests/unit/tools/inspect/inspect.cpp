@@ -44,6 +44,33 @@ TEST_F(InspectTest, AnOpenMeshSaysWhereAndWhatToDo) {
   EXPECT_NE(text.find(defects[0].at("fix").get<std::string>()), std::string::npos) << text;
 }
 
+// What a scene's clip takes has no mesh, and is no failed character.
+TEST_F(InspectTest, AMotionNamesItsBodiesAndAnimations) {
+  put_bytes(folder_ / "a.bvh",
+            "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+            "JOINT Spine\n{\nOFFSET 0 10 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
+            "End Site\n{\nOFFSET 0 10 0\n}\n}\n}\n"
+            "MOTION\nFrames: 3\nFrame Time: 0.5\n0 0 0 0 0 0\n0 0 0 9 0 0\n0 0 0 0 0 0\n");
+  put_bytes(folder_ / "b.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"name":"arm"}],
+    "scenes":[{"nodes":[0]}],"scene":0,"buffers":[{"byteLength":40,"uri":"data:;base64,)"
+                                R"(AAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAA=="}],
+    "bufferViews":[{"buffer":0,"byteLength":40}],"accessors":[
+    {"bufferView":0,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]},
+    {"bufferView":0,"byteOffset":8,"componentType":5126,"count":2,"type":"VEC4"}],
+    "animations":[{"name":"wave","channels":[{"sampler":0,"target":{"node":0,"path":"rotation"}}],
+    "samplers":[{"input":0,"output":1}]}]})");
+  for (const auto& [file, seconds] : {std::pair("a.bvh", 1.0), {"b.gltf", 2.0}}) {
+    const Inspection found = inspect(folder_ / file, true);
+    EXPECT_TRUE(found.sound);
+    const json read = json::parse(found.text);
+    EXPECT_EQ(read.at("kind"), "motion");
+    EXPECT_FALSE(read.contains("triangles"));
+    EXPECT_EQ(read.at("bodies")[0].at("body"), seconds == 1.0 ? "Hips" : "arm");
+    ASSERT_EQ(read.at("animations").size(), 1u);
+    EXPECT_NEAR(read.at("animations")[0].at("seconds").get<double>(), seconds, 1e-6);
+  }
+}
+
 TEST_F(InspectTest, ARigNamesItsJoints) {
   put_bytes(folder_ / "a.urdf",
             "<robot name=\"r\"><link name=\"upper\"/><link name=\"lower\"/>"

@@ -210,14 +210,14 @@ std::string hinge_text(const Target& to, const std::string& elbow) {
 
 }  // namespace
 
-void leave_fat(Target& to) {
+void leave_fat(bool is_hard, Target& to) {
   double volume = 0.0, own = 0.0;
   for (const TriMesh& muscle : to.from.muscles) {
     volume += enclosed_volume(mapped_muscle(to, muscle));
     own += enclosed_volume(muscle);
   }
-  const double enough = std::max(kMostMuscle * own * std::pow(to.fit.across, 3),
-                                 kLeastFill * own / to.fit.own_size.room * to.fit.size.room);
+  const double most = is_hard ? 0.0 : kMostMuscle * own * std::pow(to.fit.across, 3);
+  const double enough = std::max(most, kLeastFill * own / to.fit.own_size.room * to.fit.size.room);
   const double thinner = std::sqrt(enough / volume);
   if (!(thinner < 1.0)) return;
   for (double& ratio : to.fit.girth.ratio) ratio *= thinner;

@@ -107,8 +107,9 @@ struct NewArms {
   double size() const;
 };
 /// An arm thicker than the template's of its length has more fat, and no more muscle, as long as
-/// the muscles take a fair share of the room under its skin: thins all that is mapped so far.
-void leave_fat(Target& to);
+/// the muscles take a fair share of the room under its skin; no more than that if it is hard. Thins
+/// all that is mapped so far.
+void leave_fat(bool is_hard, Target& to);
 void add_arm(Target& to, NewArms& arms);
 std::string scene_text(const std::string& name, const std::filesystem::path& character_file,
                        double scale, const Character& character, const ContactSettings& contact,

@@ -6,8 +6,8 @@
 namespace thew::tools {
 
 /// How far from a muscle's first or last vertex its tendon may enter its bone, by the edge of a
-/// cube of the muscle's volume at rest: so it goes by size. Of the arm's twelve it is 15 mm in the
-/// mean.
+/// cube of the muscle's volume at rest: so it goes by size. Of the arm's twelve it is 9 to 21
+/// mm.
 inline constexpr double kAttachmentReach = 0.4;
 
 /// What two layers have of each other in one frame. Meshes are indices of BakeInfo::meshes.

@@ -259,6 +259,21 @@ Shell make_shell(const Surface& surface, int nodes) {
   return shell;
 }
 
+std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,
+                            const std::vector<char>& near) {
+  const Bvh bvh = build_bvh(surface, rest);
+  const std::vector<int>& piece = shell.piece_of;
+  std::vector<char> is_hard(rest.size(), 0), hard(rest.size(), 0);  // by piece, by node
+  for (const auto& [a, b] : crossing_triangles(surface, bvh, rest, surface, bvh, rest)) {
+    const int at_a = surface.triangles[a][0], at_b = surface.triangles[b][0];
+    if (near[at_a] && near[at_b] && piece[at_a] != piece[at_b]) {
+      is_hard[piece[at_a]] = is_hard[piece[at_b]] = 1;
+    }
+  }
+  for (size_t i = 0; i < hard.size(); ++i) hard[i] = piece[i] >= 0 && is_hard[piece[i]];
+  return hard;
+}
+
 double deepest_inside(const PlacedShell& body, const PlacedShell& of,
                       const std::vector<std::array<int, 2>>& near, int column) {
   return farthest(body, of, near, column, true);

@@ -16,6 +16,11 @@ struct Shell {
   std::vector<std::vector<int>> rims;  ///< for each hole the nodes around it
 };
 Shell make_shell(const Surface& surface, int nodes);
+/// By node, whether it is of a piece that goes through another one at rest (m), both where nodes
+/// are `near`: as those of armour, of a robot or of a wooden mannequin do. Such pieces are hard,
+/// there is no skin between them that could stretch.
+std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,
+                            const std::vector<char>& near);
 
 /// A surface in its present position. The tree is fitted to it.
 struct PlacedShell {

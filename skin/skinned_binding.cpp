@@ -205,11 +205,11 @@ void find_carriers(SkinnedSkin& skin) {
   }
 }
 
+// Hard pieces keep what the weights give.
 void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
-  const std::vector<int> piece =
-      make_shell(skin.surface, static_cast<int>(skin.rest.size())).piece_of;
-  const std::vector<char> hard = find_hard(skin.surface, skin.rest, near);
-  for (size_t i = 0; i < near.size(); ++i) near[i] &= piece[i] >= 0 && !hard[i];
+  const Shell shell = make_shell(skin.surface, static_cast<int>(skin.rest.size()));
+  const std::vector<char> hard = find_hard(skin.surface, skin.rest, shell, near);
+  for (size_t i = 0; i < near.size(); ++i) near[i] &= shell.piece_of[i] >= 0 && !hard[i];
 }
 
 // A map by vertex at the nodes of the layer. Between vertices of which one is negative, so is it.
@@ -304,21 +304,6 @@ void build_layer(const std::vector<Collider>& below, int muscles, const std::vec
 }
 
 }  // namespace
-
-std::vector<char> find_hard(const Surface& surface, const Points& rest,
-                            const std::vector<char>& near) {
-  const Bvh bvh = build_bvh(surface, rest);
-  const std::vector<int> piece = make_shell(surface, static_cast<int>(rest.size())).piece_of;
-  std::vector<char> is_hard(rest.size(), 0), hard(rest.size(), 0);  // by piece, by node
-  for (const auto& [a, b] : crossing_triangles(surface, bvh, rest, surface, bvh, rest)) {
-    const int at_a = surface.triangles[a][0], at_b = surface.triangles[b][0];
-    if (near[at_a] && near[at_b] && piece[at_a] != piece[at_b]) {
-      is_hard[piece[at_a]] = is_hard[piece[at_b]] = 1;
-    }
-  }
-  for (size_t i = 0; i < hard.size(); ++i) hard[i] = piece[i] >= 0 && is_hard[piece[i]];
-  return hard;
-}
 
 SkinnedSkin bind_skinned(const Character& character, const std::vector<Affine>& rest,
                          const std::vector<Collider>& below, int muscles,

@@ -48,11 +48,6 @@ SkinnedSkin bind_skinned(const Character& character, const std::vector<Affine>& 
                          const std::vector<Collider>& below, int muscles,
                          const std::vector<char>& limbs, const SkinSettings& settings,
                          const SkinMaps& maps = {});
-/// By node, whether it is of a piece that goes through another one at rest (m), of those with nodes
-/// `near`: as those of armour, of a robot or of a wooden mannequin do. Such pieces are hard, there
-/// is no skin between them that could stretch. They keep what the weights give.
-std::vector<char> find_hard(const Surface& surface, const Points& rest,
-                            const std::vector<char>& near);
 /// Sets `seen` of a skin whose topology and rest are set.
 void find_seen(SkinnedSkin& skin);
 /// Which vertices that are seen at rest, are no free nodes of the layer and lie among muscles are

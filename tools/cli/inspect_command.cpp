@@ -221,10 +221,8 @@ const char* const kCrossingsNote =
     "triangle pairs with a common point, by exact tests; bone against bone is left out; what of "
     "bone and muscle crosses where the tendon enters the bone, by the muscle's first and last "
     "vertex within 0.4 of the edge of a cube of its volume, is counted apart as at attachments; "
-    "depth is that of vertices inside a "
-    "closed mesh "
-    "(of bone and muscle: outside the skin, which may have a few holes), and not measured of a "
-    "mesh with itself";
+    "depth is that of vertices inside a closed mesh (of bone and muscle: outside the skin, which "
+    "may have a few holes), and not measured of a mesh with itself";
 
 auto crossings_of(const fs::path& file, const BakeInfo& info, const BakeFrame& frame) {
   try {

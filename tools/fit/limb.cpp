@@ -12,7 +12,6 @@
 #include "rig/math.h"
 #include "rig/text.h"
 #include "skin/sides.h"
-#include "skin/skinned_skin.h"
 #include "tools/base/median.h"
 
 namespace thew::tools {
@@ -321,7 +320,7 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
   return out;
 }
 
-bool is_hard(const TriMesh& whole, const TriMesh& skin) {
+bool is_hard(const TriMesh& whole, const TriMesh& limb) {
   const Points x = to_points(whole.vertices);
   const int nodes = static_cast<int>(x.size());
   std::vector<Triangle> triangles;
@@ -329,18 +328,19 @@ bool is_hard(const TriMesh& whole, const TriMesh& skin) {
                [](const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; });
   const skin::Surface surface = skin::make_surface(std::move(triangles), nodes);
   std::vector<char> of_limb(nodes, 0);
-  for (const Triangle& t : skin.triangles) of_limb[t[0]] = of_limb[t[1]] = of_limb[t[2]] = 1;
+  for (const Triangle& t : limb.triangles) of_limb[t[0]] = of_limb[t[1]] = of_limb[t[2]] = 1;
   // A trunk of which a part hangs on the limb is none of its pieces.
-  const std::vector<int> piece = skin::make_shell(surface, nodes).piece_of;
+  const skin::Shell shell = skin::make_shell(surface, nodes);
+  const std::vector<int>& piece = shell.piece_of;
   std::vector<int> balance(nodes, 0);
   for (int i = 0; i < nodes; ++i) {
     if (piece[i] >= 0) balance[piece[i]] += of_limb[i] ? 1 : -1;
   }
   for (int i = 0; i < nodes; ++i) of_limb[i] &= piece[i] >= 0 && balance[piece[i]] > 0;
-  const std::vector<char> hard = skin::find_hard(surface, x, of_limb);
+  const std::vector<char> hard = skin::find_hard(surface, x, shell, of_limb);
   const auto of_hard = [&](const Triangle& t) { return hard[t[0]] != 0; };
-  return 2 * std::count_if(skin.triangles.begin(), skin.triangles.end(), of_hard) >
-         static_cast<std::ptrdiff_t>(skin.triangles.size());
+  return 2 * std::count_if(limb.triangles.begin(), limb.triangles.end(), of_hard) >
+         static_cast<std::ptrdiff_t>(limb.triangles.size());
 }
 
 }  // namespace thew::tools

@@ -189,16 +189,13 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     shape.rest.normal.push_back(to_vec(sample.normal));
   }
   set_runs(traced, rest_pose, shape);
-
   const StretchProfile profile = stretch_profile(shape);
   const size_t nodes = mesh.vertices.size();
   const std::vector<double> parts = parts_of(curve, mesh);
-  shape.along.resize(nodes);
   shape.offset.resize(nodes);
-  shape.stretch_share.resize(nodes);
-  shape.stretch_rate.resize(nodes);
   shape.bulge = weights;
-  shape.inner.resize(nodes);
+  for (auto* values : {&shape.along, &shape.stretch_share, &shape.stretch_rate, &shape.inner})
+    values->resize(nodes);
   for (size_t i = 0; i < nodes; ++i) {
     const double part = parts[i], s = part * traced.length;
     shape.along[i] = s;
@@ -206,13 +203,11 @@ CarriedShape make_carried_shape(const TriMesh& mesh, const MusclePath& path, con
     shape.stretch_share[i] = profile.share(s);
     shape.stretch_rate[i] = profile.rate(s);
     const double u = belly_coordinate(shape, static_cast<int>(i));
-    if (shape.stretch_rate[i] > 0.0) {
+    if (shape.stretch_rate[i] > 0.0)
       shape.inner[i] = smoothstep(0.0, kTaper, u) * smoothstep(0.0, kTaper, 1.0 - u);
-    }
   }
-  // b follows from the condition that the carried shape keeps its volume to first order: b = sum A
-  // rate / sum A w rate over the nodes, where A is the part of the cross-section that the triangles
-  // of the node enclose.
+  // b keeps the volume to first order: it is sum A rate / sum A w rate over the nodes, where A is
+  // the part of the cross-section that the triangles of the node enclose.
   double plain = 0.0, weighted = 0.0;
   for (const Triangle& tri : mesh.triangles) {
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]], &c = mesh.vertices[tri[2]];
@@ -252,7 +247,7 @@ namespace {
 
 // Finds the bodies along the traced path in the pose, and the twists between them.
 void find_bodies(const CarriedShape& shape, const Pose& pose, CarryWork& work) {
-  auto& [traced, even, points, frames, bodies, scratch, twists] = work;
+  auto& [traced, even, points, frames, bodies, scratch, twists, around] = work;
   bodies.clear();
   twists.clear();
   for (const CarriedShape::Run& run : shape.runs) {
@@ -300,6 +295,19 @@ void follow_bodies(const std::vector<FrameBody>& bodies, const CurveFrames& rest
   }
 }
 
+// Leads the curve around bones, which makes path and curve longer.
+void give_way(const CarriedShape& shape, const Pose& pose, CarryWork& work) {
+  work.even = work.points;
+  if (!shape.give_way(pose, work.traced.length, work.even, work.around)) return;
+  double before = 0.0, after = 0.0;
+  for (int i = 1; i < kSamples; ++i) {
+    before += (work.points[i] - work.points[i - 1]).norm();
+    after += (work.even[i] - work.even[i - 1]).norm();
+  }
+  work.traced.length *= after / before;
+  resample(work.even, kSamples, work.scratch, work.points);
+}
+
 }  // namespace
 
 CarriedPose carry_pose(const CarriedShape& shape, const Pose& pose) {
@@ -315,8 +323,9 @@ void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, Ca
     return;
   }
   trace_path(shape.path, pose, work.traced);
-  out.path_length = work.traced.length;
   round_path(shape.lengths.corner_length, work);
+  if (shape.give_way) give_way(shape, pose, work);
+  out.path_length = work.traced.length;
   const std::vector<Vec3>& points = work.points;
   const CurveFrames& frames = work.frames;
   out.change = out.path_length - shape.rest_path_length;

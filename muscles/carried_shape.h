@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "muscles/frames.h"
@@ -63,6 +64,10 @@ struct CarriedShape {
   /// then the position of the node in the frame of that body, or in the world. Empty for a muscle
   /// with a path.
   std::vector<int> fixed_to;
+  /// If set, moves the points of the curve (m) out of the way of bones in a pose in which the path
+  /// has a length (m); whether it did. What it keeps in the scratch memory spares it searches and
+  /// does not change the result.
+  std::function<bool(const Pose&, double, std::vector<Vec3>&, std::vector<Points>&)> give_way = {};
 };
 
 /// The carried shape in one pose.
@@ -102,6 +107,7 @@ struct CarryWork {
   CurveFrames frames;
   std::vector<FrameBody> bodies;
   std::vector<double> scratch, twists;  ///< twists in rad, between successive bodies
+  std::vector<Points> around;           ///< of give_way
 };
 void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, CarriedPose& out);
 

@@ -9,6 +9,7 @@
 #include "rig/text.h"
 #include "sim/scene/model_hash.h"
 #include "skin/contact/face_contact.h"
+#include "skin/contact/way_around.h"
 
 namespace thew::sim {
 namespace {
@@ -169,6 +170,28 @@ std::vector<std::vector<char>> ignored_pairs(const ContactDef& contact, const Mo
     ignore[i][i] = 0;
   }
   return ignore;
+}
+
+// Tendons pass around the bones that their muscles meet.
+void lead_around_bones(const Pose& bind_pose, Model& model) {
+  if (!model.contact.enabled) return;
+  auto bones = std::make_shared<std::vector<RigidBone>>();
+  std::vector<int> colliders;
+  for (size_t b = 0; b < model.bones.size(); ++b) {
+    const Bone& bone = model.bones[b];
+    if (bone.bends() || bone.prop) continue;
+    bones->push_back(rigid_bone(bone.body, bone.in_body));
+    colliders.push_back(static_cast<int>(model.muscles.size() + b));
+  }
+  for (size_t m = 0; m < model.muscles.size(); ++m) {
+    Muscle& muscle = model.muscles[m];
+    if (!muscle.has_path()) continue;
+    std::vector<int> which;
+    for (size_t k = 0; k < colliders.size(); ++k) {
+      if (!model.ignore[m][colliders[k]]) which.push_back(static_cast<int>(k));
+    }
+    pass_around(bones, which, bind_pose, muscle.shape);
+  }
 }
 
 // The muscles and bones below a skin, at rest.
@@ -376,6 +399,7 @@ Model build_model(const ModelDef& def) {
   model.cached = cached_bones(model);
   build_surfaces(model);
   model.ignore = ignored_pairs(def.contact, model);
+  lead_around_bones(bind_pose, model);
   const bool has_skin = def.skin.skinned || !def.skin.mesh.triangles.empty();
   for (int c = below_skin(model); has_skin && c < model.colliders(); ++c) {
     model.surfaces[c].thickness = def.skin.settings.thickness;  // room for the skin

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "muscles/carried_shape.h"
+#include "skin/surface/surface.h"
+
+namespace thew::skin {
+
+using muscles::CarriedShape;
+
+/// A rigid bone, in the frame of its body.
+struct RigidBone {
+  int body = -1;
+  Surface surface;
+  Points x;  ///< m
+  Bvh bvh;
+  NodeBox box;
+};
+RigidBone rigid_bone(int body, const TriMesh& in_body);
+
+/// Leads the tendons of a muscle around bones, since contact does not move them. Where the curve
+/// comes nearer to a bone than in `rest_pose`, and nearer than the tendon is thick, it is pushed
+/// away from the bone, and its neighbourhood with it; the ends of the path stay. The new curve
+/// depends on the pose alone. `which` are the bones (indices) that the muscle meets.
+void pass_around(std::shared_ptr<const std::vector<RigidBone>> bones, std::vector<int> which,
+                 const Pose& rest_pose, CarriedShape& shape);
+
+}  // namespace thew::skin

@@ -180,8 +180,10 @@ void lead_around_bones(const Pose& bind_pose, Model& model) {
   for (size_t b = 0; b < model.bones.size(); ++b) {
     const Bone& bone = model.bones[b];
     if (bone.bends() || bone.prop) continue;
-    bones->push_back(rigid_bone(bone.body, bone.in_body));
-    colliders.push_back(static_cast<int>(model.muscles.size() + b));
+    const size_t c = model.muscles.size() + b;
+    bones->push_back(
+        rigid_bone(bone.body, model.surfaces[c].surface, to_points(bone.in_body.vertices)));
+    colliders.push_back(static_cast<int>(c));
   }
   for (size_t m = 0; m < model.muscles.size(); ++m) {
     Muscle& muscle = model.muscles[m];
@@ -190,7 +192,7 @@ void lead_around_bones(const Pose& bind_pose, Model& model) {
     for (size_t k = 0; k < colliders.size(); ++k) {
       if (!model.ignore[m][colliders[k]]) which.push_back(static_cast<int>(k));
     }
-    pass_around(bones, which, bind_pose, muscle.shape);
+    pass_around(bones, which, bind_pose, model.size, muscle.shape);
   }
 }
 

@@ -247,25 +247,22 @@ Kept kept_from(const CarriedShape& shape, double size, const std::vector<double>
 
 }  // namespace
 
-RigidBone rigid_bone(int body, const TriMesh& in_body) {
-  RigidBone bone;
-  bone.body = body;
-  bone.surface = make_surface(in_body.triangles, static_cast<int>(in_body.vertices.size()));
-  for (const Vec3& p : in_body.vertices) bone.x.push_back(to_point(p));
+RigidBone rigid_bone(int body, Surface surface, Points x) {
+  RigidBone bone{body, std::move(surface), std::move(x), {}, {}};
   bone.bvh = build_bvh(bone.surface, bone.x);
   bone.box = box_of(bone.x);
   return bone;
 }
 
 void pass_around(std::shared_ptr<const std::vector<RigidBone>> bones, std::vector<int> which,
-                 const Pose& rest_pose, CarriedShape& shape) {
+                 const Pose& rest_pose, double size, CarriedShape& shape) {
   const muscles::CarriedPose rest = muscles::carry_pose(shape, rest_pose);
   auto way = std::make_shared<WayAround>();
-  way->size = shape.lengths.corner_length / muscles::Lengths{}.corner_length;
+  way->size = size;
   way->belly = shape.belly;
   way->rest_length = shape.rest_path_length;
   const std::vector<double> radii = radii_of(shape, static_cast<int>(rest.curve.samples.size()));
-  way->kept.push_back(kept_from(shape, way->size, radii));
+  way->kept.push_back(kept_from(shape, size, radii));
   std::vector<double> at_rest;
   for (const int b : which) {
     const RigidBone& bone = (*bones)[b];
@@ -273,7 +270,7 @@ void pass_around(std::shared_ptr<const std::vector<RigidBone>> bones, std::vecto
     if (!find_rest_distances(bone, rest_pose[bone.body].inverse(), rest.curve, radii, at_rest))
       continue;
     way->kept_of.back() = static_cast<int>(way->kept.size());
-    way->kept.push_back(kept_from(shape, way->size, at_rest));
+    way->kept.push_back(kept_from(shape, size, at_rest));
   }
   way->which = std::move(which);
   way->bones = std::move(bones);

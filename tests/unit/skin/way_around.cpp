@@ -38,8 +38,11 @@ struct Scene {
         make_carried_shape(mesh, path, rest, belly, std::vector<double>(mesh.vertices.size(), 1.0),
                            0.0, times(Lengths{}, size));
     const TriMesh bone = ball(size * kBall, Vec3(size * ball_at, -size * kAway, 0), 40, 31);
-    pass_around(std::make_shared<std::vector<skin::RigidBone>>(1, skin::rigid_bone(2, bone)), {0},
-                rest, shape);
+    const skin::Surface surface =
+        skin::make_surface(bone.triangles, static_cast<int>(bone.vertices.size()));
+    pass_around(std::make_shared<std::vector<skin::RigidBone>>(
+                    1, skin::rigid_bone(2, surface, to_points(bone.vertices))),
+                {0}, rest, size, shape);
   }
   // With the ball moved up (m, of a man).
   Pose pose(double up) const {

@@ -119,12 +119,14 @@ Fit fit_of(const SceneView& view, double aspect) {
 }
 
 // All points less `moved` (m), in the pose of the state.
-void add_all(const Model& model, const Subject& subject, const State& state, const Vec3& moved,
+void add_all(const Model& model, const Subject& subject, State& state, const Vec3& moved,
              Fit& fit) {
   Points x;
   for (const int m : subject.muscles) {
     const Muscle& muscle = model.muscles[m];
-    carried_positions(muscle.shape, carry_pose(muscle.shape, state.pose), muscle.swells, x);
+    MuscleState& now = state.muscles[m];
+    carry_pose(muscle.shape, state.pose, now.carry, now.pose);
+    carried_positions(muscle.shape, now.pose, muscle.swells, x);
     for (size_t i = 0; i < x.size(); ++i) {
       if (muscle.has_path() || muscle.shape.fixed_to[i] >= 0) fit.add(to_vec(x[i]) - moved);
     }

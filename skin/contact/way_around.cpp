@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "rig/math.h"
 
@@ -72,18 +71,23 @@ double interpolate(const std::vector<double>& values, double share) {
   return values[i] + (at - i) * (values[i + 1] - values[i]);
 }
 
-// The nearest point of the bone to p within `within` (m), or in any distance if p may be inside.
-ClosestPoint nearest_on(const RigidBone& bone, const Vec3& p, double within) {
+constexpr double kAny = 1e3;         // m, beyond all that is searched
+constexpr double kOnSurface = 1e-9;  // m
+
+// The nearest point of the bone to p within `within` (m), or, if p may be inside, in any distance.
+// p is known to be no nearer to its surface than `at_least`, and no farther if inside than
+// `at_most` (m).
+ClosestPoint nearest_on(const RigidBone& bone, const Vec3& p, double within, double at_least = 0.0,
+                        double at_most = kAny) {
   const NodeBox at{to_point(p), to_point(p)};
   if (!are_near(bone.box, at, within)) return {};
-  constexpr double kAny = 1e3;  // m
-  const double bound = are_near(bone.box, at, 0.0) ? kAny : within;
+  const bool outside = at_least > 0.0 || !are_near(bone.box, at, 0.0);
+  const double bound = outside ? within : std::max(within, at_most);
   return closest_point(bone.surface, bone.bvh, bone.x, p, bound);
 }
 
 // Unit vector away from the bone.
 Vec3 away_from(const ClosestPoint& nearest, const Vec3& p) {
-  constexpr double kOnSurface = 1e-9;  // m
   const bool on_it = std::abs(nearest.distance) < kOnSurface;
   return on_it ? nearest.normal : Vec3((p - nearest.point) / nearest.distance);
 }
@@ -97,15 +101,17 @@ bool WayAround::push_from(int b, const Transform& body, double length,
   const Kept& keep = kept[kept_of[b]];
   const Transform to_body = body.inverse();
   const int last = static_cast<int>(points.size()) - 1;
-  memory.resize(points.size(), Point{0.0, 0.0, 0.0, -std::numeric_limits<double>::infinity()});
+  memory.resize(points.size(), Point{0.0, 0.0, 0.0, -kAny});
   bool any = false;
   for (int i = 1; i < last; ++i) {
     const double at = at_rest(static_cast<double>(i) / last, length);
     const double limit = interpolate(keep.limits, at);
     const Vec3 p = to_body * points[i];
-    if (memory[i][3] - (p - to_vec(memory[i])).norm() > limit) continue;
+    const double before = memory[i][3], moved = (p - to_vec(memory[i])).norm();
+    if (before - moved > limit) continue;
     const double within = std::max(limit, 0.0) + kAhead * size;
-    const ClosestPoint nearest = nearest_on(bone, p, within);
+    const double at_most = before < 0.0 ? moved - before + kOnSurface : kAny;
+    const ClosestPoint nearest = nearest_on(bone, p, within, before - moved, at_most);
     const double distance = nearest.triangle < 0 ? within : nearest.distance;
     memory[i] = to_point(p);
     memory[i][3] = distance;

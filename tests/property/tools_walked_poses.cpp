@@ -30,6 +30,8 @@ struct Walker {
   const Model& model;
   State state;
   std::vector<Points> before, now;
+  std::vector<muscles::CarryWork> work;
+  muscles::CarriedPose carried;
   bool prints = false;
   Walk walk;
 
@@ -51,9 +53,11 @@ struct Walker {
   void look(double at) {
     const size_t count = model.muscles.size();
     now.resize(count);
+    work.resize(count);
     for (size_t m = 0; m < count; ++m) {
       const CarriedShape& shape = model.muscles[m].shape;
-      carried_positions(shape, carry_pose(shape, state.pose), true, now[m]);
+      carry_pose(shape, state.pose, work[m], carried);
+      carried_positions(shape, carried, true, now[m]);
       if (before.empty()) continue;
       const double moved = largest_distance(now[m], before[m]);
       const double bones = bones_of(model.muscles[m]), over = moved - kOwn - kOfTheBones * bones;

@@ -59,17 +59,14 @@ Distances between(const State& a, const State& b) {
 TEST(LoneArm, IsTheSameWhateverCameBefore) {
   const Model& model = lone_arm();
   ASSERT_TRUE(stands_alone(model));
-  State state = initial_state(model), straight, bent;
-  solve(model, 31, straight);
+  State state = initial_state(model), bent;
   solve(model, 60, bent, 2);
-  for (const auto& [frame, expected] :
-       {std::pair<double, const State&>(60, bent), {31, straight}}) {
-    solve(model, frame, state);
-    EXPECT_TRUE(are_equal(state, expected)) << "frame " << frame;
-  }
+  solve(model, 11, state);
   solve(model, 61, state);  // the pose of frame 60, at another time and from the straight arm
   const Distances apart = between(state, bent);
   EXPECT_EQ(std::max({apart.bones, apart.muscles, apart.skin, apart.slip}), 0.0);
+  solve(model, 60, state);  // from the bent arm
+  EXPECT_TRUE(are_equal(state, bent));
 }
 
 // Frames at which the way to the pose takes a step more than just before.

@@ -70,11 +70,11 @@ TEST(ResumedStep, OfTheArmAndItsSkinThroughTheFold) { run(scene_of("assets/arm/a
 TEST(ResumedStep, OfTheArmWithoutInertia) {
   const Model model = scene_of("assets/arm/arm.toml", {"solver.integrator=quasi_static"});
   if (every(2) == 1) return run(model, 61);
-  run(model, 5);
+  run(model, 3);
   Parallel parallel(2);
   StageSeconds seconds;
   State bent;
-  solve_lone_frame(model, (51 - model.first_frame) / model.fps, parallel, bent, seconds);
+  solve_lone_frame(model, (56 - model.first_frame) / model.fps, parallel, bent, seconds);
   bent.way.reset();  // from now on in the clip
   go_on(model, 61, parallel, bent);
 }

@@ -13,8 +13,8 @@ namespace {
 // that none is passed in the scenes of assets/arm, whose muscles contact alone keeps out of bone.
 constexpr int kPasses = 6;  // of finding what is too near and moving it
 // Nearer to a bone than at rest, and than the tendon is thick, by less than this is left alone.
-constexpr double kLimit = 1.3e-3;
-constexpr double kEndLimit = 2e-3;        // the same besides, where a tendon enters its bone:
+constexpr double kLimit = 0.8e-3;
+constexpr double kEndLimit = 1e-3;        // the same besides, where a tendon enters its bone:
 constexpr double kEnd[] = {8e-3, 16e-3};  // so far from an end of the path it fades out
 constexpr double kBellyLimit = 6e-3;      // the same besides, where it enters its belly:
 constexpr double kFade = 30e-3;           // so far from it that fades out

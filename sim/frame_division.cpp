@@ -14,8 +14,7 @@ namespace {
 constexpr int kMaxHalvings = 4;
 constexpr int kMaxSubsteps = 1024;  // of a frame
 
-int skin_steps_of(const Model& model, double time, State& state) {
-  if (!model.has_skin) return 1;
+int steps_by_turn(const Model& model, double time, State& state) {
   const double angle = turn_until(model, time, state);
   return std::max(1, static_cast<int>(std::ceil(angle / model.skin.settings.max_turn)));
 }
@@ -41,7 +40,7 @@ FrameDivision divide_frame(const Model& model, double time, State& state) {
   FrameDivision division;
   division.end = time;
   division.length = frame_length(model, time, state);
-  division.skin_steps = std::min(skin_steps_of(model, time, state), kMaxSubsteps);
+  division.skin_steps = std::min(steps_by_turn(model, time, state), kMaxSubsteps);
   division.first_substeps = std::max(substeps_of(model), division.skin_steps);
   division.substeps = division.first_substeps;
   return division;

@@ -32,8 +32,9 @@ struct FrameDivision {
   }
 };
 
-/// The first try of the frame from state.time to `time` (s), after begin_frame(). The skin is
-/// stepped often enough that no joint turns by more than SkinSettings::max_turn in a step of it.
+/// The first try of the frame from state.time to `time` (s), after begin_frame(). Muscles and skin
+/// are stepped often enough that no joint turns by more than SkinSettings::max_turn in a step;
+/// without a skin too, so that the muscles are the same with and without it.
 FrameDivision divide_frame(const Model& model, double time, State& state);
 
 /// That of rest_frame(), after begin_frame().

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "rig/math.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/settle.h"
@@ -253,6 +254,41 @@ TEST(ArmSkin, IsNotWrungByTheForearmsTurn) {
     EXPECT_GT(before.size(), 50u);
     EXPECT_GT(least, 0.9);
   }
+}
+
+// Muscles feel no skin: they are the same, to the bit, without it. On the arm that turns, in frames
+// in which a joint turns so fast that they are divided.
+TEST(ArmSkin, IsNotFeltByTheMuscles) {
+  const auto model_of = [](const std::vector<std::string>& overrides) {
+    return build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/turn.toml", overrides));
+  };
+  const Model with = model_of({}), without = model_of({"skin.enabled=false"});
+  ASSERT_TRUE(with.has_skin);
+  ASSERT_FALSE(without.has_skin);
+  Parallel parallel(2);
+  StageSeconds seconds;
+  State a = initial_state(with), b = initial_state(without);
+  settle(with, parallel, a);
+  settle(without, parallel, b);
+  double fastest = 0.0;  // rad
+  constexpr int kFrames = 16;
+  for (int frame = 0; frame <= kFrames; ++frame) {
+    if (frame > 0) {
+      State scratch = a;
+      fastest = std::max(fastest, turn_until(with, frame / with.fps, scratch));
+      step_frame(with, frame / with.fps, parallel, a, seconds);
+      step_frame(without, frame / with.fps, parallel, b, seconds);
+    }
+    for (size_t m = 0; m < a.muscles.size(); ++m) {
+      const Points &x = a.muscles[m].x, &y = b.muscles[m].x;
+      ASSERT_EQ(x.size(), y.size());
+      for (size_t i = 0; i < x.size(); ++i) {
+        ASSERT_EQ(to_vec(x[i]), to_vec(y[i]))
+            << with.muscles[m].name << ", node " << i << ", after " << frame << " frames";
+      }
+    }
+  }
+  EXPECT_GT(fastest, with.skin.settings.max_turn);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ constexpr size_t kPhalanges = 3;    // a finger's, and a thumb's with its metaca
 constexpr double kAtWrist = 0.1;    // of the hand's length: what begins nearer is no finger
 constexpr double kThumb = 0.8;      // nearer to the wrist than the other fingers begin, in the mean
 constexpr double kAway = 0.4;       // of the palm's length: a thumb as far off lacks its metacarpal
+constexpr double kShort = 0.5;      // of the template's metacarpal on this palm: not all of one
 constexpr double kTip = 0.85;       // of the last phalanx' length, where its bone ends
 constexpr double kRound = 0.8;      // of it, where the fingertip begins to be round
 constexpr double kSkin = 0.05;      // of a finger's radius, outside of its bones
@@ -335,8 +336,10 @@ void fit_finger(const Target& to, const Finger& finger, const std::string& name,
     HandBone& metacarpal = *bones_of(to, name, kPhalanges, bones).front();
     const Vec3 on_wrist = palm.placed(metacarpal.joint);
     const bool is_far = (joints[0] - on_wrist).norm() > kAway * palm.to.length;
-    // One that begins with its knuckle begins at the wrist all the same.
-    if (is_far && finger.bodies.size() == kPhalanges) joints[0] = on_wrist;
+    const double whole = palm.scale.x() * (end_of(metacarpal) - metacarpal.joint).norm();
+    const bool is_short = (joints[1] - joints[0]).norm() < kShort * whole;
+    // One that begins with its knuckle, or in the web, begins at the wrist all the same.
+    if ((is_far || is_short) && finger.bodies.size() == kPhalanges) joints[0] = on_wrist;
     if (is_far && finger.bodies.size() < kPhalanges) {
       place(palm, on_wrist, joints[0], hand, to.arm.hand, metacarpal);
     }

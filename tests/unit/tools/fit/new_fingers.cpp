@@ -55,7 +55,9 @@ using Fingers = std::map<std::string, std::vector<Vec3>>;
 
 // The figure's hands end at the knuckles; from there on spread fingers of two or three phalanges.
 // Their names tell neither the fingers nor their order.
-Fingers add_fingers(int fingers, int phalanges, Figure& figure, double thumb_at = 0.015) {
+// The thumb's begin `thumb_at` (m) along the hand, and its first is so much shorter (m).
+Fingers add_fingers(int fingers, int phalanges, Figure& figure, double thumb_at = 0.015,
+                    double shorter = 0.0) {
   Fingers added;
   const Vec3 wrist(0.53, 1.075, 0.02), middle = wrist + Vec3(-0.007, 0.007, 0.006);  // of the hand
   const Vec3 along = (wrist - Vec3(0.37, 1.21, -0.035)).normalized(), ahead = Vec3::UnitZ();
@@ -84,7 +86,9 @@ Fingers add_fingers(int fingers, int phalanges, Figure& figure, double thumb_at 
       const Vec3 knuckle = middle + (thumb ? thumb_at : 0.085) * along + place * across;
       const Vec3 way = (along + (thumb ? 0.9 : 8.0 * place) * across).normalized();
       std::vector<Vec3> joints;
-      for (int k = 0; k <= phalanges; ++k) joints.push_back(mirrored(knuckle + 0.028 * k * way));
+      for (int k = 0; k <= phalanges; ++k) {
+        joints.push_back(mirrored(knuckle + (0.028 * k - (thumb && k > 0 ? shorter : 0.0)) * way));
+      }
       const int first = static_cast<int>(figure.joints.size());
       for (int k = 0; k < phalanges; ++k) {
         const std::string name =
@@ -171,6 +175,24 @@ TEST_F(NewFingers, AThumbThatBeginsWithItsKnuckleIsOnTheWrist) {
       EXPECT_LT(least, 4e-3);
     }
   }
+}
+
+// A thumb whose first joint lies in the web had a splinter for a metacarpal, off the palm.
+TEST_F(NewFingers, AMetacarpalIsNoShorterThanItsHandAsksFor) {
+  Figure figure;
+  add_fingers(4, 3, figure, 0.012, 0.016);
+  const Model model = made(figure);
+  int found = 0;
+  for (const Bone& bone : model.bones) {
+    if (!bone.name.starts_with("thumb_metacarpal")) continue;
+    double longest = 0.0;
+    for (const Vec3& p : bone.in_body.vertices) {
+      longest = std::max(longest, (p - bone.in_body.vertices[0]).norm());
+    }
+    EXPECT_GT(longest, 0.025) << bone.name;  // 12 mm from joint to joint
+    ++found;
+  }
+  EXPECT_EQ(found, 2);
 }
 
 // A mitten has a hand of one piece.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/base/bake_mesh.h"
 
+#include <algorithm>
+
 namespace thew::tools {
 
 const char* kind_name(BakeMesh::Kind kind) {
@@ -21,8 +23,30 @@ std::array<double, 3> kind_colour(BakeMesh::Kind kind) {
   }
 }
 
+std::vector<int> shaded_vertices(const BakeMesh& mesh) {
+  constexpr double kEdge = 0.5;  // cosine of 60 degrees, at which an edge is sharp
+  const std::vector<int> first = first_at_position(mesh.rest);
+  if (mesh.kind != BakeMesh::Kind::kSkin) return first;
+  const std::vector<Vec3> normals = vertex_normals(mesh.rest);
+  std::vector<std::vector<int>> smooth(first.size());  // by place, of each of its shades the first
+  std::vector<int> shaded;
+  for (int i = 0; i < static_cast<int>(first.size()); ++i) {
+    std::vector<int>& shades = smooth[first[i]];
+    const auto at = std::find_if(shades.begin(), shades.end(),
+                                 [&](int other) { return normals[i].dot(normals[other]) > kEdge; });
+    shaded.push_back(at == shades.end() ? i : *at);
+    if (at == shades.end()) shades.push_back(i);
+  }
+  return shaded;
+}
+
 std::vector<Triangle> shaded_triangles(const BakeMesh& mesh) {
-  return mesh.kind == BakeMesh::Kind::kSkin ? mesh.rest.triangles : joined_triangles(mesh.rest);
+  const std::vector<int> shaded = shaded_vertices(mesh);
+  std::vector<Triangle> triangles = mesh.rest.triangles;
+  for (Triangle& triangle : triangles) {
+    for (int& vertex : triangle) vertex = shaded[vertex];
+  }
+  return triangles;
 }
 
 }  // namespace thew::tools

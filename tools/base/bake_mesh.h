@@ -13,8 +13,11 @@ const char* kind_name(BakeMesh::Kind kind);
 /// What exports paint it with: red, green and blue, linear.
 std::array<double, 3> kind_colour(BakeMesh::Kind kind);
 
-/// The triangles by which a mesh is shaded: flesh and bone are smooth, and so go by the first
-/// vertex of each place at rest; a skin may have vertices apart for the sake of a sharp edge.
+/// For each vertex the one with which it is shaded: the first at its place at rest. A skin's are
+/// apart where its edge is sharp, at 60 degrees: a file may have a vertex for each triangle, or for
+/// each side of a texture's seam, without any edge to be seen.
+std::vector<int> shaded_vertices(const BakeMesh& mesh);
+/// The triangles by these vertices.
 std::vector<Triangle> shaded_triangles(const BakeMesh& mesh);
 
 }  // namespace thew::tools

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "rig/skeleton.h"
 #include "rig/text.h"
@@ -43,14 +42,6 @@ std::vector<Vec3> chosen_of(const Shot& shot, std::size_t m, std::vector<Vec3> p
   return own;
 }
 
-// Flesh and bone are smooth, as shaded_triangles() has them.
-std::vector<int> smooth_vertices(const BakeMesh& mesh) {
-  if (mesh.kind != BakeMesh::Kind::kSkin) return first_at_position(mesh.rest);
-  std::vector<int> each(mesh.rest.vertices.size());
-  std::iota(each.begin(), each.end(), 0);
-  return each;
-}
-
 int find_frame(const BakeInfo& info, const std::string& asked, int frame) {
   const auto found = std::lower_bound(info.frames.begin(), info.frames.end(), frame);
   if (found == info.frames.end() || *found != frame) {
@@ -76,7 +67,7 @@ Shot choose_shot(const BakeReader& reader, const std::vector<std::string>& names
     }
   }
   shot.smooth.resize(info.meshes.size());
-  for (const int mesh : shot.meshes) shot.smooth[mesh] = smooth_vertices(info.meshes[mesh]);
+  for (const int mesh : shot.meshes) shot.smooth[mesh] = shaded_vertices(info.meshes[mesh]);
   for (const int frame : frames.empty() ? info.frames : parse_frames(frames)) {
     shot.places.push_back(find_frame(info, frames, frame));
   }

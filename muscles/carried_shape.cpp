@@ -247,7 +247,7 @@ namespace {
 
 // Finds the bodies along the traced path in the pose, and the twists between them.
 void find_bodies(const CarriedShape& shape, const Pose& pose, CarryWork& work) {
-  auto& [traced, even, points, frames, bodies, scratch, twists, around] = work;
+  auto& [traced, even, points, frames, bodies, scratch, twists, around, cleared] = work;
   bodies.clear();
   twists.clear();
   for (const CarriedShape::Run& run : shape.runs) {

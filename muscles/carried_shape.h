@@ -68,6 +68,8 @@ struct CarriedShape {
   /// has a length (m); whether it did. What it keeps in the scratch memory spares it searches and
   /// does not change the result.
   std::function<bool(const Pose&, double, std::vector<Vec3>&, std::vector<Points>&)> give_way = {};
+  /// If set, moves carried nodes (m) out of bones in a pose; the scratch memory as above.
+  std::function<void(const Pose&, Points&, std::vector<Points>&)> clear_bones = {};
 };
 
 /// The carried shape in one pose.
@@ -107,7 +109,7 @@ struct CarryWork {
   CurveFrames frames;
   std::vector<FrameBody> bodies;
   std::vector<double> scratch, twists;  ///< twists in rad, between successive bodies
-  std::vector<Points> around;           ///< of give_way
+  std::vector<Points> around, cleared;  ///< of give_way, and of clear_bones
 };
 void carry_pose(const CarriedShape& shape, const Pose& pose, CarryWork& work, CarriedPose& out);
 

@@ -73,6 +73,7 @@ void carry_muscle(const Muscle& muscle, const Pose& pose, double activation, dou
   motion.path_length = step.pose.path_length;
   carried_positions(muscle.shape, step.pose, muscle.swells, motion.target, kTightness,
                     muscle.swells ? &step.tightened : nullptr);
+  if (muscle.shape.clear_bones) muscle.shape.clear_bones(pose, motion.target, step.carry.cleared);
   for (size_t i = 0; i < motion.target.size(); ++i) {
     step.target_velocity[i] = (motion.target[i] - step.target_velocity[i]) * (1.0 / h);
   }

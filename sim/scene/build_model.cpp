@@ -9,6 +9,7 @@
 #include "rig/text.h"
 #include "sim/scene/model_hash.h"
 #include "skin/contact/face_contact.h"
+#include "skin/contact/kept_out.h"
 #include "skin/contact/way_around.h"
 
 namespace thew::sim {
@@ -193,6 +194,8 @@ void lead_around_bones(const Pose& bind_pose, Model& model) {
       if (!model.ignore[m][colliders[k]]) which.push_back(static_cast<int>(k));
     }
     pass_around(bones, which, bind_pose, model.size, muscle.shape);
+    keep_out(bones, std::move(which), muscle.rest.triangles, muscle.driven, bind_pose, model.size,
+             muscle.shape);
   }
 }
 

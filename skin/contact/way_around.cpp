@@ -71,27 +71,6 @@ double interpolate(const std::vector<double>& values, double share) {
   return values[i] + (at - i) * (values[i + 1] - values[i]);
 }
 
-constexpr double kAny = 1e3;         // m, beyond all that is searched
-constexpr double kOnSurface = 1e-9;  // m
-
-// The nearest point of the bone to p within `within` (m), or, if p may be inside, in any distance.
-// p is known to be no nearer to its surface than `at_least`, and no farther if inside than
-// `at_most` (m).
-ClosestPoint nearest_on(const RigidBone& bone, const Vec3& p, double within, double at_least = 0.0,
-                        double at_most = kAny) {
-  const NodeBox at{to_point(p), to_point(p)};
-  if (!are_near(bone.box, at, within)) return {};
-  const bool outside = at_least > 0.0 || !are_near(bone.box, at, 0.0);
-  const double bound = outside ? within : std::max(within, at_most);
-  return closest_point(bone.surface, bone.bvh, bone.x, p, bound);
-}
-
-// Unit vector away from the bone.
-Vec3 away_from(const ClosestPoint& nearest, const Vec3& p) {
-  const bool on_it = std::abs(nearest.distance) < kOnSurface;
-  return on_it ? nearest.normal : Vec3((p - nearest.point) / nearest.distance);
-}
-
 // Adds the pushes of one bone. `memory` has for each point where, in the frame of the body, it was
 // searched for last, and in the fourth coordinate what its distance (m) was then at least: as far
 // as it has moved since, so much nearer it may be.
@@ -252,13 +231,6 @@ Kept kept_from(const CarriedShape& shape, double size, const std::vector<double>
 }
 
 }  // namespace
-
-RigidBone rigid_bone(int body, Surface surface, Points x) {
-  RigidBone bone{body, std::move(surface), std::move(x), {}, {}};
-  bone.bvh = build_bvh(bone.surface, bone.x);
-  bone.box = box_of(bone.x);
-  return bone;
-}
 
 void pass_around(std::shared_ptr<const std::vector<RigidBone>> bones, std::vector<int> which,
                  const Pose& rest_pose, double size, CarriedShape& shape) {

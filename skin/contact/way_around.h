@@ -5,21 +5,11 @@
 #include <vector>
 
 #include "muscles/carried_shape.h"
-#include "skin/surface/surface.h"
+#include "skin/contact/rigid_bone.h"
 
 namespace thew::skin {
 
 using muscles::CarriedShape;
-
-/// A rigid bone, in the frame of its body.
-struct RigidBone {
-  int body = -1;
-  Surface surface;
-  Points x;  ///< m
-  Bvh bvh;
-  NodeBox box;
-};
-RigidBone rigid_bone(int body, Surface surface, Points x);
 
 /// Leads the tendons of a muscle around bones, since contact does not move them. Where the curve
 /// comes nearer to a bone than in `rest_pose`, and nearer than the tendon is thick, it is pushed

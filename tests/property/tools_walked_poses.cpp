@@ -59,6 +59,7 @@ struct Walker {
       const CarriedShape& shape = model.muscles[m].shape;
       carry_pose(shape, state.pose, work[m], carried);
       carried_positions(shape, carried, true, now[m]);
+      if (shape.clear_bones) shape.clear_bones(state.pose, now[m], work[m].cleared);
       if (before.empty()) continue;
       const double moved = largest_distance(now[m], before[m]);
       const double bones = bones_of(model.muscles[m]), over = moved - kOwn - kOfTheBones * bones;

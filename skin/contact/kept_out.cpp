@@ -16,8 +16,9 @@ constexpr double kFreeLimit = 1.5e-3;     // the same besides, of corners that c
 constexpr double kEndLimit = 2.5e-3;      // the same besides, where a tendon enters its bone:
 constexpr double kEnd[] = {8e-3, 16e-3};  // so far from an end of the path it fades out
 constexpr double kSpacing = 4e-3;         // of the samples of an edge
-constexpr double kAhead = 20e-3;    // searched beyond what is asked, to spare the next searches
-constexpr int kPasses = 3;          // of finding what is too deep and moving it
+constexpr double kAhead = 20e-3;  // searched beyond what is asked, to spare the next searches
+constexpr double kMost = 1e-3;    // that a node is moved: by 2 mm an edge to the belly did not hold
+constexpr int kPasses = 3;        // of finding what is too deep and moving it
 constexpr double kMostMoved = 2.5;  // [1], of a node, over its sample: others are left to contact
 
 // A node, or a point of an edge.
@@ -43,7 +44,7 @@ struct KeptOut {
   std::vector<int> nodes;  // those of the samples; what follows goes by them
   std::vector<Sample> samples;
   std::vector<std::vector<double>> limits;  // by bone and sample: m, the least distance
-  double ahead = kAhead;                    // m
+  double ahead = kAhead, most = kMost;      // m
 
   // `memory` has one entry for each bone's samples, then for each bone's nodes, then those of
   // Scratch.
@@ -52,7 +53,8 @@ struct KeptOut {
 
 // By node of the samples, kept so that a step does not allocate.
 struct Scratch {
-  static constexpr size_t kCount = 4;
+  static constexpr size_t kCount = 5;
+  Points& before;     // m, what is carried
   Points& world;      // m
   Points& local;      // m, in the frame of a bone's body
   Points& pushes;     // m, the sum of all, and in the fourth coordinate of their lengths
@@ -128,7 +130,7 @@ void KeptOut::push(const Pose& pose, Points& x, std::vector<Points>& memory) con
   const size_t count = which.size();
   memory.resize(2 * count + Scratch::kCount);
   const auto rest = memory.begin() + static_cast<std::ptrdiff_t>(2 * count);
-  const Scratch scratch{rest[0], rest[1], rest[2], rest[3]};
+  const Scratch scratch{rest[0], rest[1], rest[2], rest[3], rest[4]};
   scratch.world.resize(nodes.size());
   scratch.local.resize(nodes.size());
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -152,13 +154,16 @@ void KeptOut::push(const Pose& pose, Points& x, std::vector<Points>& memory) con
       any = push_from(bone, samples, limits[b], ahead, body, kept, scratch) || any;
     }
     if (!any) return;
-    // As far as the strongest asks for, in their mean direction.
+    if (pass == 0) scratch.before = scratch.world;
+    // As far as the strongest asks for, in their mean direction, and no farther than `most` in all.
     for (size_t i = 0; i < nodes.size(); ++i) {
       const Point& sum = scratch.pushes[i];
       if (!(sum[3] > 0.0)) continue;
       Point by = scratch.strongest[i][0] / sum[3] * sum;
       by[3] = 0.0;
-      x[nodes[i]] += by;
+      by += scratch.world[i] - scratch.before[i];
+      const double far = norm(by);
+      x[nodes[i]] = scratch.before[i] + (far > most ? most / far : 1.0) * by;
     }
   }
 }
@@ -215,6 +220,7 @@ void keep_out(std::shared_ptr<const std::vector<RigidBone>> bones, std::vector<i
   auto kept = std::make_shared<KeptOut>();
   kept->samples = samples_of(triangles, driven, rest, kSpacing * size);
   kept->ahead = kAhead * size;
+  kept->most = kMost * size;
   for (const int b : which) {
     const RigidBone& bone = (*bones)[b];
     const Transform to_body = rest_pose[bone.body].inverse();

@@ -61,13 +61,6 @@ struct Scratch {
   Points& strongest;  // m, the first coordinate alone
 };
 
-// m, of a point from a box.
-double distance_from(const NodeBox& box, const Point& p) {
-  Vec3 apart = Vec3::Zero();
-  for (int k = 0; k < 3; ++k) apart[k] = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
-  return apart.norm();
-}
-
 // Whether no sample can have passed its limit since all were looked at.
 bool is_clear(const Points& now, const Kept& kept) {
   if (kept.nodes.empty()) return false;
@@ -107,7 +100,7 @@ bool push_from(const RigidBone& bone, const std::vector<Sample>& samples,
     double distance = before - moved;  // at least
     if (distance <= limits[s]) {
       const double at_most = before < 0.0 ? moved - before + kOnSurface : kAny;
-      const double apart = distance_from(bone.box, p);
+      const double apart = box_distance(bone.bvh, p);
       ClosestPoint nearest;
       if (apart <= ahead) nearest = nearest_on(bone, to_vec(p), ahead, distance, at_most);
       distance = nearest.triangle < 0 ? std::max(apart, ahead) : nearest.distance;
@@ -146,7 +139,7 @@ void KeptOut::push(const Pose& pose, Points& x, std::vector<Points>& memory) con
       const Transform& body = pose[bone.body];
       const Mat3 turn = body.linear().transpose();
       const Vec3 by = -(turn * body.translation());
-      if (distance_from(bone.box, to_point(Vec3(turn * middle + by))) > radius) continue;
+      if (box_distance(bone.bvh, to_point(Vec3(turn * middle + by))) > radius) continue;
       for (size_t i = 0; i < nodes.size(); ++i) {
         scratch.local[i] = to_point(Vec3(turn * to_vec(scratch.world[i]) + by));
       }
@@ -185,7 +178,7 @@ std::vector<Sample> samples_of(const std::vector<Triangle>& triangles,
     samples.push_back(sample);
   };
   for (const Triangle& t : triangles) {
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < 3; ++k) {
       const int i = t[k], j = t[(k + 1) % 3];
       if (i > j || !(driven[i] || driven[j])) continue;  // the other triangle has it
       const int parts = static_cast<int>(std::ceil(norm(x[i] - x[j]) / spacing));

@@ -15,6 +15,7 @@
 #include "sim/settle.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
+#include "tests/property/every.h"
 
 namespace thew::tests {
 namespace {
@@ -90,7 +91,7 @@ std::vector<double> frames_of_one_more_step(const Model& model, int every) {
 
 TEST(LoneArm, IsContinuousWhereTheWayGetsAStepLonger) {
   const Model& model = lone_arm();
-  const std::vector<double> frames = frames_of_one_more_step(model, 10);
+  const std::vector<double> frames = frames_of_one_more_step(model, every(10));
   ASSERT_GE(frames.size(), 3u);
   for (const double frame : frames) {
     State before, after;

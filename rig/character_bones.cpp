@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 
 namespace thew::rig {
 namespace {
@@ -105,6 +106,38 @@ void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
   if (spine != chest) bodies.emplace(std::pair(BoneKind::kSpine, 0), spine);
 }
 
+Vec3 position_of(const Character& character, int body) {
+  return character.bind[body].translation();
+}
+
+// Of several bodies above the forearm with an upper arm's name, such as "ToArm" and "Arm" or the
+// two halves of one that twists, the one whose length is nearest to a person's. One that begins in
+// the trunk's middle, where that of the other side does, is none.
+int usual_humerus(const Character& character, int humerus, int forearm, int hand) {
+  constexpr double kUsual = 1.2;  // of the forearm's length
+  constexpr double kApart = 0.5;  // of the upper arm's length: a person's shoulders are more
+  const Skeleton& skeleton = character.skeleton;
+  const auto place = [&](int body) { return position_of(character, body); };
+  const int side = read_bone_name(skeleton.body_names[humerus]).side;
+  const auto is_named = [&](int body, int of_side) {
+    const BoneName name = read_bone_name(skeleton.body_names[body]);
+    return name.kind == BoneKind::kHumerus && name.side == of_side;
+  };
+  const double usual = kUsual * (place(hand) - place(forearm)).norm();
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = skeleton.parent[forearm]; i >= 0; i = skeleton.parent[i]) {
+    if (!is_named(i, side)) continue;
+    const double length = (place(i) - place(forearm)).norm();
+    const double off = std::max(length / usual, usual / length);
+    bool apart = true;
+    for (int j = 0; j < skeleton.size() && side != 0; ++j) {
+      if (is_named(j, -side)) apart = apart && (place(i) - place(j)).norm() > kApart * length;
+    }
+    if (apart && off < least) least = off, humerus = i;
+  }
+  return humerus;
+}
+
 // Poser and CMU name the arm's bones collar, shoulder, elbow and wrist: there "shoulder" is the
 // humerus, which read_bone_name() takes for a clavicle.
 void add_shoulders(const Character& character, int side, HumanBodies& bodies) {
@@ -134,10 +167,6 @@ void set_nearest(const Character& character, BoneKind kind, BoneKind limb, int s
     bodies[{kind, side}] = i;
     return;
   }
-}
-
-Vec3 position_of(const Character& character, int body) {
-  return character.bind[body].translation();
 }
 
 // m, for each body the longest path down the tree from it.
@@ -378,6 +407,7 @@ int whole_humerus(const Character& character, int humerus, int forearm, int hand
   const auto is_shoulder = [&](int body) {
     return body >= 0 && read_bone_name(skeleton.body_names[body]).kind == BoneKind::kClavicle;
   };
+  humerus = usual_humerus(character, humerus, forearm, hand);
   const int first = above(humerus);
   if (!is_shoulder(first) || !is_shoulder(above(first))) return humerus;
   const Vec3 elbow = position_of(character, forearm);

@@ -98,6 +98,7 @@ struct Character {
     int body = -1;
   };
   std::vector<HumanBone> humanoid;
+  std::vector<std::string> files;  ///< of glTF: those it names, relative to its folder; not checked
   std::vector<std::string> warnings;
   std::string size_doubt;  ///< a warning if the mesh is not as large as a person; else empty
 };

@@ -96,6 +96,7 @@ void walk(Archive& archive, Character& c) {
     a.list(bone.bone);
     a.number(bone.body);
   });
+  archive.each(c.files, text);
   archive.each(c.warnings, text);
   archive.list(c.size_doubt);
 }

@@ -394,6 +394,7 @@ Character read_gltf_character(const fs::path& file, double scale, bool with_mesh
     if (with_mesh && character.parts.empty()) gltf.refuse("has no mesh");
     read_gltf_animations(gltf, nodes.body, scale, character);
     collect_humanoid(gltf, nodes, character);
+    character.files = gltf.files_named();
   } catch (const Json::exception& error) {
     gltf.refuse("its JSON is not built as glTF has it (" + printable(error.what()) + ")");
   }

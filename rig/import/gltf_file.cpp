@@ -263,6 +263,17 @@ std::optional<std::string> GltfFile::bytes_of_uri(const std::string& uri) {
   }
 }
 
+std::vector<std::string> GltfFile::files_named() const {
+  std::vector<std::string> files;
+  for (const char* name : {"buffers", "images"}) {
+    for (const Json& entry : list(name)) {
+      const std::string uri = entry.is_object() ? text_of(entry, "uri") : "";
+      if (!uri.empty() && !uri.starts_with("data:")) files.push_back(decoded_uri(uri));
+    }
+  }
+  return files;
+}
+
 std::string_view GltfFile::view(size_t index, const std::string& from) {
   const Json& entry = item("bufferViews", index, from);
   const std::string location = location_of("bufferViews", index);

@@ -54,6 +54,8 @@ class GltfFile {
   /// The bytes that a uri holds in base64, or that are in the file that it names, in the folder of
   /// this one or below; nothing where there are none.
   static std::optional<std::string> bytes_of_uri(const std::string& uri);
+  /// The files beside it that hold buffers and images, as its uris name them.
+  std::vector<std::string> files_named() const;
   /// Reads a member that is a list of `count` finite numbers; false if it is missing.
   bool numbers_of(const Json& object, const char* key, size_t count, const std::string& location,
                   double* to) const;

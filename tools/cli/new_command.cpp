@@ -91,19 +91,30 @@ void claim_file(const fs::path& file, const std::string& scene, bool force) {
                   "; write the scene into another folder, or replace it with --force");
 }
 
-// A scene reads nothing outside its folder: a character from elsewhere is copied beside it.
-fs::path bring_character(const fs::path& file, const fs::path& folder, const std::string& scene,
-                         bool force) {
+// What is there with the same bytes, another scene's on the same character, stays.
+void bring_file(const fs::path& from, const fs::path& copy, const std::string& scene, bool force) {
+  constexpr size_t kLimit = size_t{256} << 20;  // bytes
+  const std::string bytes = read_whole(from, kLimit);
+  if (!force && fs::is_regular_file(copy) && read_whole(copy, kLimit) == bytes) return;
+  claim_file(copy, scene, force);
+  write_durably(copy, bytes, scene);
+}
+
+// A scene reads nothing outside its folder: a character from elsewhere is copied beside it, with
+// what a glTF keeps in files of its own.
+fs::path bring_character(const Character& character, const fs::path& file, const fs::path& folder,
+                         const std::string& scene, bool force) {
   create_folders(folder);
   const fs::path real = fs::canonical(file), below = fs::canonical(folder);
   if (is_below(real, below)) return fs::relative(real, below);
-  const fs::path copy = folder / file.filename();
-  const std::string bytes = read_whole(real, size_t{256} << 20);
-  if (!force && fs::is_regular_file(copy) && read_whole(copy, size_t{256} << 20) == bytes) {
-    return file.filename();  // another scene's on the same character
+  for (const std::string& name : character.files) {
+    const fs::path part = fs::weakly_canonical(real.parent_path() / name);
+    if (!fs::is_regular_file(part) || !is_below(part, real.parent_path())) continue;  // not read
+    const fs::path copy = folder / fs::relative(part, real.parent_path());
+    create_folders(copy.parent_path());
+    bring_file(part, copy, scene, force);
   }
-  claim_file(copy, scene, force);
-  write_durably(copy, bytes, scene);
+  bring_file(real, folder / file.filename(), scene, force);
   return file.filename();
 }
 
@@ -143,6 +154,7 @@ std::string format(const char* how, Values... values) {
 }
 
 void say_fit(const Target& to, Said& said) {
+  constexpr double kBeside = 0.008;  // m, of an arm of the template's size, of any that lies within
   const Skeleton& skeleton = to.character.skeleton;
   const double length = to.fit.along_upper * to.from.arm.elbow.norm();
   const auto [upper, fore] = thickness_of(to);
@@ -173,7 +185,15 @@ void say_fit(const Target& to, Said& said) {
   for (const std::string& name : to.fit.wringing) {
     said.warn("animation \"" + name + "\" rolls the " + to.side +
               " forearm by more than the 80 deg that an arm's turns, and wrings the muscles on its "
-              "radius; if a bake of it ends with exit 5 there, set contact.enabled=false");
+              "radius");
+  }
+  const double beside = to.fit.girth.shift_at(to.fit.elbow_template.y()).norm();
+  if (beside > kBeside * to.fit.across) {
+    said.warn(
+        format("the %s elbow lies in its own skin or outside of it, and its muscles and bones "
+               "%.0f mm beside it: they part from one another where it bends; a joint in the "
+               "middle of the flesh keeps them together",
+               to.side.c_str(), 1e3 * beside));
   }
 }
 
@@ -241,18 +261,34 @@ std::string why_threads(const std::vector<std::string>& threads) {
 
 // A scene that a bake would refuse, or whose muscles come to no rest, is not written. It is read
 // from beside its place, as its paths are relative.
-void check_scene(const fs::path& character, const fs::path& out, const std::string& text) {
+void check_scene(const fs::path& character, const fs::path& out, const std::string& text,
+                 Said& said) {
+  // Of the muscles' frames. Arms that lie in each other took 0.08 (a wrong humerus); limbs of odd
+  // shape that settle well all the same, 0.01.
+  constexpr double kMostRungs = 0.05;
   const Temporary trial(out);
   replace_durably(trial.path, text);
   try {
     Model model = build_model(read_scene(trial.path));
-    model.solver.rungs = false;  // at rest no muscle may need one
     // The layer of the skin, which moves no muscle, takes most of the time. That it can be stepped
     // was seen on its way to the pose in which it starts.
     if (model.skinned) model.skinned->nodes.clear();
     Parallel parallel(1);
     State state = initial_state(model);
-    settle(model, parallel, state);
+    int rungs = 0;
+    const double all = model.settle * model.fps * static_cast<double>(model.muscles.size());
+    settle(model, parallel, state, [&] {
+      for (const MuscleState& muscle : state.muscles) {
+        rungs += muscle.ladder.frame_rung > Rung::kSubsteps;
+      }
+      if (rungs <= kMostRungs * all) return;
+      throw Error(ErrorCode::kInput, "while settling, more than " +
+                                         std::to_string(std::lround(1e2 * kMostRungs)) +
+                                         " % of the muscles' frames cannot be solved");
+    });
+    if (rungs > 0) {
+      said.warn(std::to_string(rungs) + " frames of a muscle could not be solved while settling");
+    }
   } catch (const Error& error) {
     std::string refusal = error.what();
     if (const size_t at = refusal.find(trial.path.string()); at != std::string::npos) {
@@ -262,6 +298,22 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
                 character.string() + ": no scene that bakes comes of it (" + refusal +
                     "); name its bodies with --map, or give its unit with --scale");
   }
+}
+
+// A body in the trunk's middle is no upper arm; muscles on two such arms would lie in each other.
+void check_apart(const Character& character, const std::vector<ArmBodies>& arms,
+                 const std::vector<ArmFit>& fits, const std::string& place) {
+  constexpr double kApart = 0.5;  // of an upper arm's length: a person's shoulders are more
+  if (arms.size() < 2) return;
+  const auto shoulder = [&](size_t i) {
+    return Vec3(character.bind[arms[i].humerus].translation());
+  };
+  const double apart = (shoulder(0) - shoulder(1)).norm();
+  if (apart > kApart * (fits[0].elbow - shoulder(0)).norm()) return;
+  const std::vector<std::string>& names = character.skeleton.body_names;
+  throw Error(ErrorCode::kUsage, place + ": the upper arms \"" + names[arms[0].humerus] +
+                                     "\" and \"" + names[arms[1].humerus] +
+                                     "\" begin in one place; name others with --map");
 }
 
 void check_options(const NewOptions& options) {
@@ -299,6 +351,7 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   for (const std::string& warning : warnings) said.warn(warning);
   std::vector<ArmFit> fits;
   for (const ArmBodies& arm : arms) fits.push_back(fit_arm(character, arm, from.arm));
+  check_apart(character, arms, fits, options.character.string());
   Pose straight = straight_pose(character, arms, fits);
   const Points x = skin_in_pose(character, straight);
   for (ArmBodies& arm : arms) {
@@ -335,7 +388,7 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
 
   const fs::path folder = fs::absolute(options.out).parent_path();
   const std::string scene = options.out.filename().string();
-  const fs::path file = bring_character(options.character, folder, scene, options.force);
+  const fs::path file = bring_character(character, options.character, folder, scene, options.force);
   claim_meshes(from, arms, folder, scene, options.force);
   for (const NewFile& one : written.files) {
     write_durably(folder / one.file, obj_text(one.heading, one.mesh, Vec3::Zero()), scene);
@@ -343,7 +396,7 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   const std::string text =
       scene_text(options.out.stem().string(), file, scale, character, from.scene.contact.settings,
                  written, views_text(character, arms, fits));
-  check_scene(options.character, options.out, text);
+  check_scene(options.character, options.out, text, said);
   write_durably(options.out, text, scene);
   return told(options, arms.size() * from.scene.muscles.size(), said);
 }

@@ -25,8 +25,9 @@ constexpr double kJoint = 0.08;    // of a segment's length, where the axis stay
 // Of a segment's length, from the elbow to where the axis lies all in the middle of the flesh: in
 // less the forearm's bones are kinked into what lies before them in a bent arm.
 constexpr double kFromElbow = 0.35;
-// Of a section's radius: nearer to its edge the axis tells nothing of it.
+// Of a section's radius: nearer to its edge the axis tells nothing of it ...
 constexpr double kInside = 0.25;
+constexpr double kWell = 0.4;    // ... and farther in than this there is room behind an elbow
 constexpr double kSame = 1e-4;   // m, of two distances to one surface
 constexpr double kReach = 0.45;  // of a segment's length: what is farther from its bone is no limb
 constexpr double kWidest = 1.5;  // a direction over its section's median
@@ -49,6 +50,20 @@ double between_joints(double from_elbow) {  // none at either joint
          smoothstep(kJoint, 2.0 * kJoint, 1.0 - from_elbow);
 }
 
+// The least share of a shift into the middle of a section that brings a point well within it.
+double share_to_lie_within(const Limb::Section& section, const Vec3& p, const Vec3& shift) {
+  const auto is_well_within = [&](double share) {
+    return section.within(p + share * shift) > kWell * section.radius;
+  };
+  if (is_well_within(0.0)) return 0.0;
+  double least = 0.0, most = 1.0;  // the outline is convex: there is one such place
+  for (int k = 0; k < 20; ++k) {
+    const double half = 0.5 * (least + most);
+    (is_well_within(half) ? most : least) = half;
+  }
+  return most;
+}
+
 // Unit, at right angles, in the plane of the mapped section.
 std::array<Vec3, 2> plane_of(const Mat3& linear) {
   const Vec3 a = linear.col(0).normalized();
@@ -64,13 +79,18 @@ std::array<double, 2> reach_at(const ArmFit& fit, double y) {
 }
 
 // A character's bones may run anywhere within its flesh, or beside it. Between its joints the
-// template's axis is laid where it would be by its place in the template's flesh.
+// template's axis is laid where it would be by its place in the template's flesh; at an elbow that
+// lies in its own skin, so far that there is room behind it.
 void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
   const Limb ours(from.skin);
   GirthField& girth = fit.girth;
   std::vector<std::optional<Vec3>> known(girth.rows);
+  std::vector<double> share(girth.rows);
   for (int row = 0; row < girth.rows; ++row) {
-    const double y = girth.top - row * kRow;
+    const double y = girth.top - row * kRow, elbow = fit.elbow_template.y();
+    const double from_elbow =
+        y > elbow ? 1.0 - y / elbow : (y - elbow) / (fit.wrist_template.y() - elbow);
+    share[row] = between_joints(from_elbow);
     const Mat3 linear = linear_at(fit, y);
     const Vec3 axis = axis_point(fit, y), mapped = map_point(fit, axis);
     const auto [a, b] = plane_of(linear);
@@ -80,19 +100,19 @@ void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
     if (mine.radius <= 0.0 || other.radius <= 0.0) continue;
     known[row] = other.middle - mapped -
                  other.radius / (mine.radius * fit.across) * (linear * (mine.middle - axis));
+    if (from_elbow < kFromElbow) {
+      share[row] = std::max(share[row], share_to_lie_within(other, mapped, *known[row]));
+    }
   }
   girth.shift.assign(girth.rows, Vec3::Zero());
   for (int row = 0; row < girth.rows; ++row) {
-    const double y = girth.top - row * kRow, elbow = fit.elbow_template.y();
-    const double share = y > elbow ? between_joints(1.0 - y / elbow)
-                                   : between_joints((y - elbow) / (fit.wrist_template.y() - elbow));
     for (int k = 0; k < 3; ++k) {  // a piece that stands out moves no median
       std::vector<double> near;
       for (int other = std::max(row - kNear, 0); other <= std::min(row + kNear, girth.rows - 1);
            ++other) {
         if (known[other]) near.push_back((*known[other])[k]);
       }
-      if (!near.empty()) girth.shift[row][k] = share * median(near);
+      if (!near.empty()) girth.shift[row][k] = share[row] * median(near);
     }
   }
   for (int pass = 0; pass < 2; ++pass) {

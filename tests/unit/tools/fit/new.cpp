@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "rig/import/character_import.h"
+#include "rig/import/gltf_file.h"
 #include "rig/text.h"
 #include "sim/bake/measure.h"
 #include "sim/framing.h"
@@ -39,6 +40,28 @@ TEST_F(NewScene, BothArmsOfTheRobotAreBuiltMirrored) {
 
 // The straight arm's path is the same; bent, it stays as near to the elbow as in an arm that is the
 // template's in the small.
+// Its bytes lay in another file, which stayed behind: the scene could not be read.
+TEST_F(NewScene, WhatAGltfKeepsInFilesOfItsOwnComesAlong) {
+  auto figure = nlohmann::json::parse(read_whole(kFigure, size_t{1} << 30));
+  nlohmann::json& uri = figure["buffers"][0]["uri"];
+  const auto bytes = rig::GltfFile::bytes_of_uri(uri);
+  ASSERT_TRUE(bytes);
+  fs::create_directories(folder / "from" / "parts");
+  write("from/parts/all of it.bin", *bytes);
+  uri = "parts/all%20of%20it.bin";
+  // What is not read is not there to be copied, and nothing above the folder is.
+  write("above.png", "");
+  figure["images"] = {{{"uri", "missing.png"}}, {{"uri", "../above.png"}}};
+  write("from/figure.gltf", figure.dump());
+  NewOptions options = asked(folder / "from" / "figure.gltf", "right");
+  options.out = folder / "scene" / "character.toml";
+  ASSERT_EQ(new_command(options), ExitCode::kDone);
+  fs::remove_all(folder / "from");
+  EXPECT_EQ(read_whole(folder / "scene" / "parts" / "all of it.bin", size_t{1} << 30), *bytes);
+  EXPECT_FALSE(fs::exists(folder / "scene" / "above.png"));
+  EXPECT_EQ(build_model(read_scene(options.out, {"skin.enabled=false"})).muscles.size(), 12u);
+}
+
 TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   ArmFit fit;
   fit.elbow_template = Vec3(0.0, -0.3, 0.0);

@@ -159,6 +159,20 @@ TEST_F(NewFigure, AThickArmHasMoreFat) {
   EXPECT_LT(more, 3.5);
 }
 
+// Bound a centimetre or more behind the elbow's skin, as game characters' are: muscles had no room
+// there, and were refused as too thin all over.
+TEST_F(NewFigure, AnElbowBehindItsSkinHasRoomBehindIt) {
+  Figure figure;
+  for (Figure::Joint& joint : figure.joints) {
+    if (joint.name.ends_with("ForeArm")) joint.place.z() -= 0.06;
+  }
+  const Model model = made(options(figure));
+  const double share = volume_of(model) / volume_of(plain());
+  std::printf("%.2f of the volume\n", share);
+  EXPECT_GT(share, 0.8);
+  EXPECT_LT(share, 1.4);
+}
+
 // The figure with upper arms and forearms apart, and another piece in the elbows between them,
 // `share` as thick and so far above (m).
 Figure in_pieces(double share, double above) {
@@ -334,6 +348,13 @@ TEST_F(NewFigure, ThinArmsAreRefusedWithAPicture) {
   EXPECT_HAS(said, why().string());
   EXPECT_HAS(read_whole(why(), 8 << 20), "too thin for muscles");
   EXPECT_FALSE(fs::exists(folder / "scene" / "muscles"));  // nothing is left lying about
+}
+
+// Bodies in the trunk's middle, taken for both upper arms.
+TEST_F(NewFigure, ArmsInOnePlaceAreRefused) {
+  NewOptions asked_for = options(Figure());
+  asked_for.map = {{"left_humerus", "LeftShoulder"}, {"right_humerus", "RightShoulder"}};
+  EXPECT_HAS(refusal(asked_for), "\"RightShoulder\" and \"LeftShoulder\" begin in one place");
 }
 
 TEST_F(NewFigure, ArmsWithoutSkinAreRefusedWithAPicture) {

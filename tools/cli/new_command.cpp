@@ -108,8 +108,9 @@ fs::path bring_character(const Character& character, const fs::path& file, const
   const fs::path real = fs::canonical(file), below = fs::canonical(folder);
   if (is_below(real, below)) return fs::relative(real, below);
   for (const std::string& name : character.files) {
-    const fs::path part = fs::weakly_canonical(real.parent_path() / name);
-    if (!fs::is_regular_file(part) || !is_below(part, real.parent_path())) continue;  // not read
+    std::error_code none;  // what cannot be reached is not read either
+    const fs::path part = fs::canonical(real.parent_path() / name, none);
+    if (!fs::is_regular_file(part, none) || !is_below(part, real.parent_path())) continue;
     const fs::path copy = folder / fs::relative(part, real.parent_path());
     create_folders(copy.parent_path());
     bring_file(part, copy, scene, force);

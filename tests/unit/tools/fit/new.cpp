@@ -51,7 +51,11 @@ TEST_F(NewScene, WhatAGltfKeepsInFilesOfItsOwnComesAlong) {
   uri = "parts/all%20of%20it.bin";
   // What is not read is not there to be copied, and nothing above the folder is.
   write("above.png", "");
-  figure["images"] = {{{"uri", "missing.png"}}, {{"uri", "../above.png"}}};
+  figure["images"] = {{{"uri", "missing.png"}},
+                      {{"uri", "../above.png"}},
+                      {{"uri", std::string(5000, 'a')}},
+                      {{"uri", "%00"}},
+                      {{"uri", "."}}};
   write("from/figure.gltf", figure.dump());
   NewOptions options = asked(folder / "from" / "figure.gltf", "right");
   options.out = folder / "scene" / "character.toml";

@@ -24,6 +24,11 @@ class LoneFigure : public NewScene {
   void solve(const Model& model, double frame, State& state) {
     solve_lone_frame(model, (frame - 1.0) / model.fps, parallel_, state, seconds_);
   }
+  static Points by_weights(const Model& model, const State& state) {
+    Points x;
+    skin_vertices(model.skinned->weights, model.skinned->mesh, state.bodies, x);
+    return x;
+  }
   // Each of these frames against one that is a sixteenth later.
   void expect_continuous(const Model& model, const std::vector<double>& frames) {
     for (const double frame : frames) {
@@ -40,11 +45,13 @@ class LoneFigure : public NewScene {
         EXPECT_LE(after.muscles[m].ladder.frame_rung, Rung::kSubsteps) << model.muscles[m].name;
       }
       const double skin = largest_distance(before.skin.x, after.skin.x);
-      std::printf("frame %g: bones %.2f, muscles %.2f, skin %.2f mm\n", frame, 1e3 * bones,
-                  1e3 * muscles, 1e3 * skin);
+      // Fingertips reach beyond the hand's bones.
+      const double carried = largest_distance(by_weights(model, before), by_weights(model, after));
+      std::printf("frame %g: bones %.2f, muscles %.2f, skin %.2f mm, by weights alone %.2f\n",
+                  frame, 1e3 * bones, 1e3 * muscles, 1e3 * skin, 1e3 * carried);
       EXPECT_GT(bones, 0.0);
       EXPECT_LT(muscles, 1.5 * bones + 5e-4) << frame;
-      EXPECT_LT(skin, 1.5 * bones + 6e-4) << frame;
+      EXPECT_LT(skin, 1.5 * carried + 6e-4) << frame;
     }
   }
 

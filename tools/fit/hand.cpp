@@ -113,25 +113,27 @@ std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones) {
     for (const int i : t) reach = std::max(reach, (to.hand.vertices[i] - wrist).norm());
   }
   if (reach < kStump * (wrist - to.straight[to.arm.forearm].translation()).norm()) return {};
-  double longer = std::min(kMostLonger, kEnd * hand->length / farthest_own);
-  // Where fingers are bent or spread, shorter bones end before that.
-  for (; longer >= kShortest; longer *= kShorter) {
-    const auto lengthened = [=](const Vec3& p) {
-      return Vec3(p + (longer - 1.0) * hand->at(p) * hand->along);
-    };
+  const auto lengthened = [=](const Vec3& p, double longer) {
+    return Vec3(p + (longer - 1.0) * hand->at(p) * hand->along);
+  };
+  // Where fingers are bent or spread, shorter bones end before that; where a hand comes to a point,
+  // shorter ones may be broader: those that fill most of it.
+  double longer = 0.0, share = 0.0;
+  for (double trial = std::min(kMostLonger, kEnd * hand->length / farthest_own);
+       trial >= kShortest && trial > longer * share; trial *= kShorter) {
     std::vector<Vec3> points = own;
-    for (Vec3& p : points) p = lengthened(p);
-    const double share = widest_in(*hand, points);
-    if (share < kNarrowest) continue;
-    const auto placed = [=](const Vec3& p) {
-      const Vec3 before = hang.inverse() * p, turned = wrist + turn * (before - wrist);
-      const Vec3 after = hand->placed(lengthened(turned), share);
-      return Vec3(hang * (before + hand->beyond(turned) * (after - before)));
-    };
-    for (Vec3& p : bones.vertices) p = placed(p);
-    return placed;
+    for (Vec3& p : points) p = lengthened(p, trial);
+    const double widest = widest_in(*hand, points);
+    if (widest >= kNarrowest && trial * widest > longer * share) longer = trial, share = widest;
   }
-  return {};
+  if (longer == 0.0) return {};
+  const auto placed = [=](const Vec3& p) {
+    const Vec3 before = hang.inverse() * p, turned = wrist + turn * (before - wrist);
+    const Vec3 after = hand->placed(lengthened(turned, longer), share);
+    return Vec3(hang * (before + hand->beyond(turned) * (after - before)));
+  };
+  for (Vec3& p : bones.vertices) p = placed(p);
+  return placed;
 }
 
 }  // namespace thew::tools

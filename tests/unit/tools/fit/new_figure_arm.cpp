@@ -2,6 +2,7 @@
 //
 // thew new on the project's figure, dressed, cut, scaled and maimed: a scene that can be used, or a
 // refusal that says why. One process, whose tests compare with one figure as it is.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "rig/import/urdf_import.h"
@@ -366,7 +367,17 @@ TEST_F(NewFigure, ArmsWithoutSkinAreRefusedWithAPicture) {
   EXPECT_HAS(read_whole(why(), 8 << 20), "skin is found around its bone");
 }
 
-// The fingers ended 60 mm beyond a short hand's.
+// Of how far points lie apart along their longest line, how far they do across it.
+double breadth(const std::vector<Vec3>& points) {
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& p : points) spread += (p - middle) * (p - middle).transpose();
+  const Vec3 variances = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvalues();
+  return std::sqrt(variances[1] / variances[2]);
+}
+
+// The fingers ended 60 mm beyond a short hand's; in one that comes to a point they were needles.
 TEST_F(NewFigure, FingersEndInsideTheHand) {
   for (const double share : {1.0, 0.6}) {
     Figure figure;
@@ -391,6 +402,7 @@ TEST_F(NewFigure, FingersEndInsideTheHand) {
       std::printf("%s, hand of %.1f: %.1f mm outside\n", model.bones[b].name.c_str(), share,
                   1e3 * most);
       EXPECT_LT(most, 2e-3);
+      EXPECT_GT(breadth(tied.bones[b]), 0.2);  // the needles' was 0.1
     }
     EXPECT_EQ(hands, 2);
   }

@@ -115,7 +115,6 @@ Vec3 position_of(const Character& character, int body) {
 // the trunk's middle, where that of the other side does, is none.
 int usual_humerus(const Character& character, int humerus, int forearm, int hand) {
   constexpr double kUsual = 1.2;  // of the forearm's length
-  constexpr double kApart = 0.5;  // of the upper arm's length: a person's shoulders are more
   const Skeleton& skeleton = character.skeleton;
   const auto place = [&](int body) { return position_of(character, body); };
   const int side = read_bone_name(skeleton.body_names[humerus]).side;
@@ -131,7 +130,8 @@ int usual_humerus(const Character& character, int humerus, int forearm, int hand
     const double off = std::max(length / usual, usual / length);
     bool apart = true;
     for (int j = 0; j < skeleton.size() && side != 0; ++j) {
-      if (is_named(j, -side)) apart = apart && (place(i) - place(j)).norm() > kApart * length;
+      if (is_named(j, -side))
+        apart = apart && (place(i) - place(j)).norm() > kShouldersApart * length;
     }
     if (apart && off < least) least = off, humerus = i;
   }

@@ -52,8 +52,12 @@ HumanBodies human_bodies(const Character& character);
 /// Returns which bodies were taken for which bones, "" if none was added.
 std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies);
 
-/// `humerus`, or the body above it where that is the first part of an upper arm in two: names call
-/// it a shoulder, as they do the body it hangs on, and an upper arm that is shorter than the
+/// Of an upper arm's length, what a person's shoulders are farther apart than.
+inline constexpr double kShouldersApart = 0.5;
+
+/// `humerus`, or of the bodies above the forearm with an upper arm's name on its side the one of a
+/// person's length; or the body above it where that is the first part of an upper arm in two: names
+/// call it a shoulder, as they do the body it hangs on, and an upper arm that is shorter than the
 /// forearm runs on straight from it (MakeHuman's shoulder02).
 int whole_humerus(const Character& character, int humerus, int forearm, int hand);
 

@@ -62,6 +62,12 @@ void bring_skin_to_rest(const Model& model, Parallel& parallel, State& state,
   }
 }
 
+int muscles_on_rungs(const State& state) {
+  return static_cast<int>(std::count_if(
+      state.muscles.begin(), state.muscles.end(),
+      [](const MuscleState& muscle) { return muscle.ladder.frame_rung > Rung::kSubsteps; }));
+}
+
 Settled settle(const Model& model, Parallel& parallel, State& state,
                const std::function<void()>& on_frame) {
   Settled settled;
@@ -72,12 +78,11 @@ Settled settle(const Model& model, Parallel& parallel, State& state,
   while (state.time < -0.5 * frame && !settled.converged) {
     const double time = std::min(0.0, state.time + frame), elapsed = time - state.time;
     step_frame(model, time, parallel, state, unused);
-    for (const MuscleState& muscle : state.muscles) {
-      settled.rungs += muscle.ladder.frame_rung > Rung::kSubsteps;
-    }
+    settled.rungs += muscles_on_rungs(state);
     if (on_frame) on_frame();
     settled.seconds = time - begin;
-    // Not by the velocities: a node that each step takes somewhere and contact back has one at rest.
+    // Not by the velocities: a node that each step takes somewhere and contact back has one at
+    // rest.
     settled.speed = farthest_moved(model, state, before) / elapsed;
     settled.converged = settled.speed < model.lengths.settled_speed && time >= moves_until;
   }

@@ -15,6 +15,9 @@ struct Settled {
   int rungs = 0;           ///< frames of muscles that a rung stood in for (rungs.h)
   bool converged = false;  ///< it was below Lengths::settled_speed
 };
+/// Muscles that a rung stood in for in the last frame.
+int muscles_on_rungs(const State& state);
+
 /// From rest in the bind pose, at state.time = -model.settle, to rest in the clip's first pose at
 /// time 0. Ends early where the muscles are at rest before. `on_frame` is called after each frame
 /// and may throw to end it. StepFailure as of step_frame().

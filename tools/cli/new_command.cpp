@@ -279,9 +279,7 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
     int rungs = 0;
     const double all = model.settle * model.fps * static_cast<double>(model.muscles.size());
     settle(model, parallel, state, [&] {
-      for (const MuscleState& muscle : state.muscles) {
-        rungs += muscle.ladder.frame_rung > Rung::kSubsteps;
-      }
+      rungs += muscles_on_rungs(state);
       if (rungs <= kMostRungs * all) return;
       throw Error(ErrorCode::kInput, "while settling, more than " +
                                          std::to_string(std::lround(1e2 * kMostRungs)) +
@@ -304,13 +302,12 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
 // A body in the trunk's middle is no upper arm; muscles on two such arms would lie in each other.
 void check_apart(const Character& character, const std::vector<ArmBodies>& arms,
                  const std::vector<ArmFit>& fits, const std::string& place) {
-  constexpr double kApart = 0.5;  // of an upper arm's length: a person's shoulders are more
   if (arms.size() < 2) return;
   const auto shoulder = [&](size_t i) {
     return Vec3(character.bind[arms[i].humerus].translation());
   };
   const double apart = (shoulder(0) - shoulder(1)).norm();
-  if (apart > kApart * (fits[0].elbow - shoulder(0)).norm()) return;
+  if (apart > kShouldersApart * (fits[0].elbow - shoulder(0)).norm()) return;
   const std::vector<std::string>& names = character.skeleton.body_names;
   throw Error(ErrorCode::kUsage, place + ": the upper arms \"" + names[arms[0].humerus] +
                                      "\" and \"" + names[arms[1].humerus] +

@@ -111,29 +111,20 @@ Vec3 position_of(const Character& character, int body) {
 }
 
 // Of several bodies above the forearm with an upper arm's name, such as "ToArm" and "Arm" or the
-// two halves of one that twists, the one whose length is nearest to a person's. One that begins in
-// the trunk's middle, where that of the other side does, is none.
+// two halves of one that twists, the one whose length is nearest to a person's, of those that begin
+// beside the trunk.
 int usual_humerus(const Character& character, int humerus, int forearm, int hand) {
-  constexpr double kUsual = 1.2;  // of the forearm's length
   const Skeleton& skeleton = character.skeleton;
   const auto place = [&](int body) { return position_of(character, body); };
-  const int side = read_bone_name(skeleton.body_names[humerus]).side;
-  const auto is_named = [&](int body, int of_side) {
-    const BoneName name = read_bone_name(skeleton.body_names[body]);
-    return name.kind == BoneKind::kHumerus && name.side == of_side;
-  };
-  const double usual = kUsual * (place(hand) - place(forearm)).norm();
+  const BoneName own = read_bone_name(skeleton.body_names[humerus]);
+  const double usual = kUpperOverFore * (place(hand) - place(forearm)).norm();
   double least = std::numeric_limits<double>::infinity();
   for (int i = skeleton.parent[forearm]; i >= 0; i = skeleton.parent[i]) {
-    if (!is_named(i, side)) continue;
+    const BoneName name = read_bone_name(skeleton.body_names[i]);
+    if (name.kind != BoneKind::kHumerus || name.side != own.side) continue;
     const double length = (place(i) - place(forearm)).norm();
     const double off = std::max(length / usual, usual / length);
-    bool apart = true;
-    for (int j = 0; j < skeleton.size() && side != 0; ++j) {
-      if (is_named(j, -side))
-        apart = apart && (place(i) - place(j)).norm() > kShouldersApart * length;
-    }
-    if (apart && off < least) least = off, humerus = i;
+    if (begins_beside(character, i, forearm) && off < least) least = off, humerus = i;
   }
   return humerus;
 }
@@ -393,6 +384,26 @@ HumanBodies human_bodies(const Character& character) {
   }
   add_trunk(skeleton, bodies);
   return bodies;
+}
+
+bool begins_beside(const Character& character, int humerus, int end) {
+  const Skeleton& skeleton = character.skeleton;
+  const auto depth = [&](int body) {
+    int bodies = 0;
+    while ((body = skeleton.parent[body]) >= 0) ++bodies;
+    return bodies;
+  };
+  const Vec3 begin = position_of(character, humerus);
+  const double least = kShouldersApart * (position_of(character, end) - begin).norm();
+  const BoneName own = read_bone_name(skeleton.body_names[humerus]);
+  for (int i = 0; i < skeleton.size(); ++i) {
+    const BoneName name = read_bone_name(skeleton.body_names[i]);
+    const bool is_other = own.side != 0 && name.kind == own.kind && name.side == -own.side;
+    if (is_other && depth(i) == depth(humerus) &&
+        (position_of(character, i) - begin).norm() < least)
+      return false;
+  }
+  return true;
 }
 
 int whole_humerus(const Character& character, int humerus, int forearm, int hand) {

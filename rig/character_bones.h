@@ -54,6 +54,12 @@ std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodie
 
 /// Of an upper arm's length, what a person's shoulders are farther apart than.
 inline constexpr double kShouldersApart = 0.5;
+/// A person's upper arm over the forearm, in length.
+inline constexpr double kUpperOverFore = 1.2;
+
+/// Whether an upper arm that reaches to the body `end` begins beside the trunk: one that begins
+/// where the other side's of the same depth in the tree does ("ToArm") is none.
+bool begins_beside(const Character& character, int humerus, int end);
 
 /// `humerus`, or of the bodies above the forearm with an upper arm's name on its side the one of a
 /// person's length; or the body above it where that is the first part of an upper arm in two: names

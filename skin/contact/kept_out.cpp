@@ -35,7 +35,7 @@ struct Sample {
 struct Kept {
   Points& samples;  // where each was searched for last, and its distance then at least, as a fourth
   Points& nodes;    // where they were when all samples were looked at, and then:
-  double& slack() const { return nodes.back()[3]; }  // m, the least of a sample beyond its limit
+  double slack() const { return nodes.back()[3]; }  // m, the least of a sample beyond its limit
 };
 
 struct KeptOut {
@@ -80,8 +80,8 @@ void add_push(const Sample& sample, const Vec3& by, double length, const Scratch
     Point push = to_point(Vec3(sample.moves[k] * by));
     push[3] = sample.moves[k] * length;
     scratch.pushes[sample.corners[k]] += push;
-    double& most = scratch.strongest[sample.corners[k]][0];
-    most = std::max(most, push[3]);
+    Point& strongest = scratch.strongest[sample.corners[k]];
+    strongest[0] = std::max(strongest[0], push[3]);
   }
 }
 

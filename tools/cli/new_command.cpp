@@ -162,7 +162,7 @@ void say_fit(const Target& to, Said& said) {
   const std::vector<std::string>& names = skeleton.body_names;
   said.notes.push_back(to.side + " arm: clavicle " + names[to.arm.clavicle] + ", humerus " +
                        names[to.arm.humerus] + ", forearm " + names[to.arm.forearm] + ", hand " +
-                       names[to.arm.hand]);
+                       (to.arm.has_hand() ? names[to.arm.hand] : "none"));
   said.notes.push_back(format(
       "  humerus %.3f m; of the template's: upper arm %.2f long, %.2f thick, forearm %.2f and "
       "%.2f; bent by %.1f deg in the bind pose",
@@ -171,7 +171,7 @@ void say_fit(const Target& to, Said& said) {
                                   {"clavicle", names[to.arm.clavicle]},
                                   {"humerus", names[to.arm.humerus]},
                                   {"forearm", names[to.arm.forearm]},
-                                  {"hand", names[to.arm.hand]},
+                                  {"hand", to.arm.has_hand() ? names[to.arm.hand] : ""},
                                   {"humerus_m", length},
                                   {"upper_arm_girth_m", to.fit.size.upper_girth},
                                   {"forearm_girth_m", to.fit.size.fore_girth}});

@@ -18,9 +18,14 @@ class Limb;
 /// Bodies of a character's arm; where there is no clavicle, the body that the upper arm hangs on.
 struct ArmBodies {
   bool left = false;
-  int clavicle = -1, humerus = -1, forearm = -1, hand = -1;
+  int clavicle = -1, humerus = -1, forearm = -1;
+  int hand = -1;              ///< the forearm where that carries the hand, or there is none
+  Vec3 wrist = Vec3::Zero();  ///< m, in the frame of `hand`
   /// Bodies that the scene adds, in the rest pose after the character's own.
   int ulna = -1, radius = -1, scapula = -1;
+
+  bool has_hand() const { return hand != forearm; }
+  Vec3 wrist_in(const Pose& pose) const { return pose[hand] * wrist; }
 };
 
 /// What the user said: "humerus" or "left_humerus" -> name of a body.

@@ -2,6 +2,7 @@
 //
 // Which bodies of a character are its arms.
 #include <algorithm>
+#include <cmath>
 
 #include "rig/character_bones.h"
 #include "rig/text.h"
@@ -58,6 +59,12 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
   };
   const bool told = arm.humerus >= 0;
   if (!told) arm.humerus = seek(BoneKind::kHumerus, -1);
+  for (int end; !told && arm.humerus >= 0 && (end = first_child(skeleton, arm.humerus)) >= 0;) {
+    if (begins_beside(character, arm.humerus, end)) break;
+    const BoneName name = read_bone_name(skeleton.body_names[end]);
+    if (name.kind != BoneKind::kHumerus || name.side != side) break;
+    arm.humerus = end;
+  }
   if (arm.humerus < 0) {  // where the shoulder is the arm
     const HumanBodies bodies = human_bodies(character);
     const auto found = bodies.find({BoneKind::kHumerus, side});
@@ -124,6 +131,35 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
   }
 }
 
+// The wrist of an arm that ends with the forearm's body: as far from the elbow as a person's, or
+// where the skin that hangs on it ends. False where none does.
+bool end_at_skin(const Character& character, ArmBodies& arm) {
+  constexpr double kEnd = 0.95;  // of the skin's length
+  constexpr double kMost = 0.5;  // of a vertex's weight
+  const Skeleton& skeleton = character.skeleton;
+  const SkinWeights& weights = character.skin;
+  const Vec3 elbow = place_of(character, arm.forearm);
+  std::vector<Vec3> skin;  // m, from the elbow
+  Vec3 sum = Vec3::Zero();
+  for (size_t i = 0; i < character.mesh.vertices.size(); ++i) {
+    double share = 0.0;
+    for (int k = weights.first[i]; k < weights.first[i + 1]; ++k) {
+      const bool is_on = hangs_on(skeleton, weights.links[weights.link[k]].body, arm.forearm);
+      share += is_on ? weights.weight[k] : 0.0;
+    }
+    if (share > kMost) skin.push_back(character.mesh.vertices[i] - elbow), sum += skin.back();
+  }
+  if (!(sum.norm() > 0.0)) return false;
+  const Vec3 along = sum.normalized();
+  double reach = 0.0;
+  for (const Vec3& p : skin) reach = std::max(reach, along.dot(p));
+  const double upper = (elbow - place_of(character, arm.humerus)).norm();
+  arm.hand = arm.forearm;
+  arm.wrist = character.bind[arm.forearm].inverse() *
+              Vec3(elbow + std::min(kEnd * reach, upper / kUpperOverFore) * along);
+  return true;
+}
+
 [[noreturn]] void refuse_doubt(const Character& character, const std::string& place,
                                const char* what, bool left) {
   const Skeleton& skeleton = character.skeleton;
@@ -161,7 +197,9 @@ void complete_arm(const Character& character, bool one_side, const std::string& 
   if (arm.forearm < 0) arm.forearm = first_child(skeleton, arm.humerus);
   if (arm.forearm < 0) refuse_doubt(character, place, "forearm", arm.left);
   if (arm.hand < 0) arm.hand = first_child(skeleton, arm.forearm);
-  if (arm.hand < 0) refuse_doubt(character, place, "hand", arm.left);
+  if (arm.hand < 0 && !end_at_skin(character, arm)) {
+    refuse_doubt(character, place, "hand", arm.left);
+  }
   for (int body = arm.humerus; arm.clavicle < 0 && skeleton.parent[body] >= 0;) {
     body = skeleton.parent[body];
     if (!is_pivot(names[body])) arm.clavicle = body;
@@ -169,7 +207,12 @@ void complete_arm(const Character& character, bool one_side, const std::string& 
   if (arm.clavicle < 0) refuse_doubt(character, place, "clavicle", arm.left);
   if (named.humerus < 0) guess("humerus", arm.humerus);
   if (named.forearm < 0) guess("forearm", arm.forearm);
-  if (named.hand < 0) guess("hand", arm.hand);
+  if (named.hand < 0 && arm.has_hand()) guess("hand", arm.hand);
+  if (!arm.has_hand()) {
+    notes.push_back(std::string(arm.left ? "left" : "right") + " arm ends with the body " +
+                    names[arm.forearm] + ": its wrist is taken to be " +
+                    number_text(std::round(1e3 * arm.wrist.norm()) / 1e3) + " m from the elbow");
+  }
   if (guessed.empty()) return;
   notes.push_back(std::string(arm.left ? "left" : "right") +
                   " arm by the skeleton's shape, where names do not tell: " + guessed +

@@ -54,7 +54,7 @@ double length_of(const std::vector<Vec3>& joints) {
 std::vector<std::vector<int>> chains_of(const Target& to) {
   const Skeleton& skeleton = to.character.skeleton;
   const std::vector<int> hands = hand_bodies(to.character, to.arm);
-  const Vec3 wrist = to.straight[to.arm.hand].translation();
+  const Vec3 wrist = to.arm.wrist_in(to.straight);
   double farthest = 0.0;
   std::vector<char> in_finger(skeleton.size(), 0);
   for (const SkinWeights::Link& link : to.character.skin.links) {
@@ -145,7 +145,7 @@ Finger finger_of(const Target& to, const std::vector<int>& bodies) {
 // The thumb, then from the index on; empty where neither names nor places tell a thumb and two
 // fingers.
 std::vector<Finger> find_fingers(const Target& to) {
-  const Vec3 wrist = to.straight[to.arm.hand].translation();
+  const Vec3 wrist = to.arm.wrist_in(to.straight);
   std::vector<Finger> fingers;
   for (const std::vector<int>& chain : chains_of(to)) {
     const TriMesh skin = skin_of(to, chain);
@@ -371,7 +371,7 @@ std::function<Vec3(const Vec3&)> fit_fingers(const Target& to, std::vector<HandB
     own.push_back(straight(find_body(to.from.skeleton, names[f] + "_proximal")));
     theirs.push_back(fingers[f].joints[0]);
   }
-  PalmMap palm(Palm(straight(wrist), own), Palm(to.straight[to.arm.hand].translation(), theirs));
+  PalmMap palm(Palm(straight(wrist), own), Palm(to.arm.wrist_in(to.straight), theirs));
   if (!(palm.to.length > 0.0 && palm.to.breadth > 0.0)) return {};
   for (HandBone& bone : placed) {
     if (bone.of_template != wrist) continue;

@@ -118,7 +118,7 @@ Vec3 facing_of(const Character& character, const Vec3& shoulders) {
 ArmFit fit_arm(const Character& character, const ArmBodies& arm, const ArmTemplate& from) {
   const Vec3 shoulder = character.bind[arm.humerus].translation();
   const Vec3 elbow = character.bind[arm.forearm].translation();
-  const Vec3 wrist = character.bind[arm.hand].translation();
+  const Vec3 wrist = character.bind[arm.hand] * arm.wrist;
   const Skeleton& skeleton = character.skeleton;
   const double upper = (elbow - shoulder).norm(), fore = (wrist - elbow).norm();
   if (!(upper > 1e-4) || !(fore > 1e-4)) {

@@ -99,7 +99,7 @@ std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones) {
   const Transform hang = to.fit.hang;
   std::vector<Vec3> own = bones.vertices;
   for (Vec3& p : own) p = hang.inverse() * p;
-  const Vec3 wrist = to.straight[to.arm.hand].translation();
+  const Vec3 wrist = to.arm.wrist_in(to.straight);
   const Vec3 way = middle_of(to.hand) - wrist, own_way = middle_of({own, bones.triangles}) - wrist;
   if (to.hand.triangles.empty() || !(way.norm() > 1e-6) || !(own_way.norm() > 1e-6)) return {};
   const auto hand = std::make_shared<const Hand>(to.hand, wrist, way.normalized());

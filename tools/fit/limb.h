@@ -62,7 +62,7 @@ class Limb {
   bool closed_ = false;
 };
 
-/// The hand, and fingers that hang on the forearm beside it.
+/// The hand, and fingers that hang on the forearm beside it; none where that carries the hand.
 std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm);
 /// By their own names or, without these, their objects'; each once.
 std::vector<std::string> mesh_names(const Character& character);

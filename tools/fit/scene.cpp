@@ -31,7 +31,7 @@ std::string forearm_text(const Target& to) {
   return "forearm = { ulna = " + quoted(to.name_of(to.arm.ulna)) +
          ", radius = " + quoted(to.name_of(to.arm.radius)) + ", head = [" +
          metres(into * head, ", ") + "], wrist = [" +
-         metres(into * to.rest[to.arm.hand].translation(), ", ") + "] }\n";
+         metres(into * to.arm.wrist_in(to.rest), ", ") + "] }\n";
 }
 
 // m, from the middle of each ring of a tube to its nodes, in the mean.

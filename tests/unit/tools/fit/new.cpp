@@ -70,7 +70,7 @@ TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
   ArmFit fit;
   fit.elbow_template = Vec3(0.0, -0.3, 0.0);
   fit.girth.even = 0.4;
-  const ArmBodies arm{false, -1, 0, 1, 2, 1, 1};
+  const ArmBodies arm{.humerus = 0, .forearm = 1, .hand = 2, .ulna = 1, .radius = 1};
   Pose rest(3, Transform::Identity());
   for (int b = 1; b < 3; ++b) rest[b].translation().y() = -0.3 * b;
   const MusclePath plain{
@@ -111,7 +111,8 @@ double nearest_to_joint(const MusclePath& path, const Pose& rest, int most) {
 // At rest the path is the same; what lies beside the upper arm goes with it, and before it a point
 // half way keeps the path in front of the head.
 TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
-  const ArmBodies arm{false, 0, 1, 2, 3, 2, 2, 0};
+  const ArmBodies arm{
+      .clavicle = 0, .humerus = 1, .forearm = 2, .hand = 3, .ulna = 2, .radius = 2, .scapula = 0};
   Pose rest(4, Transform::Identity());
   for (int b = 1; b < 4; ++b) rest[b].translation().y() = -0.3 * (b - 1);
   rest[1].linear() = rotation_about(Vec3::UnitX(), 0.4);
@@ -140,7 +141,8 @@ TEST(HoldAtShoulder, TakesWhatIsBelowTheJointAlong) {
 // any plane, the path goes round the head. At rest it is the same.
 class HeldAtShoulder : public testing::TestWithParam<Vec3> {};
 TEST_P(HeldAtShoulder, GoesRoundTheHead) {
-  const ArmBodies arm{false, 0, 1, 2, 3, 2, 2, 0};
+  const ArmBodies arm{
+      .clavicle = 0, .humerus = 1, .forearm = 2, .hand = 3, .ulna = 2, .radius = 2, .scapula = 0};
   Pose rest(4, Transform::Identity());
   for (int b = 1; b < 4; ++b) rest[b].translation().y() = -0.3 * (b - 1);
   const MusclePath plain{

@@ -206,7 +206,8 @@ BodyClip swing(int body, const Vec3& from, const std::vector<Vec3>& directions) 
   for (const Vec3& to : directions) {
     clip.duration += 2.0 / 3.0;
     track.rotation.times.push_back(clip.duration);
-    track.rotation.values.push_back(Eigen::Quaterniond::FromTwoVectors(from, to));
+    track.rotation.values.push_back(
+        Eigen::Quaterniond(least_turn(from.normalized(), to.normalized())));
   }
   return clip;
 }

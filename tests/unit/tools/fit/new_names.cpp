@@ -119,6 +119,45 @@ TEST(NewNames, OfTheToolsThatMakeCharacters) {
   }
 }
 
+// Blender counts the bodies that are drawn out of one.
+TEST(NewNames, TheUpperArmAloneIsNamed) {
+  for (const auto& chain : {std::vector<std::string>{"Chest", "Arm.R", "Arm.R.001", "Arm.R.002"},
+                            {"Chest", "Arm1.R", "Arm2.R", "Arm3.R"}}) {
+    std::vector<std::string> notes;
+    const std::vector<ArmBodies> arms =
+        find_arms(chain_of(chain), "right", {}, "character.glb", notes);
+    ASSERT_EQ(arms.size(), 1u);
+    EXPECT_EQ(arms[0].humerus, 2);
+    EXPECT_EQ(arms[0].forearm, 3);
+    EXPECT_EQ(arms[0].hand, 4);
+    ASSERT_EQ(notes.size(), 1u);  // which were taken
+    EXPECT_NE(notes[0].find("forearm Arm"), std::string::npos) << notes[0];
+  }
+}
+
+// A body from the trunk's middle to the shoulder has an arm's name in its own.
+TEST(NewNames, AnArmBeginsBesideTheTrunk) {
+  Character character = chain_of({"Trunk", "TrunkToArm.R", "Arm1.R", "Arm2.R", "End"});
+  Skeleton& skeleton = character.skeleton;
+  for (const int of : {2, 3, 4, 5}) {
+    std::string name = skeleton.body_names[of];
+    if (name.ends_with("R")) name.back() = 'L';
+    skeleton.body_names.push_back(name);
+    skeleton.parent.push_back(of == 2 ? 1 : skeleton.size() - 2);
+    Affine at = character.bind[of];
+    character.bind[of].translation().x() -= of == 2 ? 0.0 : 0.2;
+    at.translation().x() += of == 2 ? 0.0 : 0.2;
+    character.bind.push_back(at);
+    character.skin.links.push_back({skeleton.size() - 1, at.inverse()});
+  }
+  std::vector<std::string> notes;
+  const std::vector<ArmBodies> arms = find_arms(character, "both", {}, "character.glb", notes);
+  ASSERT_EQ(arms.size(), 2u);
+  EXPECT_EQ(skeleton.body_names[arms[0].humerus], "Arm1.R");
+  EXPECT_EQ(skeleton.body_names[arms[1].humerus], "Arm1.L");
+  EXPECT_EQ(skeleton.body_names[arms[1].forearm], "Arm2.L");
+}
+
 TEST(NewNames, OneArmOfPlainNames) {
   const Character character = chain_of({"Shoulder", "UpperArm", "Forearm", "Hand"});
   std::vector<std::string> notes;

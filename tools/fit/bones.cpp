@@ -3,6 +3,7 @@
 // Which bodies of a character are its arms.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "rig/character_bones.h"
 #include "rig/text.h"
@@ -269,6 +270,40 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
     arms.push_back(arm);
   }
   return arms;
+}
+
+double skin_left_behind(const Character& character, const ArmBodies& arm,
+                        std::vector<std::string>& names) {
+  constexpr double kFrom = 0.3, kTo = 1.6;  // of the way from elbow to wrist
+  constexpr double kAround = 0.2;           // of its length, from the line
+  const Skeleton& skeleton = character.skeleton;
+  const SkinWeights& weights = character.skin;
+  const Vec3 elbow = place_of(character, arm.forearm);
+  const Vec3 way = character.bind[arm.hand] * arm.wrist - elbow;
+  double whole = 0.0, left = 0.0;
+  std::map<int, double> by_body;
+  for (const Triangle& t : character.mesh.triangles) {
+    const Vec3 &a = character.mesh.vertices[t[0]], &b = character.mesh.vertices[t[1]];
+    const Vec3& c = character.mesh.vertices[t[2]];
+    const Vec3 from = (a + b + c) / 3.0 - elbow;
+    const double at = from.dot(way) / way.squaredNorm();
+    if (at < kFrom || at > kTo || (from - at * way).norm() > kAround * way.norm()) continue;
+    const double area = 0.5 * (b - a).cross(c - a).norm();
+    whole += area;
+    for (const int corner : t) {
+      for (int k = weights.first[corner]; k < weights.first[corner + 1]; ++k) {
+        const int body = weights.links[weights.link[k]].body;
+        if (hangs_on(skeleton, body, arm.humerus)) continue;
+        left += area / 3.0 * weights.weight[k];
+        by_body[body] += area / 3.0 * weights.weight[k];
+      }
+    }
+  }
+  std::vector<std::pair<double, int>> most;
+  for (const auto& [body, area] : by_body) most.emplace_back(-area, body);
+  std::sort(most.begin(), most.end());
+  for (const auto& [area, body] : most) names.push_back(skeleton.body_names[body]);
+  return whole > 0.0 ? left / whole : 0.0;
 }
 
 }  // namespace thew::tools

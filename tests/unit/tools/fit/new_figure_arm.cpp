@@ -327,6 +327,18 @@ TEST_F(NewFigure, AHandThatIsNotThereGetsNoBones) {
   EXPECT_NEAR(volume_of(of_forearm) / volume_of(plain()), 1.0, 0.1);
 }
 
+// A hand on a goal of inverse kinematics hangs on the trunk, and so does its skin.
+TEST_F(NewFigure, SkinThatTheArmDoesNotCarryIsTold) {
+  Figure figure;
+  figure.joints[5].parent = 1;
+  testing::internal::CaptureStderr();
+  made(options(figure));
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_HAS(said, "of the skin around the left forearm and hand hangs on bodies that they do not");
+  EXPECT_HAS(said, figure.joints[5].name + "\" first: it stays behind");
+  EXPECT_EQ(said.find("around the right"), std::string::npos) << said;
+}
+
 TEST_F(NewFigure, OneArmIsTakenAndTheOtherAskedFor) {
   Figure figure;
   figure.joints.resize(6);  // hips, chest and the left arm

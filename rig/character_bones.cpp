@@ -106,10 +106,6 @@ void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
   if (spine != chest) bodies.emplace(std::pair(BoneKind::kSpine, 0), spine);
 }
 
-Vec3 position_of(const Character& character, int body) {
-  return character.bind[body].translation();
-}
-
 // Of several bodies above the forearm with an upper arm's name, such as "ToArm" and "Arm" or the
 // two halves of one that twists, the one whose length is nearest to a person's, of those that begin
 // beside the trunk.

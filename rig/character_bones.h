@@ -67,6 +67,11 @@ bool begins_beside(const Character& character, int humerus, int end);
 /// forearm runs on straight from it (MakeHuman's shoulder02).
 int whole_humerus(const Character& character, int humerus, int forearm, int hand);
 
+/// m, of a body's origin in the bind pose.
+inline Vec3 position_of(const Character& character, int body) {
+  return character.bind[body].translation();
+}
+
 /// Whether `body` is `ancestor` or a descendant of it.
 bool hangs_on(const Skeleton& skeleton, int body, int ancestor);
 

@@ -16,9 +16,6 @@ namespace {
 
 using Names = std::vector<std::array<std::string, 2>>;
 
-Vec3 position_of(const Character& character, int body) {
-  return character.bind[body].translation();
-}
 Mat3 turn_of(const Affine& transform) { return rigid_part(transform).linear(); }
 
 // "mixamorig1:LeftArm" -> "LeftArm"

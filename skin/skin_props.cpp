@@ -9,7 +9,7 @@
 namespace thew::skin {
 namespace {
 
-constexpr int kRounds = 10;  // of moving nodes and faces in turn
+constexpr int kMostRounds = 10;  // of moving nodes and faces in turn
 // By how much a corner moves at most where its face lacks 1: the largest b / sum_k b_k^2 of
 // barycentric coordinates.
 constexpr double kOfCorner = 1.37;
@@ -87,7 +87,7 @@ void leave_props(const Props& props, const Surface& surface, SkinState& state) {
   if (props.colliders.empty()) return;
   state.skinned.before = state.x;
   state.skinned.most.assign(state.x.size(), 0.0);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     move_nodes(props, state);
     if (!move_faces(props, surface, state)) return;
   }

@@ -33,15 +33,15 @@ Affine to_affine(const aiMatrix4x4& m) {
   return out;
 }
 
-// Nodes, parents before children, in the file's order.
-struct Nodes {
+// AssimpNodes, parents before children, in the file's order.
+struct AssimpNodes {
   std::vector<const aiNode*> nodes;
   std::map<std::string, int> by_name;
   std::vector<Affine> world;  // at rest
 };
 
 // Where a mesh and a bone share a name, which Blender allows, the name stands for the bone.
-void name_nodes(Nodes& nodes, Skeleton& skeleton) {
+void name_nodes(AssimpNodes& nodes, Skeleton& skeleton) {
   std::vector<std::string> names;
   std::vector<char> has_mesh;
   for (const aiNode* node : nodes.nodes) {
@@ -58,9 +58,9 @@ void name_nodes(Nodes& nodes, Skeleton& skeleton) {
   }
 }
 
-Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
-                     Character& character) {
-  Nodes out;
+AssimpNodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
+                           Character& character) {
+  AssimpNodes out;
   std::vector<std::pair<const aiNode*, int>> open = {{scene.mRootNode, -1}};
   while (!open.empty()) {
     const auto [node, parent] = open.back();
@@ -83,7 +83,7 @@ Nodes collect_bodies(const fs::path& file, const aiScene& scene, double scale,
 }
 
 // Appends the weights of a mesh. `to_world` takes the mesh to its position in the bind pose.
-void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes,
+void append_weights(const fs::path& file, const aiMesh& part, const AssimpNodes& nodes,
                     const Affine& to_world, int first, Influences& influences,
                     Character& character) {
   const Affine to_mesh = to_world.inverse();
@@ -112,7 +112,7 @@ void append_weights(const fs::path& file, const aiMesh& part, const Nodes& nodes
 
 // The transform of a skinned mesh by its joints: that of the joint nearest to the root at rest,
 // times the bind matrix of that joint. So the bind pose stands where the rest pose stands.
-Affine transform_by_joints(const aiMesh& part, const Nodes& nodes) {
+Affine transform_by_joints(const aiMesh& part, const AssimpNodes& nodes) {
   int first = static_cast<int>(nodes.nodes.size());
   Affine to_world = Affine::Identity();
   for (unsigned b = 0; b < part.mNumBones; ++b) {
@@ -134,8 +134,8 @@ bool is_of_blender(const aiScene& scene) {
 // a skinned mesh, in Collada its joints alone (Collada 1.4.1, page 4-7). Blender (checked with 3.4)
 // writes the transform of the mesh in its parent as the bind shape matrix, so for its Collada files
 // the transform of the node is applied in addition.
-void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part, const Nodes& nodes,
-                 int node, Influences& influences, Character& character) {
+void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part,
+                 const AssimpNodes& nodes, int node, Influences& influences, Character& character) {
   MeshPart about;
   about.node = nodes.nodes[node]->mName.C_Str();
   about.mesh = part.mName.length > 0 ? part.mName.C_Str() : about.node;
@@ -158,7 +158,7 @@ void append_mesh(const fs::path& file, const aiScene& scene, const aiMesh& part,
                     character);
 }
 
-void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes,
+void collect_skin(const fs::path& file, const aiScene& scene, const AssimpNodes& nodes,
                   Character& character) {
   Influences influences;
   for (size_t n = 0; n < nodes.nodes.size(); ++n) {
@@ -172,7 +172,7 @@ void collect_skin(const fs::path& file, const aiScene& scene, const Nodes& nodes
 
 // Bodies that are bones of the skin get the pose of their bind matrices; the others keep their rest
 // transform relative to the parent.
-void set_bind_pose(const Nodes& nodes, Character& character) {
+void set_bind_pose(const AssimpNodes& nodes, Character& character) {
   Skeleton& skeleton = character.skeleton;
   character.bind.resize(skeleton.size());
   std::vector<char> known(skeleton.size(), 0);
@@ -211,7 +211,7 @@ bool all_finite(const BodyTrack& track) {
                      [](const auto& q) { return q.coeffs().allFinite(); });
 }
 
-void collect_animations(const fs::path& file, const aiScene& scene, const Nodes& nodes,
+void collect_animations(const fs::path& file, const aiScene& scene, const AssimpNodes& nodes,
                         double scale, Character& character) {
   for (unsigned a = 0; a < scene.mNumAnimations; ++a) {
     const aiAnimation& animation = *scene.mAnimations[a];
@@ -258,7 +258,7 @@ Character read_assimp_character(const fs::path& file, double scale, bool with_me
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene& scene = read_assimp_scene(file, with_mesh, importer);
   Character character;
-  const Nodes nodes = collect_bodies(file, scene, scale, character);
+  const AssimpNodes nodes = collect_bodies(file, scene, scale, character);
   collect_skin(file, scene, nodes, character);
   set_bind_pose(nodes, character);
   collect_animations(file, scene, nodes, scale, character);

@@ -15,13 +15,13 @@
 #include "sim/cache/durable_file.h"
 #include "sim/cache/hash.h"
 #include "sim/cache/hdf5_file.h"
+#include "sim/cache/version.h"
 
 namespace thew::sim {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 1;
 constexpr const char* kKinds[] = {"muscle", "bone", "skin", "prop"};
 
 void check_info(const BakeInfo& info) {
@@ -216,7 +216,7 @@ class Packing {
 
   void write_root() {
     const hid_t root = out_.root();
-    const int version = kVersion, done = static_cast<int>(frames_.size());
+    const int version = kCacheVersion, done = static_cast<int>(frames_.size());
     out_.write_attribute(root, "format", "thew-bake");
     out_.write_attribute(root, "version", H5T_STD_I32LE, H5T_NATIVE_INT, &version);
     out_.write_attribute(root, "fps", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &info_.fps);

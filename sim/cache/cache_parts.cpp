@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr char kMagic[] = "thewpart";
-constexpr std::uint64_t kVersion = 7;
+constexpr std::uint64_t kPartsVersion = 7;
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28;  // of bake.json and manifest.jsonl
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(double) == sizeof(std::uint64_t));
 
@@ -105,7 +105,7 @@ bool decode_part(std::string_view bytes, const Part& part, const BakeInfo& info,
   std::memcpy(&magic, kMagic, sizeof magic);
   frame.frame = part.frame;
   std::uint64_t states = 0;
-  if (!reader.read_equal(magic) || !reader.read_equal(kVersion) ||
+  if (!reader.read_equal(magic) || !reader.read_equal(kPartsVersion) ||
       !reader.read_equal(static_cast<std::uint64_t>(std::int64_t{part.frame})) ||
       !reader.read_equal(info.meshes.size()) || !reader.read_equal(info.character.rest.size()) ||
       !reader.read_equal(info.metric_names.size()) || !reader.read(&states, 1)) {
@@ -143,8 +143,8 @@ std::string mesh_hash(const BakeMesh& mesh) {
 json scene_as_json(const BakeInfo& info) {
   json meshes = json::object();
   for (const BakeMesh& mesh : info.meshes) meshes[mesh.name] = mesh_hash(mesh);
-  return {{"version", kVersion}, {"scene", info.scene_name}, {"scene_hash", info.scene_hash},
-          {"fps", info.fps},     {"meshes", meshes},         {"metrics", info.metric_names}};
+  return {{"version", kPartsVersion}, {"scene", info.scene_name}, {"scene_hash", info.scene_hash},
+          {"fps", info.fps},          {"meshes", meshes},         {"metrics", info.metric_names}};
 }
 
 // Written without the JSON library's containers: their destructors allocate, and where memory runs
@@ -255,7 +255,7 @@ std::string manifest_line(const Part& part) {
 
 void encode_part(const BakeFrame& frame, std::string& bytes) {
   bytes = kMagic;
-  put_number(bytes, kVersion);
+  put_number(bytes, kPartsVersion);
   put_number(bytes, static_cast<std::uint64_t>(std::int64_t{frame.frame}));
   put_number(bytes, frame.positions.size());
   put_number(bytes, frame.bodies.size());
@@ -299,7 +299,7 @@ std::string describe_scene(const BakeInfo& info) {
   for (const std::string& name : info.metric_names) {
     metrics += (metrics.empty() ? "" : ", ") + quoted(name);
   }
-  return object_of({{"version", std::to_string(kVersion)},
+  return object_of({{"version", std::to_string(kPartsVersion)},
                     {"scene", quoted(info.scene_name)},
                     {"scene_hash", quoted(info.scene_hash)},
                     {"fps", json(info.fps).dump()},

@@ -12,11 +12,11 @@
 #include "rig/limits.h"
 #include "sim/cache/cache.h"
 #include "sim/cache/hdf5_file.h"
+#include "sim/cache/version.h"
 
 namespace thew::sim {
 namespace {
 
-constexpr int kVersion = 1;
 constexpr std::size_t kMostOfLine = 4096;  // points
 
 /// A whole dataset of rank 1 or 2 as T, each of which is `width` numbers.
@@ -81,9 +81,9 @@ struct OpenBake {
     }
     int version = 0, done = 0;
     file.read_attribute(root, "version", H5T_STD_I32LE, H5T_NATIVE_INT, &version);
-    if (version != kVersion) {
+    if (version != kCacheVersion) {
       file.fail("it is of version " + std::to_string(version) + ", this program reads " +
-                std::to_string(kVersion));
+                std::to_string(kCacheVersion));
     }
     if (file.read_text_attribute(root, "units") != "m" ||
         file.read_text_attribute(root, "up_axis") != "Y") {

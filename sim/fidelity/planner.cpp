@@ -10,7 +10,7 @@ namespace thew::sim {
 namespace {
 
 constexpr int kIterations[] = {1, 2, 3, 5, 8};  // that are tried, per step
-constexpr int kMaxSubsteps = 4;  // half of the refined step's, which they are measured against
+constexpr int kMostSubsteps = 4;  // half of the refined step's, which they are measured against
 // Shares of the tolerance that an error may reach: where some frames are checked, since others may
 // be worse, and where all are.
 constexpr double kCheckMargin = 0.9, kWholeMargin = 0.97;
@@ -59,7 +59,7 @@ void refuse_unknown(const Planner& planner) {
 // Runs trials in the order of their cost until each muscle has a level. Sets the plan's substeps.
 void run_trials(Planner& planner, const std::vector<char>& is_geometric) {
   int& substeps = planner.plan.fidelity.substeps;
-  for (substeps = 1; substeps <= kMaxSubsteps; substeps *= 2) {
+  for (substeps = 1; substeps <= kMostSubsteps; substeps *= 2) {
     for (const int iterations : kIterations) {
       for (const Level level : {Level::kDynamic, Level::kQuasiStatic}) {
         bool all = true;
@@ -125,7 +125,7 @@ bool raise(Planner& planner, int m, double error, bool in_check) {
                                                          : muscle.iterations + 1;
   const auto next = std::lower_bound(std::begin(kIterations), std::end(kIterations), more);
   if (next == std::end(kIterations)) {
-    if (fidelity.substeps == kMaxSubsteps) return false;
+    if (fidelity.substeps == kMostSubsteps) return false;
     fidelity.substeps *= 2;
   } else {
     const auto keeps = [&](const Trial& trial) {

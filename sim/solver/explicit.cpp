@@ -17,10 +17,10 @@
 namespace thew::sim {
 namespace {
 
-constexpr double kDashpot = 1e-4;   // s, damping of a spring over its stiffness
-constexpr double kMargin = 0.95;    // of the largest stable step, by Gershgorin's bound
-constexpr int kContactRounds = 60;  // limit of the rounds in which contact and multiplier settle
-constexpr double kMaxSubsteps = 20000;  // of a step: minutes a frame, and more than tissue needs
+constexpr double kDashpot = 1e-4;      // s, damping of a spring over its stiffness
+constexpr double kMargin = 0.95;       // of the largest stable step, by Gershgorin's bound
+constexpr int kContactRounds = 60;     // limit of the rounds in which contact and multiplier settle
+constexpr double kMostOfStep = 20000;  // of a step: minutes a frame, and more than tissue needs
 constexpr int kSearchInterval = 5;  // substeps, for which the contacts that may close are collected
 
 // The forces by which springs resist any departure from their vectors in the carried shape.
@@ -294,7 +294,7 @@ double stable_explicit_substeps(const Model& model, int m, double h) {
 int explicit_substeps(const Model& model, int m, double h) {
   const Muscle& muscle = model.muscles[m];
   const double substeps = stable_explicit_substeps(model, m, h);
-  if (substeps <= kMaxSubsteps) return static_cast<int>(substeps);
+  if (substeps <= kMostOfStep) return static_cast<int>(substeps);
   throw Error(
       ErrorCode::kUsage,
       muscle.location + ": muscle \"" + muscle.name +

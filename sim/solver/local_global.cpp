@@ -59,7 +59,7 @@ void solve_zones(const Muscle& muscle, MuscleState& now, LocalGlobalWork& work) 
 }
 
 THEW_VECTORISED
-double dot(const Points& a, const Points& b) {
+double dot_of_all(const Points& a, const Points& b) {
   Point sum = {};
   for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum[0] + sum[1] + sum[2];
@@ -166,11 +166,11 @@ void iterate_local_global(const Model& model, int m, State& state) {
   }
   solve_pair(muscle, work, f, work.weighted, now.x, direction);
   // G A^-1 W G^T need not be positive. Even weights, under which it is, then stand in.
-  const double along = dot(gradient, direction);
+  const double along = dot_of_all(gradient, direction);
   double even_along = 0.0;
   if (!(along > 0.0) || rule.wants_even) {
     solve_pair(muscle, work, gradient, gradient, work.unused, work.even);
-    even_along = dot(gradient, work.even);
+    even_along = dot_of_all(gradient, work.even);
     if (!(along > 0.0)) {
       direction = work.even;
       ++now.weight_fallbacks;

@@ -14,10 +14,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kLines = 10;  // of each kind
+constexpr std::size_t kMostLines = 10;  // of each kind
 
 std::string more(std::size_t count, const std::string& what) {
-  return count <= kLines ? "" : "  and " + std::to_string(count - kLines) + " more " + what + "\n";
+  return count <= kMostLines
+             ? ""
+             : "  and " + std::to_string(count - kMostLines) + " more " + what + "\n";
 }
 
 std::string moved(const MeshDistance& mesh, const GeometryComparison& geometry) {
@@ -42,14 +44,14 @@ std::string geometry_as_text(const GeometryComparison& geometry) {
   text += !geometry.of_bakes    ? "\n"
           : geometry.same_scene ? ", though scene and inputs are the same\n"
                                 : "; scene or inputs differ as well\n";
-  for (std::size_t i = 0; i < std::min(kLines, geometry.faults.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMostLines, geometry.faults.size()); ++i) {
     text += "  " + geometry.faults[i] + "\n";
   }
   text += more(geometry.faults.size(), "of these");
   std::size_t count = 0;
   for (const MeshDistance& mesh : geometry.meshes) {
     if (mesh.largest <= geometry.tolerance) break;
-    if (++count <= kLines) text += moved(mesh, geometry);
+    if (++count <= kMostLines) text += moved(mesh, geometry);
   }
   return text + more(count, "meshes that moved");
 }
@@ -89,7 +91,7 @@ std::string images_as_text(const Comparison& comparison) {
   std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
     return a->measures.flip > b->measures.flip;
   });
-  for (std::size_t i = 0; i < std::min(kLines, worst.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMostLines, worst.size()); ++i) {
     text += "  " + worst[i]->name + ": " + worst[i]->fault;
     if (worst[i]->measures.largest > 0) text += "; " + measures_as_text(worst[i]->measures);
     text += "\n";

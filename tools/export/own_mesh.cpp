@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string_view>;
 
 constexpr std::size_t kFileLimit = std::size_t{256} << 20;  // bytes
-constexpr double kSamePlace = 1e-5;  // m; programs write OBJ with six digits after the point
+constexpr double kSamePoint = 1e-5;  // m; programs write OBJ with six digits after the point
 
 /// What is read of an OBJ. Corners of all faces stand one after another.
 struct ObjFile {
@@ -115,13 +115,13 @@ class Places {
                      [&](int a, int b) { return points_[a].x() < points_[b].x(); });
   }
 
-  /// The nearest within kSamePlace, of several as near the first; -1: there is none.
+  /// The nearest within kSamePoint, of several as near the first; -1: there is none.
   int at(const Vec3& p) const {
     int nearest = -1;
-    double least = kSamePlace;
-    const auto begin = std::lower_bound(by_x_.begin(), by_x_.end(), p.x() - kSamePlace,
+    double least = kSamePoint;
+    const auto begin = std::lower_bound(by_x_.begin(), by_x_.end(), p.x() - kSamePoint,
                                         [&](int v, double x) { return points_[v].x() < x; });
-    for (auto v = begin; v != by_x_.end() && points_[*v].x() <= p.x() + kSamePlace; ++v) {
+    for (auto v = begin; v != by_x_.end() && points_[*v].x() <= p.x() + kSamePoint; ++v) {
       const double apart = (points_[*v] - p).norm();
       if (apart > least || (apart == least && nearest >= 0 && nearest < *v)) continue;
       least = apart;

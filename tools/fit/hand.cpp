@@ -12,15 +12,15 @@ namespace thew::tools {
 namespace {
 
 constexpr double kEnd = 0.95;        // of the hand's length, where the fingers' bones end
-constexpr double kWrist = 0.05;      // of it, in which the wrist's bones go with the forearm's
+constexpr double kWristPart = 0.05;  // of it, in which the wrist's bones go with the forearm's
 constexpr double kStump = 0.25;      // of the forearm's length: what reaches no farther is no hand
 constexpr double kShortest = 0.4;    // of the template's hand, a loose fist's of 64 mm
 constexpr double kMostLonger = 1.6;  // beyond it the character holds something
-constexpr double kNarrowest = 0.15;  // of how broad the forearm makes it
-constexpr int kSections = 12;
-constexpr double kShorter = 0.8;    // from trial to trial
-constexpr double kNarrower = 0.95;  // from trial to trial
-constexpr double kWidest = 1.5;     // of the hand's length: beyond it lies what the hand holds
+constexpr double kNarrowestHand = 0.15;  // of how broad the forearm makes it
+constexpr int kHandSections = 12;
+constexpr double kShorter = 0.8;        // from trial to trial
+constexpr double kHandNarrower = 0.95;  // from trial to trial
+constexpr double kWidest = 1.5;         // of the hand's length: beyond it lies what the hand holds
 
 // m along a unit vector, of the triangles' farthest corner.
 double farthest(const TriMesh& mesh, const Vec3& from, const Vec3& along) {
@@ -54,7 +54,7 @@ struct Hand {
   double at(const Vec3& p) const { return along.dot(p - wrist); }
   // 0 before the wrist, 1 beyond it.
   double beyond(const Vec3& p) const {
-    return smoothstep(-kWrist * length, kWrist * length, at(p));
+    return smoothstep(-kWristPart * length, kWristPart * length, at(p));
   }
   Limb::Section section(double at) const {
     return skin.section(wrist + at * along, a, b, kWidest * length);
@@ -67,16 +67,16 @@ Hand::Hand(const TriMesh& mesh, const Vec3& wrist, const Vec3& along)
     : skin(mesh), wrist(wrist), along(along), a(along.unitOrthogonal()), b(along.cross(a)) {
   length = farthest(mesh, wrist, along);
   middles.push_back(Vec3::Zero());
-  for (int i = 1; i <= kSections; ++i) {
-    const double way = i * length / kSections;
+  for (int i = 1; i <= kHandSections; ++i) {
+    const double way = i * length / kHandSections;
     const Limb::Section of = section(way);
     middles.push_back(of.radius > 0.0 ? Vec3(of.middle - wrist - way * along) : middles.back());
   }
 }
 
 Vec3 Hand::placed(const Vec3& p, double share) const {
-  const double place = std::clamp(at(p) / length, 0.0, 1.0) * kSections;
-  const int i = std::min(static_cast<int>(place), kSections - 1);
+  const double place = std::clamp(at(p) / length, 0.0, 1.0) * kHandSections;
+  const int i = std::min(static_cast<int>(place), kHandSections - 1);
   const Vec3 axis = wrist + at(p) * along;
   return axis + (i + 1 - place) * middles[i] + (place - i) * middles[i + 1] +
          (1.0 - beyond(p) * (1.0 - share)) * (p - axis);
@@ -86,9 +86,10 @@ Vec3 Hand::placed(const Vec3& p, double share) const {
 double widest_in(const Hand& hand, const std::vector<Vec3>& points) {
   double share = 1.0;
   for (const Vec3& p : points) {
-    if (hand.at(p) < kWrist * hand.length) continue;
+    if (hand.at(p) < kWristPart * hand.length) continue;
     const Limb::Section section = hand.section(hand.at(p));
-    while (share >= kNarrowest && section.within(hand.placed(p, share)) < 0.0) share *= kNarrower;
+    while (share >= kNarrowestHand && section.within(hand.placed(p, share)) < 0.0)
+      share *= kHandNarrower;
   }
   return share;
 }
@@ -124,7 +125,7 @@ std::function<Vec3(const Vec3&)> fit_hand(const Target& to, TriMesh& bones) {
     std::vector<Vec3> points = own;
     for (Vec3& p : points) p = lengthened(p, trial);
     const double widest = widest_in(*hand, points);
-    if (widest >= kNarrowest && trial * widest > longer * share) longer = trial, share = widest;
+    if (widest >= kNarrowestHand && trial * widest > longer * share) longer = trial, share = widest;
   }
   if (longer == 0.0) return {};
   const auto placed = [=](const Vec3& p) {

@@ -105,7 +105,7 @@ void add_hand(Target& to, std::vector<HandBone> hand, NewArms& out) {
     for (size_t i = 1; i < hand.size(); ++i) append_mesh(hand[i].mesh, hand[0].mesh);
     hand.resize(1);
     if (!(to.in_hand = fit_hand(to, hand[0].mesh))) {
-      out.handless.push_back(to.side);
+      if (to.arm.has_hand()) out.handless.push_back(to.side);
       return;
     }
   }

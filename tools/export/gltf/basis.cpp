@@ -9,7 +9,7 @@ namespace thew::tools {
 namespace {
 
 // A mode below this share of the largest eigenvalue is rounding error.
-constexpr double kSmallest = 1e-15;
+constexpr double kSmallestValue = 1e-15;
 constexpr double kStill = 1e-12;  // m RMS; so is what moves less
 
 // G_fg = sum over vertices of (x_f - mean) . (x_g - mean)
@@ -50,7 +50,7 @@ MotionBasis fit_motion_basis(const std::vector<const std::vector<Vec3>*>& frames
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scalar_products(frames));
   const double values = static_cast<double>(n * frames.front()->size());
   const double least =
-      std::max(kSmallest * solver.eigenvalues().tail(1)[0], kStill * kStill * values);
+      std::max(kSmallestValue * solver.eigenvalues().tail(1)[0], kStill * kStill * values);
   MotionBasis basis;
   basis.base_factors.assign(n, 1.0 / static_cast<double>(n));
   basis.weights.resize(n);

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::uint64_t kMostBytes = 0xffffffffu;  // lengths in the file are 32 bits wide
+constexpr std::uint64_t kMostOfGlb = 0xffffffffu;  // lengths in the file are 32 bits wide
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 enum ComponentType { kInt8 = 5120, kInt16 = 5122, kUint32 = 5125, kFloat = 5126 };
 enum BufferTarget { kNoTarget = 0, kVertices = 34962, kIndices = 34963 };
@@ -173,7 +173,7 @@ void write_glb(const std::filesystem::path& file, Glb& glb) {
   std::string json = json_text(glb.json, -1);
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t length = 12 + 8 + json.size() + 8 + glb.bytes.size();
-  if (length > kMostBytes) {
+  if (length > kMostOfGlb) {
     throw Error(ErrorCode::kOutput,
                 file.string() + ": glTF binary holds 4 GiB and this would be " +
                     std::to_string(length >> 30) +

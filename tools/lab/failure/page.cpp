@@ -10,7 +10,7 @@
 namespace thew::tools {
 namespace {
 
-constexpr double kCell = 42, kRow = 24, kLeft = 66, kTop = 40, kBottom = 40;  // px
+constexpr double kCell = 42, kRow = 24, kPlotLeft = 66, kPlotTop = 40, kPlotBottom = 40;  // px
 
 constexpr Verdict kVerdicts[] = {Verdict::kAccurate, Verdict::kRecovered, Verdict::kDegraded,
                                  Verdict::kDiverged, Verdict::kNotRun};
@@ -47,21 +47,21 @@ std::string told(const MapCell& cell) {
 }  // namespace
 
 std::string draw_map(const StabilityMap& map) {
-  const double width = kLeft + kCell * static_cast<double>(map.columns.size()) + 8;
-  const double bottom = kTop + kRow * static_cast<double>(map.steps.size());
+  const double width = kPlotLeft + kCell * static_cast<double>(map.columns.size()) + 8;
+  const double bottom = kPlotTop + kRow * static_cast<double>(map.steps.size());
   std::string svg = "<svg class=\"map\" viewBox=\"0 0 " + svg_px(width) + " " +
-                    svg_px(bottom + kBottom) + "\" width=\"" + svg_px(width) +
+                    svg_px(bottom + kPlotBottom) + "\" width=\"" + svg_px(width) +
                     "\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\">\n<style>.map "
                     "text{font:12px system-ui,sans-serif;fill:#1d2329}.map .head{font-weight:600}"
                     ".map .on{fill:#fff;font-weight:600}</style>\n";
   svg += svg_text(0, 16, map.quantity, " class=\"head\"");
   svg += svg_text(0, 33, "step, s");
   for (size_t s = 0; s < map.steps.size(); ++s) {
-    const double y = kTop + kRow * static_cast<double>(s);
-    svg += svg_text(kLeft - 8, y + 17, readable(map.steps[s], 4), " text-anchor=\"end\"");
+    const double y = kPlotTop + kRow * static_cast<double>(s);
+    svg += svg_text(kPlotLeft - 8, y + 17, readable(map.steps[s], 4), " text-anchor=\"end\"");
     for (size_t c = 0; c < map.columns.size(); ++c) {
       const MapCell& cell = map.cells[s][c];
-      const double x = kLeft + kCell * static_cast<double>(c);
+      const double x = kPlotLeft + kCell * static_cast<double>(c);
       const std::string colour = colour_of(cell.verdict);
       svg += "<g><rect x=\"" + svg_px(x + 0.5) + "\" y=\"" + svg_px(y + 0.5) + "\" width=\"" +
              svg_px(kCell - 3) + "\" height=\"" + svg_px(kRow - 3) + "\" stroke=\"" + colour +
@@ -73,10 +73,10 @@ std::string draw_map(const StabilityMap& map) {
     }
   }
   for (size_t c = 0; c < map.columns.size(); ++c) {
-    svg += svg_text(kLeft + kCell * (static_cast<double>(c) + 0.5), bottom + 14,
+    svg += svg_text(kPlotLeft + kCell * (static_cast<double>(c) + 0.5), bottom + 14,
                     column_name(map.columns[c]), " text-anchor=\"middle\"");
   }
-  svg += svg_text((kLeft + width) / 2, bottom + 32, map.unit, " text-anchor=\"middle\"");
+  svg += svg_text((kPlotLeft + width) / 2, bottom + 32, map.unit, " text-anchor=\"middle\"");
   return svg + "</svg>\n";
 }
 

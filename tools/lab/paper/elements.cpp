@@ -12,8 +12,8 @@
 namespace thew::tools {
 namespace {
 
-constexpr double kShear = 1000.0, kPenalty = 1e5;    // Pa
-constexpr double kDensity = 1060.0, kDamping = 2.0;  // as the scene's
+constexpr double kShear = 1000.0, kPenalty = 1e5;           // Pa
+constexpr double kDensityOfFlesh = 1060.0, kDamping = 2.0;  // as the scene's
 
 // Where the upper plane is, m.
 double plane_at(const Model& model, int frame) {
@@ -61,9 +61,9 @@ std::vector<Vec3> centred(const std::vector<Vec3>& nodes, size_t count) {
 
 FemRun run_linear_ball(const Model& model, int tetrahedra, double penalty, int last) {
   FemRun run;
-  FemBody body =
-      linear_ball(model.muscles[0].rest, tetrahedra,
-                  {.shear = kShear, .lambda = kShear, .penalty = penalty, .density = kDensity});
+  FemBody body = linear_ball(
+      model.muscles[0].rest, tetrahedra,
+      {.shear = kShear, .lambda = kShear, .penalty = penalty, .density = kDensityOfFlesh});
   run.elements = body.count();
   const double rest = fem_volume(body);
   run.volume.push_back(1.0);

@@ -18,7 +18,7 @@
 namespace thew::tools {
 namespace {
 
-constexpr double kHeld = 0.9;        // of the half length, beyond which a spindle is held
+constexpr double kHeldBeyond = 0.9;  // of the half length, beyond which a spindle is held
 constexpr double kDensity = 1060.0;  // kg/m^3
 constexpr int kTriangles = 1470, kTetrahedra = 2691;
 constexpr int kWay = 30, kRest = 15;  // frames of 1/30 s, coming nearer and held
@@ -68,7 +68,7 @@ RivalBody spindle(const Vec3& axes, bool solid) {
   }
   RivalBody body = solid ? solid_body(filled, kDensity) : surface_body(ball, kDensity);
   for (size_t i = 0; i < body.rest.size(); ++i) {
-    body.driven[i] = std::abs(body.rest[i].x()) > kHeld * axes.x();
+    body.driven[i] = std::abs(body.rest[i].x()) > kHeldBeyond * axes.x();
   }
   return body;
 }
@@ -76,7 +76,7 @@ RivalBody spindle(const Vec3& axes, bool solid) {
 // The spindle with its ends nearer by a share of its length.
 ArmSection::Shown shown_by(const RelatedMethod& method, const Vec3& axes, double share) {
   RivalBody body = spindle(axes, method.solid);
-  const double rest = volume_of(body), end = kHeld * axes.x();
+  const double rest = volume_of(body), end = kHeldBeyond * axes.x();
   const double before = mean_section(body.x, body.triangles, -end, end);
   const double least = share * axes.x();  // m, that each end moves
   Surroundings around;

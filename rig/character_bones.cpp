@@ -111,14 +111,14 @@ void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
 // beside the trunk.
 int usual_humerus(const Character& character, int humerus, int forearm, int hand) {
   const Skeleton& skeleton = character.skeleton;
-  const auto place = [&](int body) { return position_of(character, body); };
   const BoneName own = read_bone_name(skeleton.body_names[humerus]);
-  const double usual = kUpperOverFore * (place(hand) - place(forearm)).norm();
+  const double usual =
+      kUpperOverFore * (position_of(character, hand) - position_of(character, forearm)).norm();
   double least = std::numeric_limits<double>::infinity();
   for (int i = skeleton.parent[forearm]; i >= 0; i = skeleton.parent[i]) {
     const BoneName name = read_bone_name(skeleton.body_names[i]);
     if (name.kind != BoneKind::kHumerus || name.side != own.side) continue;
-    const double length = (place(i) - place(forearm)).norm();
+    const double length = (position_of(character, i) - position_of(character, forearm)).norm();
     const double off = std::max(length / usual, usual / length);
     if (begins_beside(character, i, forearm) && off < least) least = off, humerus = i;
   }

@@ -73,19 +73,22 @@ void check_readable(const std::filesystem::path& file, size_t limit) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::none) {
-    throw Error(ErrorCode::kInput,
-                file.string() + ": cannot be read: " + error.message() + "; check its permissions");
+    refuse_file(file, "cannot be read: " + error.message() + "; check its permissions");
   }
   if (!std::filesystem::exists(status)) {
-    throw Error(ErrorCode::kInput, file.string() + ": there is no such file; check the path");
+    refuse_file(file, "there is no such file; check the path");
   }
   if (!std::filesystem::is_regular_file(status)) {
-    throw Error(ErrorCode::kInput, file.string() + ": is not a regular file; name a file");
+    refuse_file(file, "is not a regular file; name a file");
   }
   if (std::filesystem::file_size(file, error) > limit) {
-    throw Error(ErrorCode::kInput, file.string() + ": is larger than the limit of " +
-                                       std::to_string(limit >> 20) + " MiB; reduce or split it");
+    refuse_file(file, "is larger than the limit of " + std::to_string(limit >> 20) +
+                          " MiB; reduce or split it");
   }
+}
+
+void refuse_file(const std::filesystem::path& file, const std::string& what) {
+  throw Error(ErrorCode::kInput, file.string() + ": " + what);
 }
 
 std::string read_whole(const std::filesystem::path& file, size_t limit) {
@@ -94,7 +97,7 @@ std::string read_whole(const std::filesystem::path& file, size_t limit) {
   std::string bytes(std::filesystem::file_size(file, error), '\0');
   std::ifstream stream(file, std::ios::binary);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    throw Error(ErrorCode::kInput, file.string() + ": cannot be read; check its permissions");
+    refuse_file(file, "cannot be read; check its permissions");
   }
   return bytes;
 }

@@ -32,6 +32,8 @@ std::vector<std::string_view> split_words(std::string_view line);
 
 /// Throws Error(kInput) unless `file` is a regular file of at most `limit` bytes; opens nothing.
 void check_readable(const std::filesystem::path& file, size_t limit);
+/// Throws Error(kInput) with the file's name before `what`.
+[[noreturn]] void refuse_file(const std::filesystem::path& file, const std::string& what);
 /// The bytes of a file that check_readable() accepts.
 std::string read_whole(const std::filesystem::path& file, size_t limit);
 /// Whether `file` lies below `folder`; both canonical.

@@ -33,7 +33,7 @@ Affine to_affine(const aiMatrix4x4& m) {
   return out;
 }
 
-// AssimpNodes, parents before children, in the file's order.
+// Parents before children, in the file's order.
 struct AssimpNodes {
   std::vector<const aiNode*> nodes;
   std::map<std::string, int> by_name;

@@ -21,15 +21,11 @@ namespace {
 namespace fs = std::filesystem;
 using Json = GltfFile::Json;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& what) {
-  throw Error(ErrorCode::kInput, file.string() + ": " + what);
-}
-
 [[noreturn]] void refuse_name(const fs::path& file, const std::string& name,
                               const std::vector<std::string>& names) {
-  refuse(file, "has no attribute \"" + name + "\" of one number by vertex" +
-                   did_you_mean(name, names) +
-                   "; it has: " + (names.empty() ? "none" : names_text(names)));
+  refuse_file(file, "has no attribute \"" + name + "\" of one number by vertex" +
+                        did_you_mean(name, names) +
+                        "; it has: " + (names.empty() ? "none" : names_text(names)));
 }
 
 // Of all nodes depth first, as assimp goes through them.
@@ -115,7 +111,7 @@ std::vector<double> parts_attribute(const fs::path& file, const std::string& nam
     found = true;
   }
   if (!found && channel < 0) refuse_name(file, name, names);
-  if (!found) refuse(file, "has no vertex colours; export it with them");
+  if (!found) refuse_file(file, "has no vertex colours; export it with them");
   return values;
 }
 
@@ -135,8 +131,8 @@ Property property_of(const fs::path& file, std::string_view type, std::string_vi
   for (const auto& [word, bytes, kind] : types) {
     if (type == word) return {std::string(name), bytes, kind};
   }
-  refuse(file, "a vertex has a property of type \"" + std::string(type) +
-                   "\"; export its points with plain numbers");
+  refuse_file(file, "a vertex has a property of type \"" + std::string(type) +
+                        "\"; export its points with plain numbers");
 }
 
 double number_at(std::string_view bytes, const Property& of, bool big_endian) {
@@ -179,17 +175,18 @@ PlyHeader ply_header(const fs::path& file, std::string_view bytes) {
       if (header.vertices_first) header.vertices = static_cast<size_t>(*count);
     }
     if (words[0] == "property" && elements == 1) {
-      if (words.size() < 3) refuse(file, "a property has no name; export it again");
+      if (words.size() < 3) refuse_file(file, "a property has no name; export it again");
       header.properties.push_back(property_of(file, words[1], words.back()));
     }
   }
-  refuse(file, "its header does not end; the file is cut short, export it again");
+  refuse_file(file, "its header does not end; the file is cut short, export it again");
 }
 
 std::vector<double> ply_attribute(const fs::path& file, const std::string& name) {
   const std::string bytes = read_in_child(file_of_child(), kAssimpFileLimit);
   const PlyHeader header = ply_header(file, bytes);
-  if (!header.vertices_first) refuse(file, "does not begin with its vertices; export it again");
+  if (!header.vertices_first)
+    refuse_file(file, "does not begin with its vertices; export it again");
   size_t column = header.properties.size(), offset = 0, stride = 0;
   std::vector<std::string> names;
   for (size_t k = 0; k < header.properties.size(); ++k) {
@@ -198,7 +195,7 @@ std::vector<double> ply_attribute(const fs::path& file, const std::string& name)
     stride += header.properties[k].bytes;
   }
   if (column == header.properties.size()) refuse_name(file, name, names);
-  const auto cut_short = [&] { refuse(file, "ends before its last vertex; export it again"); };
+  const auto cut_short = [&] { refuse_file(file, "ends before its last vertex; export it again"); };
   std::vector<double> values;
   std::string_view left = std::string_view(bytes).substr(header.body);
   for (size_t i = 0; i < header.vertices; ++i) {
@@ -241,7 +238,7 @@ std::vector<double> numbers_of(const fs::path& file,
 std::vector<double> import_attribute(const fs::path& file, const std::string& name) {
   const bool ply = lower_ending(file) == "ply";
   if (!ply && !names_gltf(file)) {
-    refuse(file, "attributes are read from PLY and glTF; export it as one of them");
+    refuse_file(file, "attributes are read from PLY and glTF; export it as one of them");
   }
   return numbers_of(file,
                     [&] { return ply ? ply_attribute(file, name) : gltf_attribute(file, name); });
@@ -250,12 +247,13 @@ std::vector<double> import_attribute(const fs::path& file, const std::string& na
 std::vector<double> import_attribute(const fs::path& file, const std::string& name, int channel,
                                      const Character& of) {
   if (!names_gltf(file)) {
-    refuse(file,
-           "attributes and colours of a character are read from glTF; export it as that, or name "
-           "a mesh that has them as `file`");
+    refuse_file(
+        file,
+        "attributes and colours of a character are read from glTF; export it as that, or name "
+        "a mesh that has them as `file`");
   }
   const auto values = numbers_of(file, [&] { return parts_attribute(file, name, channel, of); });
-  if (values.size() != of.mesh.vertices.size()) refuse(file, "its reader sent nonsense");
+  if (values.size() != of.mesh.vertices.size()) refuse_file(file, "its reader sent nonsense");
   return values;
 }
 

@@ -22,10 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kPlyHeaderLimit = size_t{1} << 16;  // bytes; real headers have some hundred
 
-[[noreturn]] void refuse_mesh(const fs::path& file, const std::string& what) {
-  throw Error(ErrorCode::kInput, file.string() + ": " + what);
-}
-
 struct Raw {
   TriMesh mesh;
   std::vector<std::array<float, 4>> colours;  // by vertex; white where a part has none
@@ -51,7 +47,7 @@ void append(const fs::path& file, const aiMesh& part, const Eigen::Matrix4d& m, 
     }
     raw.colours.push_back(colour);
     if (mesh.vertices.back().allFinite()) continue;
-    refuse_mesh(file, "mesh \"" + std::string(part.mName.C_Str()) + "\", vertex " +
+    refuse_file(file, "mesh \"" + std::string(part.mName.C_Str()) + "\", vertex " +
                           std::to_string(i) + " is not finite: " +
                           point_text(mesh.vertices.back()) + "; export the mesh again");
   }
@@ -185,11 +181,11 @@ void check_ply_header(const fs::path& file) {
     if (words.size() != 3 || words[0] != "element") continue;
     const auto count = parse_number(words[2]);
     if (!count || !(*count >= 0.0 && *count <= static_cast<double>(bytes.size()))) {
-      refuse_mesh(file, "claims " + std::string(words[2]) + " of \"" + std::string(words[1]) +
+      refuse_file(file, "claims " + std::string(words[2]) + " of \"" + std::string(words[1]) +
                             "\" in " + std::to_string(bytes.size()) + " bytes; export it again");
     }
   }
-  refuse_mesh(file, "its header does not end; the file is cut short, export it again");
+  refuse_file(file, "its header does not end; the file is cut short, export it again");
 }
 
 template <typename Archive>
@@ -227,7 +223,7 @@ Raw read_by(Child& child, const fs::path& file) {
   // The unit is not known here, so the bound is that of the smallest unit.
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
     if (is_bounded(mesh.vertices[i], kMaxCoordinate / kMinScale)) continue;
-    refuse_mesh(file, "vertex " + std::to_string(i) + " lies at " + point_text(mesh.vertices[i]) +
+    refuse_file(file, "vertex " + std::to_string(i) + " lies at " + point_text(mesh.vertices[i]) +
                           ", which is no place in any unit; export the mesh again");
   }
   return raw;
@@ -280,14 +276,14 @@ ImportedMesh import_mesh(const fs::path& file) {
   const std::string ending = lower_ending(file);
   const char* known[] = {"obj", "stl", "ply", "gltf", "glb", "fbx", "dae"};
   if (std::find(std::begin(known), std::end(known), ending) == std::end(known)) {
-    refuse_mesh(file, "meshes ending in \"." + ending +
+    refuse_file(file, "meshes ending in \"." + ending +
                           "\" are not read; save it as OBJ, STL, PLY, glTF, FBX or Collada");
   }
   check_readable(file, kAssimpFileLimit);
   if (ending == "ply") check_ply_header(file);
   const Raw raw = read_in_child(file);
   if (raw.mesh.triangles.empty())
-    refuse_mesh(file, "holds no triangles; export the mesh with its faces");
+    refuse_file(file, "holds no triangles; export the mesh with its faces");
   WeldResult welded = weld(raw.mesh);
   ImportedMesh out{std::move(welded.mesh),
                    std::move(welded.map_back),

@@ -13,18 +13,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& what) {
-  throw Error(ErrorCode::kInput, file.string() + ": " + what);
-}
-
 // An animation is held as a whole.
 void check_size(const fs::path& file, std::size_t samples, std::size_t vertices) {
   constexpr std::size_t kMost = std::size_t{1} << 30;  // bytes
   const std::size_t bytes = samples * vertices * sizeof(Vec3);
   if (bytes <= kMost) return;
-  refuse(file, std::to_string(samples) + " frames of " + std::to_string(vertices) +
-                   " vertices take " + std::to_string(bytes >> 20) + " MiB, more than " +
-                   std::to_string(kMost >> 20) + "; export fewer frames or a coarser mesh");
+  refuse_file(file, std::to_string(samples) + " frames of " + std::to_string(vertices) +
+                        " vertices take " + std::to_string(bytes >> 20) + " MiB, more than " +
+                        std::to_string(kMost >> 20) + "; export fewer frames or a coarser mesh");
 }
 
 // Keeps one vertex of each place, as contact and a skin layer need it, and checks the surface.
@@ -72,7 +68,8 @@ bool names_bake(const fs::path& file) { return file.extension() == ".h5"; }
 CachedMesh read_cached_mesh(const fs::path& mesh, const fs::path& cache, double fps, double scale,
                             Pieces pieces) {
   if (!names_point_cache(cache)) {
-    refuse(cache, "animated meshes are read from .h5 of Thew, .pc2 and .mdd; export it as one");
+    refuse_file(cache,
+                "animated meshes are read from .h5 of Thew, .pc2 and .mdd; export it as one");
   }
   ImportedMesh imported =
       import_closed_mesh_whole(mesh, Eigen::Affine3d(Eigen::Scaling(scale)), pieces);
@@ -97,9 +94,9 @@ CachedMesh read_baked_mesh(const fs::path& file, const CachedPart& part, double 
   }
   if (places.size() == 1) return read_part(bake, file, places[0], scale);
   const std::string has = names.empty() ? "none such" : names_text(names);
-  if (part.name.empty()) refuse(file, "say by `part` which mesh is meant; it has " + has);
-  refuse(file,
-         "has no mesh \"" + part.name + "\"" + did_you_mean(part.name, names) + "; it has " + has);
+  if (part.name.empty()) refuse_file(file, "say by `part` which mesh is meant; it has " + has);
+  refuse_file(file, "has no mesh \"" + part.name + "\"" + did_you_mean(part.name, names) +
+                        "; it has " + has);
 }
 
 std::vector<CachedMesh> read_baked_bones(const fs::path& file, double scale) {
@@ -109,7 +106,7 @@ std::vector<CachedMesh> read_baked_bones(const fs::path& file, double scale) {
     if (bake.info().meshes[m].kind != BakeMesh::Kind::kBone) continue;
     bones.push_back(read_part(bake, file, m, scale));
   }
-  if (bones.empty()) refuse(file, "has no bones; give a bake with a rig");
+  if (bones.empty()) refuse_file(file, "has no bones; give a bake with a rig");
   return bones;
 }
 

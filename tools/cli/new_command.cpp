@@ -184,12 +184,12 @@ void say_fit(const Target& to, Said& said) {
                to.fit.roll / kDegree));
   }
   constexpr double kLeft = 0.2;  // of the skin there; a hand beside the thigh has some around it
-  std::vector<std::string> bodies;
-  if (const double left = skin_left_behind(to.character, to.arm, bodies); left > kLeft) {
+  int most = -1;
+  if (const double left = skin_left_behind(to.character, to.arm, most); left > kLeft) {
     said.warn(
         format("%.0f %% of the skin around the %s forearm and hand hangs on bodies that they "
                "do not carry, \"%s\" first: it stays behind as the elbow bends",
-               1e2 * left, to.side.c_str(), bodies[0].c_str()));
+               1e2 * left, to.side.c_str(), names[most].c_str()));
   }
   for (const std::string& name : to.fit.wringing) {
     said.warn("animation \"" + name + "\" rolls the " + to.side +

@@ -39,10 +39,9 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
                                  std::vector<std::string>& notes);
 
 /// Share of the skin around the forearm and beyond the wrist, by area, that hangs on bodies which
-/// the forearm does not move, such as goals of inverse kinematics on the trunk; `names` them, the
-/// one with the most first.
-double skin_left_behind(const Character& character, const ArmBodies& arm,
-                        std::vector<std::string>& names);
+/// the arm does not carry, such as goals of inverse kinematics on the trunk; sets the one with the
+/// most of it, if there is any.
+double skin_left_behind(const Character& character, const ArmBodies& arm, int& most);
 
 /// Unit and horizontal, at right angles to the line of the shoulders: where the feet point to, seen
 /// from the ankles; zero where the character has no feet.

@@ -3,7 +3,6 @@
 // Which bodies of a character are its arms.
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "rig/character_bones.h"
 #include "rig/text.h"
@@ -11,8 +10,6 @@
 
 namespace thew::tools {
 namespace {
-
-Vec3 place_of(const Character& character, int body) { return character.bind[body].translation(); }
 
 // Past what FBX's reader puts between two bodies.
 int first_child(const Skeleton& skeleton, int body) {
@@ -93,7 +90,7 @@ bool chain_from(const Character& character, int body, Chain& chain) {
     now[k] = k == 0 ? body : first_child(skeleton, now[k - 1]);
     if (now[k] < 0 && k < 3) return false;
     if (k == 0 || now[k] < 0) continue;
-    lengths[k - 1] = (place_of(character, now[k]) - place_of(character, now[k - 1])).norm();
+    lengths[k - 1] = (position_of(character, now[k]) - position_of(character, now[k - 1])).norm();
   }
   // A short first one is a clavicle.
   const int skip = now[3] >= 0 && lengths[0] < 0.5 * lengths[1] && lengths[2] > 0.5 * lengths[1];
@@ -113,7 +110,8 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
       if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
       Chain one, two;
       if (!chain_from(character, a, one) || !chain_from(character, b, two)) continue;
-      const Vec3 p = place_of(character, one.bodies[0]), q = place_of(character, two.bodies[0]);
+      const Vec3 p = position_of(character, one.bodies[0]),
+                 q = position_of(character, two.bodies[0]);
       const double size = one.lengths[0];
       const bool alike = std::abs(two.lengths[0] - size) < 0.1 * size &&
                          std::abs(two.lengths[1] - one.lengths[1]) < 0.1 * size;
@@ -139,7 +137,7 @@ bool end_at_skin(const Character& character, ArmBodies& arm) {
   constexpr double kMost = 0.5;  // of a vertex's weight
   const Skeleton& skeleton = character.skeleton;
   const SkinWeights& weights = character.skin;
-  const Vec3 elbow = place_of(character, arm.forearm);
+  const Vec3 elbow = position_of(character, arm.forearm);
   std::vector<Vec3> skin;  // m, from the elbow
   Vec3 sum = Vec3::Zero();
   for (size_t i = 0; i < character.mesh.vertices.size(); ++i) {
@@ -154,7 +152,7 @@ bool end_at_skin(const Character& character, ArmBodies& arm) {
   const Vec3 along = sum.normalized();
   double reach = 0.0;
   for (const Vec3& p : skin) reach = std::max(reach, along.dot(p));
-  const double upper = (elbow - place_of(character, arm.humerus)).norm();
+  const double upper = (elbow - position_of(character, arm.humerus)).norm();
   arm.hand = arm.forearm;
   arm.wrist = character.bind[arm.forearm].inverse() *
               Vec3(elbow + std::min(kEnd * reach, upper / kUpperOverFore) * along);
@@ -168,7 +166,8 @@ bool end_at_skin(const Character& character, ArmBodies& arm) {
   for (int i = 0; i < skeleton.size(); ++i) {
     if (first_child(skeleton, i) < 0 || skeleton.parent[i] < 0) continue;
     list += (list.empty() ? " " : " | ") + skeleton.body_names[i] + " at " +
-            point_text(place_of(character, i)) + ", on " + skeleton.body_names[skeleton.parent[i]];
+            point_text(position_of(character, i)) + ", on " +
+            skeleton.body_names[skeleton.parent[i]];
   }
   throw Error(ErrorCode::kUsage, place + ": which body is the " + (left ? "left " : "right ") +
                                      what + "? Neither names nor shape tell; say --map " +
@@ -272,16 +271,15 @@ std::vector<ArmBodies> find_arms(const Character& character, const std::string& 
   return arms;
 }
 
-double skin_left_behind(const Character& character, const ArmBodies& arm,
-                        std::vector<std::string>& names) {
+double skin_left_behind(const Character& character, const ArmBodies& arm, int& most) {
   constexpr double kFrom = 0.3, kTo = 1.6;  // of the way from elbow to wrist
   constexpr double kAround = 0.2;           // of its length, from the line
   const Skeleton& skeleton = character.skeleton;
   const SkinWeights& weights = character.skin;
-  const Vec3 elbow = place_of(character, arm.forearm);
+  const Vec3 elbow = position_of(character, arm.forearm);
   const Vec3 way = character.bind[arm.hand] * arm.wrist - elbow;
   double whole = 0.0, left = 0.0;
-  std::map<int, double> by_body;
+  std::vector<double> by_body(skeleton.size(), 0.0);
   for (const Triangle& t : character.mesh.triangles) {
     const Vec3 &a = character.mesh.vertices[t[0]], &b = character.mesh.vertices[t[1]];
     const Vec3& c = character.mesh.vertices[t[2]];
@@ -299,10 +297,7 @@ double skin_left_behind(const Character& character, const ArmBodies& arm,
       }
     }
   }
-  std::vector<std::pair<double, int>> most;
-  for (const auto& [body, area] : by_body) most.emplace_back(-area, body);
-  std::sort(most.begin(), most.end());
-  for (const auto& [area, body] : most) names.push_back(skeleton.body_names[body]);
+  most = static_cast<int>(std::max_element(by_body.begin(), by_body.end()) - by_body.begin());
   return whole > 0.0 ? left / whole : 0.0;
 }
 

@@ -252,7 +252,7 @@ Limb::Section Limb::section(const Vec3& at, const Vec3& a, const Vec3& b, double
 
 std::vector<int> hand_bodies(const Character& character, const ArmBodies& arm) {
   const Skeleton& skeleton = character.skeleton;
-  const auto place = [&](int body) { return Vec3(character.bind[body].translation()); };
+  const auto place = [&](int body) { return position_of(character, body); };
   if (!arm.has_hand()) return {};
   std::vector<int> bodies = {arm.hand};
   for (int b = 0; b < skeleton.size(); ++b) {

@@ -26,7 +26,7 @@ std::string three_digits(double value) {
 
 // m, the longer of the two.
 double humerus_of(const Character& character, const std::vector<ArmBodies>& arms) {
-  const auto place = [&](int body) { return Vec3(character.bind[body].translation()); };
+  const auto place = [&](int body) { return position_of(character, body); };
   double length = 0.0;
   for (const ArmBodies& arm : arms) {
     length = std::max(length, (place(arm.forearm) - place(arm.humerus)).norm());

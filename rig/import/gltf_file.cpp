@@ -314,9 +314,9 @@ GltfFile::Layout GltfFile::layout_of(size_t accessor, size_t width) {
     out.sparse = &*sparse;
   }
   if (!a.contains("bufferView")) {
-    if (!out.sparse) refuse(out.location + " has no data, as where an extension holds it");
-    // All items are 0 except the sparse ones. No bytes of the file back their count, so it is
-    // compared with the limit of a file.
+    if (a.contains("extensions")) refuse(out.location + " has no data, but extensions of its own");
+    // All items are 0 except the sparse ones (3.6.2.3): writers that pack leave such data out. No
+    // bytes of the file back their count, so it is compared with the limit of a file.
     if (out.count > kFileLimit / size) refuse(out.location + " has too many items");
     return out;
   }

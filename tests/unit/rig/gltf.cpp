@@ -185,6 +185,18 @@ TEST_F(GltfFigure, SparseOverZerosAndOverItself) {
   EXPECT_EQ(distance_from_plain(read()), 0.0);
 }
 
+// As writers that pack a file leave out what is 0 throughout.
+TEST_F(GltfFigure, ZerosThatNoBytesHold) {
+  const size_t count = values<float>(attributes()["POSITION"]).size() / 3;
+  const auto add_zeros = [&](int kind) {
+    json["accessors"].push_back({{"componentType", kind}, {"count", count}, {"type", "VEC4"}});
+    return json["accessors"].size() - 1;
+  };
+  attributes()["JOINTS_1"] = add_zeros(5123);
+  attributes()["WEIGHTS_1"] = add_zeros(5126);
+  EXPECT_EQ(distance_from_plain(read()), 0.0);
+}
+
 // Normalised integers of 8 and 16 bits, which the reader converts exactly.
 TEST_F(GltfFigure, WeightsAsIntegers) {
   const auto weights = values<float>(attributes()["WEIGHTS_0"]);
@@ -390,6 +402,7 @@ TEST_F(GltfFigure, WhatDoesNotHoldIsRefused) {
   json["bufferViews"][0]["buffer"] = 3;
   tell("bufferViews[0] names buffers[3] of 1");
   json["accessors"][0].erase("bufferView");
+  json["accessors"][0]["extensions"]["EXT_somewhere_else"] = {};
   tell("accessors[0] has no data");
   json["accessors"][0].erase("bufferView");
   json["accessors"][0]["count"] = 1000000000000;

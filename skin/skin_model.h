@@ -23,8 +23,9 @@ struct SkinSettings {
   /// 0..1, resistance of the edges to bending and stretch, relative to the anchors of the bound
   /// shape.
   double smoothing = 0.5;
-  int iterations = 8;      ///< sweeps in each step
-  double fold_gap = 5e-4;  ///< m, distance kept between the walls of a fold
+  int iterations = 6;             ///< in each step
+  int iterations_per_search = 4;  ///< for the flesh below, what comes through it, and folds
+  double fold_gap = 5e-4;         ///< m, distance kept between the walls of a fold
   /// m, bridging radius R of the flesh field: bridges crevices narrower than R / 2.
   double bridging = 0.012;
   double reach = 0.03;        ///< m, distance within which muscles move a skinned skin
@@ -149,11 +150,12 @@ struct SkinState : SkinMotion {
   std::vector<int> by_planes;          ///< the nodes, those with fewer planes first
   /// By node with one plane: outward_direction(), and what climb_distance() divides by.
   Points outward;
-  Points areas;        ///< m^2, by triangle, twice its area vector
-  Points own_normals;  ///< of the skin
-  Points normals;      ///< unit normals, averaged with those of the neighbours
-  Points predicted;    ///< m, x before the passes
-  Points searched_at;  ///< m, x at the last search for the flesh below
+  Points areas;                   ///< m^2, by triangle, twice its area vector
+  Points own_normals;             ///< of the skin
+  Points normals;                 ///< unit normals, averaged with those of the neighbours
+  Points predicted;               ///< m, x before the passes
+  Points begun_at, begun_before;  ///< m, x before this pass, and before the one before it
+  Points searched_at;             ///< m, x at the last search for the flesh below
   std::vector<Mat3> turns;
   FleshPlanes planes;
   std::vector<SkinPlane> covers;

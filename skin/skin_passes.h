@@ -54,8 +54,9 @@ void find_wall_levels(SkinModel& model);
 /// triangle can reverse one.
 void find_normals(const SkinModel& model, const Loop& loop, SkinState& state);
 /// One sweep forwards and one backwards over the nodes: each goes to its elastic equilibrium, then
-/// out to its level of the flesh field.
-void relax(const SkinModel& model, const Loop& loop, SkinState& state);
+/// out to its level of the flesh field. `new_normals`: normals or planes are not those of the last
+/// call.
+void relax(const SkinModel& model, const Loop& loop, bool new_normals, SkinState& state);
 /// Moves apart the walls that find_folds found.
 void part_folds(const SkinModel& model, SkinState& state);
 /// Moves triangles out over the nodes of the flesh that find_covers found, as far as their covers

@@ -326,16 +326,15 @@ void sweep_backwards(const Sweep& of, int nodes) {
 
 }  // namespace
 
-void relax(const SkinModel& model, const Loop& loop, SkinState& state) {
+void relax(const SkinModel& model, const Loop& loop, bool new_normals, SkinState& state) {
   constexpr int kNodes = 512;  // that a thread takes at a time
   const int nodes = static_cast<int>(state.x.size());
-  find_normals(model, loop, state);
   for (int i = 0; i < nodes; ++i) state.displaced[i] = state.x[i] - state.elastic[i];
-  const auto pull = [&](bool new_normals) {
+  const auto pull = [&](bool newly) {
     loop.ranges(nodes, kNodes,
-                [&](int first, int last) { find_pulls(model, first, last, new_normals, state); });
+                [&](int first, int last) { find_pulls(model, first, last, newly, state); });
   };
-  pull(true);
+  pull(new_normals);
   sweep_forwards(sweep_of(model, state), nodes);
   pull(false);
   sweep_backwards(sweep_of(model, state), nodes);

@@ -75,19 +75,31 @@ bool try_volume(const SkinModel& model, const std::vector<Collider>& below, cons
   return true;
 }
 
+// m, by which the skin has to go in the mean.
+double way_to_volume(const SkinModel& model, const Points& x) {
+  double area = 0.0;
+  for (const Triangle& t : model.surface.triangles) {
+    area += 0.5 * norm(cross3(x[t[1]] - x[t[0]], x[t[2]] - x[t[0]]));
+  }
+  return std::abs(model.volume - enclosed_volume(x, model.surface.triangles)) / area;
+}
+
 }  // namespace
 
 void restore_volume(const SkinModel& model, const std::vector<Collider>& below, const Props& props,
                     const Loop& loop, SkinState& state) {
   constexpr double kAnywhere = 1e300;
+  constexpr double kFarthest = 3.0;  // of the mean way, that some node goes at least; by trial
   const Lengths& lengths = model.settings.lengths;
   find_flesh_below(model, below, false, loop, state);
   state.unswollen = state.x;
   // Flesh that is deeper than this leaves all room that there is (find_room), unless the skin goes
   // down to it by more than `most`.
   const double most = lengths.cover, deep = lengths.yielding_fat + lengths.cover + most;
-  find_covers(model, below, deep, 0.0, true, loop, state);
-  if (try_volume(model, below, props, most, state)) return;
+  if (kFarthest * way_to_volume(model, state.x) < most) {
+    find_covers(model, below, deep, 0.0, true, loop, state);
+    if (try_volume(model, below, props, most, state)) return;
+  }
   find_covers(model, below, 2.0 * lengths.yielding_fat, 0.0, true, loop, state);
   try_volume(model, below, props, kAnywhere, state);
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <map>
 
 #include "rig/math.h"
 #include "tools/base/bake_mesh.h"
@@ -76,26 +75,62 @@ DrawConstant halfway(const DrawConstant& a, const DrawConstant& b) {
   return c;
 }
 
-DrawMesh append_mesh(const BakeMesh& mesh, DrawGeometry& geometry) {
+// From the middle of an edge to that of the cubic with ends p_i, p_j whose tangents are the edge d
+// without its part along n: ((d . n_j) n_j - (d . n_i) n_i) / 8.
+Vec3 bulge_of(const std::vector<Vec3>& p, const std::vector<Vec3>& normals, int i, int j) {
+  const Vec3 d = p[j] - p[i];
+  return 0.125 * (d.dot(normals[j]) * normals[j] - d.dot(normals[i]) * normals[i]);
+}
+
+// m, by how much edges are flatter than the surface that they stand for, in the mean.
+double flatness_of(const BakeMesh& mesh, const DrawMesh& draw) {
+  const std::vector<Vec3> normals = vertex_normals({mesh.rest.vertices, draw.triangles});
+  double sum = 0.0;
+  for (const auto& [i, j] : draw.edges) {
+    sum += bulge_of(mesh.rest.vertices, normals, i, j).norm();
+  }
+  return draw.edges.empty() ? 0.0 : sum / draw.edges.size();
+}
+
+std::array<int, 2> edge_of(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+std::vector<std::array<int, 2>> edges_of(const std::vector<Triangle>& triangles) {
+  std::vector<std::array<int, 2>> edges;
+  for (const Triangle& t : triangles) {
+    for (int k = 0; k < 3; ++k) edges.push_back(edge_of(t[k], t[(k + 1) % 3]));
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+DrawMesh append_mesh(const BakeMesh& mesh, double flat, DrawGeometry& geometry) {
   DrawMesh draw;
   draw.triangles = shaded_triangles(mesh);
+  draw.edges = edges_of(draw.triangles);
+  // Each edge between two triangles, though perhaps not the right two: good enough for drawing.
+  geometry.closed[static_cast<int>(mesh.kind)] &=
+      2 * draw.edges.size() == 3 * mesh.rest.triangles.size() && enclosed_volume(mesh.rest) > 0.0;
+  if (!(flatness_of(mesh, draw) > flat)) draw.edges.clear();
   draw.first_vertex = geometry.constants.size();
   const std::vector<DrawConstant> constants = mesh_constants(mesh);
   geometry.constants.insert(geometry.constants.end(), constants.begin(), constants.end());
-  std::map<std::array<int, 2>, std::uint32_t> edge_vertex;
-  const auto vertex_of = [&](int a, int b) {
-    const auto [at, added] = edge_vertex.try_emplace({std::min(a, b), std::max(a, b)});
-    if (added) {
-      at->second = static_cast<std::uint32_t>(geometry.constants.size());
-      draw.edges.push_back(at->first);
-      geometry.constants.push_back(halfway(constants[a], constants[b]));
-    }
-    return at->second;
-  };
   const auto first = static_cast<std::uint32_t>(draw.first_vertex);
+  const auto halfway_vertex = [&](int a, int b) {
+    const auto at = std::lower_bound(draw.edges.begin(), draw.edges.end(), edge_of(a, b));
+    return first + static_cast<std::uint32_t>(constants.size() + (at - draw.edges.begin()));
+  };
+  for (const auto& [a, b] : draw.edges) {
+    geometry.constants.push_back(halfway(constants[a], constants[b]));
+  }
   for (const auto& [i, j, k] : draw.triangles) {
     const std::uint32_t a = first + i, b = first + j, c = first + k;
-    const std::uint32_t ab = vertex_of(i, j), bc = vertex_of(j, k), ca = vertex_of(k, i);
+    if (draw.edges.empty()) {
+      geometry.indices.insert(geometry.indices.end(), {a, b, c});
+      continue;
+    }
+    const std::uint32_t ab = halfway_vertex(i, j), bc = halfway_vertex(j, k),
+                        ca = halfway_vertex(k, i);
     geometry.indices.insert(geometry.indices.end(), {a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca});
   }
   for (const double w : mesh.weights) {
@@ -115,17 +150,13 @@ Vec3 vec(const float (&v)[3]) { return Vec3(v[0], v[1], v[2]); }
 
 Vec3 position_of(const DrawVertex& vertex) { return vec(vertex.position); }
 
-DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes) {
+DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes, double flat) {
   DrawGeometry geometry;
   geometry.meshes.resize(meshes.size());
   for (int kind = 0; kind < 4; ++kind) {
     for (std::size_t m = 0; m < meshes.size(); ++m) {
       if (int(meshes[m].kind) != kind) continue;
-      geometry.meshes[m] = append_mesh(meshes[m], geometry);
-      // Each edge between two triangles, though perhaps not the right two: good enough for drawing.
-      geometry.closed[kind] &=
-          2 * geometry.meshes[m].edges.size() == 3 * meshes[m].rest.triangles.size() &&
-          enclosed_volume(meshes[m].rest) > 0.0;
+      geometry.meshes[m] = append_mesh(meshes[m], flat, geometry);
     }
     geometry.first_index[kind + 1] = geometry.indices.size();
   }
@@ -161,12 +192,8 @@ void place_vertices(const DrawMesh& mesh, const std::vector<Vec3>& positions,
   DrawVertex* out = geometry.vertices.data() + mesh.first_vertex;
   for (std::size_t i = 0; i < p.size(); ++i) *out++ = draw_vertex(p[i], normals[i]);
   for (const auto& [i, j] : mesh.edges) {
-    // The middle of the cubic with ends p_i, p_j whose tangents are the edge d without its part
-    // along n: (p_i + p_j) / 2 + ((d . n_j) n_j - (d . n_i) n_i) / 8.
-    const Vec3 d = p[j] - p[i];
-    const Vec3 bulge = d.dot(normals[j]) * normals[j] - d.dot(normals[i]) * normals[i];
-    *out++ =
-        draw_vertex(0.5 * (p[i] + p[j]) + 0.125 * bulge, (normals[i] + normals[j]).normalized());
+    *out++ = draw_vertex(0.5 * (p[i] + p[j]) + bulge_of(p, normals, i, j),
+                         (normals[i] + normals[j]).normalized());
   }
 }
 

@@ -23,10 +23,10 @@ struct DrawConstant {
   std::uint8_t tint[4];  ///< RGB and nothing
 };
 
-/// One mesh, refined for drawing: its own vertices, then one on each edge.
+/// One mesh as it is drawn: its own vertices, then one on each edge if it is refined.
 struct DrawMesh {
-  std::vector<Triangle> triangles;  ///< as they are shaded
-  std::vector<std::array<int, 2>> edges;
+  std::vector<Triangle> triangles;        ///< as they are shaded
+  std::vector<std::array<int, 2>> edges;  ///< none: it is not refined
   std::size_t first_vertex = 0, vertex_count = 0;
 };
 
@@ -34,7 +34,7 @@ using ShownKinds = std::array<bool, 4>;  ///< by BakeMesh::Kind
 
 Vec3 position_of(const DrawVertex& vertex);
 
-/// All meshes in one array, each triangle cut in four, by kind: muscles, bones, skin, props.
+/// All meshes in one array, by kind: muscles, bones, skin, props.
 struct DrawGeometry {
   std::vector<DrawMesh> meshes;
   std::vector<DrawConstant> constants;
@@ -46,7 +46,8 @@ struct DrawGeometry {
   float largest_weight = 2.0f;  ///< end of the colour scale: twice even, or the largest
 };
 
-DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes);
+/// Triangles are cut in four where a mesh's edges are flatter than `flat` (m) at rest, in the mean.
+DrawGeometry make_draw_geometry(const std::vector<BakeMesh>& meshes, double flat = 0.0);
 
 /// As a cache of single precision holds them: a bake draws what is drawn from its cache again.
 std::vector<std::vector<Vec3>> as_in_cache(std::vector<std::vector<Vec3>> positions);

@@ -19,8 +19,10 @@ namespace thew::tools {
 namespace {
 
 constexpr double kGroundGap = 0.04;  // m below the lowest vertex at rest
+// Of a pixel where all that there is fills the height: what no one sees of an outline's corners.
+constexpr double kFlatness = 0.1;
 constexpr int kOcclusionTaps = 12;
-constexpr double kShadowBlur = 8.0;  // texels: what picture.frag gives lit(), and a texel's own two
+constexpr double kShadowBlur = 8.0;  // texels: as far as picture.frag looks, and a texel's own two
 constexpr std::size_t kBackdrops = 8;  // kept, of views as they take turns
 
 /// What a surface is drawn as; the first three are those of BakeMesh::Kind, kFlat is unlit ink.
@@ -151,11 +153,11 @@ void Renderer::Data::show(int w, int h, const std::vector<BakeMesh>& all) {
     drawn = canvas.whole();
   }
   meshes = &all;
-  geometry = make_draw_geometry(all);
   rest = {};
   for (const BakeMesh& mesh : all) {
     for (const Vec3& p : mesh.rest.vertices) rest.add(p);
   }
+  geometry = make_draw_geometry(all, rest.empty() ? 0.0 : kFlatness * 2.0 * rest.radius() / h);
   sent.assign(all.size(), {});
   backdrops.clear();
   shadowed.reset();

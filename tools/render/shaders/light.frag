@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light on what is seen.
+// Light on what is seen. Of what surrounds a place each of a pixel's four samples looks at another
+// part, since their mean is all that is shown.
 #version 330 core
 #include "depth.glsl"
 #include "shadow.glsl"
@@ -16,7 +17,8 @@ vec3 shade(ivec2 q, float z, float open) {
   if (look == 3) return albedo;
   vec3 n = normalize(2.0 * s.xyz - 1.0), p = ray(q) * z, v = normalize(-p);
   float facing = dot(n, key);
-  float shadow = facing <= 0.0 ? 0.0 : lit(p + n * texel * 1.5, 1.0);
+  vec2 at = (((q.x ^ q.y) & 1) == 0 ? vec2(1.0, 0.4) : vec2(-0.4, 1.0)) * spread_of(1.0);
+  float shadow = facing <= 0.0 ? 0.0 : half_lit(in_shadow_map(p + n * texel * 1.5), at);
   vec3 direct = vec3(max(facing, 0.0) * shadow);
   if (look == 2) {  // light that wanders under the skin comes out red beyond the terminator
     vec3 wrap = vec3(0.40, 0.16, 0.10);
@@ -33,13 +35,15 @@ vec3 shade(ivec2 q, float z, float open) {
   return albedo * light + 0.42 * shine + 0.10 * rim * open * open;
 }
 
-// The 4 x 4 block in which each turn of the disc occurs once, without other surfaces.
-float openness(ivec2 pixel, float z) {
+// Of the 4 x 4 block of pixels in which each turn of the disc occurs once a quarter, and a little of
+// the pixel itself, without other surfaces.
+float openness(ivec2 q, float z) {
   vec2 total = vec2(1e-4);
-  for (int i = 0; i < 16; ++i) {
-    ivec2 at = clamp(pixel + ivec2((i & 3) - 2, (i >> 2) - 2), ivec2(0), ivec2(large_size) / 2 - 1);
-    vec2 o = texelFetch(occlusion_map, at, 0).rg;
-    total += max(1.0 - abs(o.y - z) / (0.02 * z), 0.0) * vec2(o.x, 1);
+  for (int i = 0; i < 5; ++i) {
+    ivec2 at = q / 2 + (i < 4 ? 2 * ivec2(i & 1, i >> 1) + (q & 1) - 2 : ivec2(0));
+    vec2 o = texelFetch(occlusion_map, clamp(at, ivec2(0), ivec2(large_size) / 2 - 1), 0).rg;
+    float alike = max(1.0 - abs(o.y - z) / (0.02 * z), 0.0);
+    total += (i < 4 ? 1.0 : 0.1) * alike * vec2(o.x, 1);
   }
   return total.x / total.y;
 }
@@ -47,5 +51,5 @@ float openness(ivec2 pixel, float z) {
 void main() {
   ivec2 q = ivec2(gl_FragCoord.xy);
   float z = distance_at(q);
-  lit_colour = vec4(sqrt(shade(q, z, openness(q / 2, z))), 1);
+  lit_colour = vec4(sqrt(shade(q, z, openness(q, z))), 1);
 }

@@ -25,7 +25,10 @@ vec3 behind(ivec2 q) {
   d -= dot(d, up) * up;
   float fade = 1.0 - smoothstep(0.5, 3.0, length(d) / ground_radius);
   if (fade <= 0.0) return grey;
-  return grey * mix(1.0, mix(0.60, 1.02, lit(p, 6.0)), fade);
+  vec3 s = in_shadow_map(p);
+  vec2 e = spread_of(6.0);
+  float lit = 0.5 * (half_lit(s, vec2(1.0, 0.4) * e) + half_lit(s, vec2(-0.4, 1.0) * e));
+  return grey * mix(1.0, mix(0.60, 1.02, lit), fade);
 }
 
 void main() {

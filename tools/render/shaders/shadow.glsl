@@ -8,11 +8,8 @@ vec3 in_shadow_map(vec3 p) {
   vec3 s = 0.5 * (light_from_view * vec4(p, 1)).xyz + 0.5;
   return vec3(s.xy, min(s.z, 1.0));  // what lies beyond the map is lit
 }
-float lit(vec3 p, float spread) {
-  vec3 s = in_shadow_map(p);
-  vec2 e = spread / vec2(textureSize(shadow_map, 0));
-  return 0.25 * (texture(shadow_map, s + vec3(-e.x, -0.4 * e.y, 0)) +
-                 texture(shadow_map, s + vec3(0.4 * e.x, -e.y, 0)) +
-                 texture(shadow_map, s + vec3(e.x, 0.4 * e.y, 0)) +
-                 texture(shadow_map, s + vec3(-0.4 * e.x, e.y, 0)));
+// From two of the four places around it.
+float half_lit(vec3 s, vec2 at) {
+  return 0.5 * (texture(shadow_map, s - vec3(at, 0)) + texture(shadow_map, s + vec3(at, 0)));
 }
+vec2 spread_of(float texels) { return texels / vec2(textureSize(shadow_map, 0)); }

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "rig/math.h"
-#include "tools/render/draw_geometry.h"
+#include "tests/unit/tools/render/ball.h"
 
 namespace thew::tests {
 namespace {
@@ -16,38 +15,6 @@ namespace {
 using Positions = std::vector<std::vector<Vec3>>;
 
 constexpr int kWidth = 160, kHeight = 120;
-
-// A ball of `around` by `rings` nodes and two poles; `stretch` along y makes it a spindle.
-BakeMesh ball(const char* name, BakeMesh::Kind kind, const Vec3& centre, double radius,
-              double stretch = 1.0, int around = 24, int rings = 15) {
-  BakeMesh mesh;
-  mesh.name = name;
-  mesh.kind = kind;
-  const auto add = [&](double down, double angle) {
-    const SinCos v = sin_cos(down * kPi), h = sin_cos(angle);
-    mesh.rest.vertices.push_back(centre +
-                                 radius * Vec3(v.sin * h.cos, stretch * v.cos, v.sin * h.sin));
-    if (kind != BakeMesh::Kind::kMuscle) return;
-    mesh.coordinates.push_back({down, angle, down > 0.2 && down < 0.8 ? 1.0 : 0.0});
-    mesh.weights.push_back(1.0);
-  };
-  add(0.0, 0.0);
-  for (int k = 1; k <= rings; ++k) {
-    for (int i = 0; i < around; ++i) add(double(k) / (rings + 1), 2.0 * kPi * i / around);
-  }
-  add(1.0, 0.0);
-  const int last = 1 + rings * around;
-  const auto id = [&](int k, int i) { return 1 + k * around + i % around; };
-  for (int i = 0; i < around; ++i) {
-    mesh.rest.triangles.push_back({0, id(0, i + 1), id(0, i)});
-    for (int k = 0; k + 1 < rings; ++k) {
-      mesh.rest.triangles.push_back({id(k, i), id(k, i + 1), id(k + 1, i)});
-      mesh.rest.triangles.push_back({id(k, i + 1), id(k + 1, i + 1), id(k + 1, i)});
-    }
-    mesh.rest.triangles.push_back({last, id(rings - 1, i), id(rings - 1, i + 1)});
-  }
-  return mesh;
-}
 
 std::vector<BakeMesh> small_scene() {
   return {ball("biceps", BakeMesh::Kind::kMuscle, Vec3(-0.03, 0, 0), 0.03, 4.0),
@@ -94,52 +61,6 @@ std::optional<ErrorCode> code_of(auto&& action) {
     return error.code();
   }
   return std::nullopt;
-}
-
-TEST(DrawGeometry, EdgePointsOfACoarseBallLieOnTheBall) {
-  const std::vector<BakeMesh> meshes = {
-      ball("ball", BakeMesh::Kind::kSkin, Vec3::Zero(), 1.0, 1.0, 12, 5)};
-  DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(geometry.meshes[0], meshes[0].rest.vertices, geometry);
-  ASSERT_EQ(geometry.vertices.size(),
-            meshes[0].rest.vertices.size() + geometry.meshes[0].edges.size());
-  EXPECT_EQ(geometry.indices.size(), 12 * meshes[0].rest.triangles.size());
-  double flat = 0.0, drawn = 0.0;  // worst distance from the ball
-  for (std::size_t e = 0; e < geometry.meshes[0].edges.size(); ++e) {
-    const auto [i, j] = geometry.meshes[0].edges[e];
-    const Vec3 middle = 0.5 * (meshes[0].rest.vertices[i] + meshes[0].rest.vertices[j]);
-    const float* p = geometry.vertices[meshes[0].rest.vertices.size() + e].position;
-    flat = std::max(flat, std::abs(middle.norm() - 1.0));
-    drawn = std::max(drawn, std::abs(Vec3(p[0], p[1], p[2]).norm() - 1.0));
-  }
-  EXPECT_GT(flat, 0.02);
-  EXPECT_LT(drawn, 0.15 * flat);
-}
-
-TEST(DrawGeometry, WeightSegmentsAreAsLongAsTheWeights) {
-  std::vector<BakeMesh> meshes = {ball("m", BakeMesh::Kind::kMuscle, Vec3::Zero(), 1.0)};
-  for (std::size_t i = 0; i < meshes[0].weights.size(); ++i) meshes[0].weights[i] = 0.01 * i;
-  DrawGeometry geometry = make_draw_geometry(meshes);
-  place_vertices(geometry.meshes[0], meshes[0].rest.vertices, geometry);
-  const std::vector<DrawVertex> quads = weight_quads(meshes, geometry, Vec3(9, 2, 3), 0.1, 1e-3);
-  ASSERT_EQ(quads.size(), 6 * meshes[0].weights.size());
-  const auto at = [&](std::size_t k) {
-    return Vec3(Eigen::Map<const Eigen::Vector3f>(quads[k].position).cast<double>());
-  };
-  for (std::size_t i = 0; i < meshes[0].weights.size(); ++i) {
-    const double belly = meshes[0].coordinates[i][2];  // a tendon has no use for its weight
-    EXPECT_NEAR((at(6 * i + 2) - at(6 * i)).norm(), 0.1 * 0.01 * i * belly, 1e-5);
-  }
-}
-
-TEST(DrawGeometry, AnOpenOrInsideOutMeshKeepsItsBackFaces) {
-  BakeMesh whole = ball("whole", BakeMesh::Kind::kBone, Vec3::Zero(), 1.0);
-  BakeMesh open = whole, turned = whole;
-  open.rest.triangles.pop_back();
-  for (Triangle& t : turned.rest.triangles) std::swap(t[1], t[2]);
-  EXPECT_TRUE(make_draw_geometry({whole}).closed[1]);
-  EXPECT_FALSE(make_draw_geometry({whole, open}).closed[1]);
-  EXPECT_FALSE(make_draw_geometry({turned}).closed[1]);
 }
 
 TEST(Renderer, ABallsSilhouetteIsWhereProjectionSays) {

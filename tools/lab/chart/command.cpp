@@ -11,6 +11,7 @@
 #include "tools/base/printing.h"
 #include "tools/base/progress.h"
 #include "tools/lab/chart/plot.h"
+#include "tools/lab/chart/skin_chart.h"
 
 namespace thew::tools {
 
@@ -33,27 +34,42 @@ ExitCode chart_command(const CommandOptions& options) {
   create_folders(options.out);
   const FolderLock lock(options.out);
   std::vector<fs::path> claimed;
-  for (const char* ending : {".csv", ".json", ".svg", ".png", ".html"}) {
-    claimed.push_back(options.out / (std::string("chart") + ending));
+  for (const char* name : {"chart.csv", "chart.json", "chart.svg", "chart.png", "chart.html",
+                           "skin.csv", "skin.svg", "skin.png"}) {
+    claimed.push_back(options.out / name);
   }
   claim(claimed, options.overwrite);
   ChartAsk ask{.scene = options.input, .threads = thread_count(options.threads)};
-  std::unique_ptr<Progress> progress;
-  ask.on_step = [&](int done, int total) {
-    if (!progress) progress = std::make_unique<Progress>(style, "charting", total, stderr);
-    progress->step(done, done);
+  const auto follow = [&](const char* what, const auto& run) {
+    std::unique_ptr<Progress> progress;
+    ask.on_step = [&](int done, int total) {
+      if (!progress) progress = std::make_unique<Progress>(style, what, total, stderr);
+      progress->step(done, done);
+    };
+    return run(ask);
   };
-  const Chart chart = run_chart(ask);
-  progress.reset();
+  const Chart chart = follow("charting", run_chart);
+  const SkinChart skin = follow("charting the skin", run_skin_chart);
+  std::vector<std::string> files = {"chart.html", "chart.csv", "chart.json"};
+  const auto draw = [&](const std::string& name, const std::string& svg) {
+    write_durably(options.out / (name + ".svg"), svg);
+    files.push_back(name + ".svg");
+    const std::string diagnosis =
+        write_picture(options.out / (name + ".png"), options.out / (name + ".svg"));
+    if (diagnosis.empty())
+      files.push_back(name + ".png");
+    else
+      std::fprintf(stderr, "thew: %s\n", diagnosis.c_str());
+  };
   write_durably(options.out / "chart.csv", chart_csv(chart));
   write_durably(options.out / "chart.json", chart_json(chart));
-  write_durably(options.out / "chart.svg",
-                draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
-  const std::string diagnosis = write_picture(options.out / "chart.png", options.out / "chart.svg");
-  if (!diagnosis.empty()) std::fprintf(stderr, "thew: %s\n", diagnosis.c_str());
-  write_durably(options.out / "chart.html", chart_html(chart));
-  std::vector<std::string> files = {"chart.html", "chart.csv", "chart.json", "chart.svg"};
-  if (diagnosis.empty()) files.push_back("chart.png");
+  draw("chart", draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
+  if (!skin.settings.empty()) {
+    write_durably(options.out / "skin.csv", csv_of(points_of(skin)));
+    files.push_back("skin.csv");
+    draw("skin", draw_cost(skin.chart, &ChartPoint::largest_mm, kSkinError));
+  }
+  write_durably(options.out / "chart.html", chart_html(chart, html_of(skin)));
   tell(options, files);
   return ExitCode::kDone;
 }

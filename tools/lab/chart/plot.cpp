@@ -417,9 +417,10 @@ std::string chart_json(const Chart& chart) {
   return out.dump(2) + "\n";
 }
 
-std::string chart_html(const Chart& chart) {
+std::string chart_html(const Chart& chart, const std::string& more) {
   std::string html =
-      "<p class=\"soft\">The muscles without the skin. Errors: distance of each node, over all " +
+      "<p class=\"soft\">Here the muscles without the skin. Errors: distance of each node, over "
+      "all " +
       std::to_string(chart.frames) + " frames, from " + escape_html(setting_name(chart.reference)) +
       ". Cost: CPU time of one thread over the first " + std::to_string(chart.timed_frames) +
       " frames, median of " + std::to_string(chart.repetitions) +
@@ -435,7 +436,7 @@ std::string chart_html(const Chart& chart) {
   html += "<h2>Volume and contact</h2>\n";
   add(&ChartPoint::volume_error, "largest volume error");
   add(&ChartPoint::penetration_mm, "deepest penetration, mm");
-  html += "<h2>All runs</h2>\n" + html_of(points_of(chart)) + html_of(refinements_of(chart));
+  html += "<h2>All runs</h2>\n" + html_of(points_of(chart)) + html_of(refinements_of(chart)) + more;
   return html_page(chart.scene + ": speed against accuracy", "", html);
 }
 

@@ -23,7 +23,7 @@ Table refinements_of(const Chart& chart);
 
 std::string chart_csv(const Chart& chart);
 std::string chart_json(const Chart& chart);
-/// One file, no network.
-std::string chart_html(const Chart& chart);
+/// One file, no network. `more`: what stands at its end.
+std::string chart_html(const Chart& chart, const std::string& more = "");
 
 }  // namespace thew::tools

@@ -6,6 +6,7 @@
 #include "tools/base/temporary_folder.h"
 #include "tools/lab/bench/benches.h"
 #include "tools/lab/chart/plot.h"
+#include "tools/lab/chart/skin_chart.h"
 #include "tools/lab/results/results.h"
 
 namespace thew::tools {
@@ -133,7 +134,8 @@ std::vector<Table> tolerance_tables(const std::filesystem::path& scene) {
 
 std::vector<Table> chart_tables(const std::filesystem::path& scene, int threads) {
   const Chart chart = run_chart({.scene = scene, .threads = threads});
-  std::vector<Table> tables = {points_of(chart), refinements_of(chart)};
+  const SkinChart skin = run_skin_chart({.scene = scene, .threads = threads});
+  std::vector<Table> tables = {points_of(chart), refinements_of(chart), points_of(skin)};
   for (Table& table : tables) {
     table.title = "The chart: " + table.title;
     table.note +=

@@ -12,6 +12,7 @@
 #include "tests/unit/rig/temp.h"
 #include "tools/lab/base/play.h"
 #include "tools/lab/chart/plot.h"
+#include "tools/lab/chart/skin_chart.h"
 
 namespace thew::tests {
 namespace {
@@ -178,6 +179,49 @@ TEST_F(ChartPicture, IsDrawnWhereItCanBe) {
   EXPECT_EQ(write_picture(png, svg), "");
   EXPECT_EQ(std::filesystem::file_size(png), 6u);
   setenv("PATH", path.c_str(), 1);
+}
+
+TEST(SkinSettings, VolumeOnlyOfALayer) {
+  const SkinSetting own{6, 4, true};
+  const std::vector<SkinSetting> layer = skin_settings(own, true);
+  EXPECT_EQ(layer.front(), own);
+  EXPECT_EQ(std::count(layer.begin(), layer.end(), own), 1);
+  EXPECT_EQ(layer.back(), (SkinSetting{6, 4, false}));
+  for (const SkinSetting& setting : skin_settings({6, 4, false}, false)) {
+    EXPECT_FALSE(setting.keeps_volume);
+  }
+}
+
+// What errors there are to find is the arm's to tell (property_sim_skin_arm).
+TEST(SkinChart, HasAllSettingsOfASmallSkin) {
+  const SkinChart skin = run_skin_chart({.scene = THEW_SOURCE_DIR "/tests/scenes/pair/scene.toml",
+                                         .last = 12,
+                                         .threads = 2,
+                                         .repetitions = 1});
+  EXPECT_GT(skin.known_mm, 0.0);
+  EXPECT_GT(skin.chart.points.front().largest_mm, 0.0);
+  for (std::size_t k = 0; k < skin.settings.size(); ++k) {
+    const ChartPoint& point = skin.chart.points[k];
+    EXPECT_EQ(point.failure, "") << skin_setting_name(skin.settings[k]);
+    EXPECT_EQ(point.is_default, k == 0);
+    EXPECT_GT(point.milliseconds, 0.0);
+    EXPECT_GE(skin.flip[k], 0.0);
+    if (skin.settings[k].keeps_volume) {
+      EXPECT_LT(point.volume_error, 1e-12);
+    }
+  }
+  const Table table = points_of(skin);
+  EXPECT_EQ(table.rows.size(), skin.settings.size());
+  const std::string page = html_of(skin);
+  EXPECT_NE(page.find("class=\"default\""), std::string::npos);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+}
+
+TEST(SkinChart, OfMusclesAloneIsNone) {
+  const SkinChart skin =
+      run_skin_chart({.scene = THEW_SOURCE_DIR "/tests/scenes/one_muscle/scene.toml"});
+  EXPECT_TRUE(skin.settings.empty());
+  EXPECT_EQ(html_of(skin), "");
 }
 
 }  // namespace

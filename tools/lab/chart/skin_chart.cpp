@@ -137,7 +137,7 @@ ChartPoint point_of(const SkinSetting& setting, const SkinSetting& own) {
   } else if (setting.iterations_per_search != own.iterations_per_search) {
     point.peer = "by look-ups";
     point.colour = 1;
-    point.label += "/" + std::to_string(setting.iterations_per_search);
+    point.label += ", a search in " + std::to_string(setting.iterations_per_search);
   } else {
     point.peer = "by iterations";
     point.colour = 0;

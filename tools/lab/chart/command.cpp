@@ -49,21 +49,20 @@ ExitCode chart_command(const CommandOptions& options) {
     return run(ask);
   };
   const Chart chart = follow("charting", run_chart);
-  const SkinChart skin = follow("charting the skin", run_skin_chart);
   std::vector<std::string> files = {"chart.html", "chart.csv", "chart.json"};
   const auto draw = [&](const std::string& name, const std::string& svg) {
     write_durably(options.out / (name + ".svg"), svg);
     files.push_back(name + ".svg");
-    const std::string diagnosis =
-        write_picture(options.out / (name + ".png"), options.out / (name + ".svg"));
-    if (diagnosis.empty())
-      files.push_back(name + ".png");
-    else
-      std::fprintf(stderr, "thew: %s\n", diagnosis.c_str());
+    const fs::path png = options.out / (name + ".png");
+    const std::string diagnosis = write_picture(png, options.out / (name + ".svg"));
+    if (!diagnosis.empty()) std::fprintf(stderr, "thew: %s\n", diagnosis.c_str());
+    if (diagnosis.empty() && fs::exists(png)) files.push_back(name + ".png");
   };
   write_durably(options.out / "chart.csv", chart_csv(chart));
   write_durably(options.out / "chart.json", chart_json(chart));
   draw("chart", draw_cost(chart, &ChartPoint::largest_mm, "largest position error, mm"));
+  write_durably(options.out / "chart.html", chart_html(chart));  // whatever becomes of the skin's
+  const SkinChart skin = follow("charting the skin", run_skin_chart);
   if (!skin.settings.empty()) {
     write_durably(options.out / "skin.csv", csv_of(points_of(skin)));
     files.push_back("skin.csv");

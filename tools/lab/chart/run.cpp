@@ -24,8 +24,6 @@
 namespace thew::tools {
 namespace {
 constexpr double kMostCost = 3.0;  // of the reference's: what costs more is no choice, and not run
-constexpr int kTimedFrames = 24;   // at most, the first ones: a run of all is not repeated
-using Frames = std::vector<std::vector<Points>>;  // [frame][muscle]
 // A scene and what its files hold, read once: each file is read by a child process, and a fork is
 // dear to a program that holds all frames of a reference.
 struct ReadScene : Scene {
@@ -146,14 +144,6 @@ Frames run_frames(const ReadScene& scene, ChartPoint& point) {
   return frames;
 }
 
-NodeDistance distance_of(const Frames& a, const Frames& b) {
-  NodeDistance out;
-  for (std::size_t f = 0; f < a.size(); ++f) {
-    for (std::size_t m = 0; m < a[f].size(); ++m) add_distance(a[f][m], b[f][m], out);
-  }
-  return out;
-}
-
 // Fills in the figures and leaves the frames of the finest run; none where a run failed.
 Frames refine(const ReadScene& scene, Parallel& parallel, const std::function<void()>& on_run,
               Refinement& refinement) {
@@ -241,6 +231,14 @@ std::vector<ChartPoint> points_of(const std::vector<ChartSetting>& settings, con
 std::string held_volume(const std::string& volume) { return volume == "zonal" ? volume : "exact"; }
 
 }  // namespace
+
+NodeDistance distance_of(const Frames& a, const Frames& b) {
+  NodeDistance out;
+  for (std::size_t f = 0; f < a.size(); ++f) {
+    for (std::size_t m = 0; m < a[f].size(); ++m) add_distance(a[f][m], b[f][m], out);
+  }
+  return out;
+}
 
 Model solved_as(Scene scene, const ChartSetting& setting) {
   return build_model(with_setting(std::move(scene), setting));
@@ -381,16 +379,14 @@ Finest refine_all(const ReadScene& scene, Parallel& parallel, const std::functio
   return finest;
 }
 
-// One after another, and all points again and again: what disturbs one run disturbs all alike.
-void time_points(const ReadScene& scene, std::vector<std::optional<State>>& settled,
+}  // namespace
+
+void time_points(const std::function<double(std::size_t)>& seconds_of,
                  const std::function<void()>& on_run, Chart& chart) {
   std::vector<std::vector<double>> seconds(chart.points.size());
   for (int r = 0; r < chart.repetitions; ++r) {
     for (std::size_t k = 0; k < chart.points.size(); ++k) {
-      if (chart.points[k].failure.empty()) {
-        seconds[k].push_back(simulate(scene, chart.points[k],
-                                      scene.first_frame + chart.timed_frames, {}, settled[k]));
-      }
+      if (chart.points[k].failure.empty()) seconds[k].push_back(seconds_of(k));
       on_run();
     }
   }
@@ -399,8 +395,6 @@ void time_points(const ReadScene& scene, std::vector<std::optional<State>>& sett
     chart.points[k].milliseconds = 1e3 * median(seconds[k]) / chart.timed_frames;
   }
 }
-
-}  // namespace
 
 Chart run_chart(const ChartAsk& ask) {
   const ReadScene scene = muscles_of_scene(ask);
@@ -428,7 +422,11 @@ Chart run_chart(const ChartAsk& ask) {
     }
     on_run();
   });
-  time_points(scene, settled, on_run, chart);
+  const auto seconds_of = [&](std::size_t k) {
+    const int last = scene.first_frame + chart.timed_frames;
+    return simulate(scene, chart.points[k], last, {}, settled[k]);
+  };
+  time_points(seconds_of, on_run, chart);
   for (const std::size_t i : pareto_front(chart.points, &ChartPoint::largest_mm)) {
     chart.points[i].on_front = true;
   }

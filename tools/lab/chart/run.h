@@ -8,6 +8,7 @@
 
 #include "sim/scene/model.h"
 #include "sim/scene/scene.h"
+#include "tools/lab/base/measures.h"
 
 namespace thew::tools {
 
@@ -82,6 +83,17 @@ struct ChartAsk {
   std::function<void(int done, int total)> on_step = [](int, int) {};
 };
 Chart run_chart(const ChartAsk& ask);
+
+inline constexpr int kTimedFrames = 24;  ///< at most, the first ones: a run of all is not repeated
+
+/// Times all points one after another, again and again, so that what disturbs one run disturbs all
+/// alike, and sets the medians. `seconds_of` a point's run of the timed frames; of those without
+/// failure alone. `on_run` follows each, timed or not.
+void time_points(const std::function<double(std::size_t)>& seconds_of,
+                 const std::function<void()>& on_run, Chart& chart);
+
+using Frames = std::vector<std::vector<Points>>;  ///< nodes by frame and mesh
+NodeDistance distance_of(const Frames& a, const Frames& b);
 
 /// Indices of the points that no other beats in both numbers, by rising cost. Failed ones are none.
 std::vector<std::size_t> pareto_front(const std::vector<ChartPoint>& points,

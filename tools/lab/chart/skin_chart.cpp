@@ -22,13 +22,12 @@
 namespace thew::tools {
 namespace {
 
-constexpr int kTimedFrames = 24;  // at most, the first ones
-constexpr int kPictures = 4;      // frames that are drawn, spread over the clip
+constexpr int kPictures = 4;  // frames that are drawn, spread over the clip
 constexpr SkinSetting kReference = {64, 1, false};
 
-/// What a run leaves: the skin by frame, and how it stood before the first.
+/// What a run leaves: the skin by frame, as the one mesh, and how it stood before the first.
 struct SkinRun {
-  std::vector<Points> frames;
+  Frames frames;
   std::optional<State> settled;
 };
 
@@ -51,20 +50,14 @@ SkinRun run_skin(const Model& model, const std::function<void(State&)>& on_frame
   SkinRun run;
   run.settled = settled_state(model);
   play(model, *run.settled, model.last_frame, [&](int, State& state) {
-    run.frames.push_back(state.skin.x);
+    run.frames.push_back({state.skin.x});
     if (on_frame) on_frame(state);
   });
   return run;
 }
 
-NodeDistance distance_of(const std::vector<Points>& a, const std::vector<Points>& b) {
-  NodeDistance out;
-  for (std::size_t f = 0; f < a.size(); ++f) add_distance(a[f], b[f], out);
-  return out;
-}
-
 // Runs a setting through the clip and sets its errors.
-SkinRun measure_point(const Model& model, const std::vector<Points>& reference, ChartPoint& point) {
+SkinRun measure_point(const Model& model, const Frames& reference, ChartPoint& point) {
   Parallel one(1);
   std::optional<Measuring> measuring;
   try {
@@ -103,14 +96,14 @@ class SkinPictures {
   }
 
   // None where the scene has no view of the skin.
-  std::vector<Image> draw(const std::vector<Points>& frames) {
+  std::vector<Image> draw(const Frames& frames) {
     std::vector<Image> images;
     for (const int index : indices_) {
       std::vector<std::vector<Vec3>> positions;  // what is not shown may be as it is at rest
       for (const BakeMesh& mesh : info_.meshes) {
         std::vector<Vec3>& of = positions.emplace_back(mesh.rest.vertices);
         if (mesh.kind != BakeMesh::Kind::kSkin) continue;
-        for (std::size_t i = 0; i < of.size(); ++i) of[i] = to_vec(frames[index][i]);
+        for (std::size_t i = 0; i < of.size(); ++i) of[i] = to_vec(frames[index][0][i]);
       }
       images.push_back(renderer_->draw(view_at(view_, first_ + index), positions));
     }
@@ -144,26 +137,6 @@ ChartPoint point_of(const SkinSetting& setting, const SkinSetting& own) {
   }
   if (point.is_default) point.label += " (the scene's)";
   return point;
-}
-
-// One after another, and all points again and again, as those of the muscles.
-void time_points(const std::vector<Model>& models, const std::vector<SkinRun>& runs,
-                 const std::function<void()>& on_run, SkinChart& out) {
-  Chart& chart = out.chart;
-  std::vector<std::vector<double>> seconds(models.size());
-  for (int r = 0; r < chart.repetitions; ++r) {
-    for (std::size_t k = 0; k < models.size(); ++k) {
-      if (runs[k].settled) {
-        const int last = models[k].first_frame + chart.timed_frames;
-        seconds[k].push_back(play(models[k], *runs[k].settled, last).seconds);
-      }
-      on_run();
-    }
-  }
-  for (std::size_t k = 0; k < models.size(); ++k) {
-    if (seconds[k].empty()) continue;
-    chart.points[k].milliseconds = 1e3 * median(seconds[k]) / chart.timed_frames;
-  }
 }
 
 }  // namespace
@@ -227,9 +200,9 @@ SkinChart run_skin_chart(const ChartAsk& ask) {
     finest[i] = run_skin(solved(def, i == 0 ? out.reference : half));
     on_run();
   });
-  const std::vector<Points>& reference = finest[0].frames;
+  const Frames& reference = finest[0].frames;
   out.known_mm = distance_of(finest[1].frames, reference).largest;
-  chart.nodes = static_cast<int>(reference.front().size());
+  chart.nodes = static_cast<int>(reference.front().front().size());
   std::vector<SkinRun> runs(points);
   parallel.each(points, [&](int k) {
     runs[k] = measure_point(models[k], reference, chart.points[k]);
@@ -245,7 +218,10 @@ SkinChart run_skin_chart(const ChartAsk& ask) {
       out.flip[k] = std::max(out.flip[k], measure_pixels(expected[i], drawn[i], nullptr, 0).flip);
     }
   }
-  time_points(models, runs, on_run, out);
+  const auto seconds_of = [&](std::size_t k) {
+    return play(models[k], *runs[k].settled, models[k].first_frame + chart.timed_frames).seconds;
+  };
+  time_points(seconds_of, on_run, chart);
   for (const std::size_t i : pareto_front(chart.points, &ChartPoint::largest_mm)) {
     chart.points[i].on_front = true;
   }

@@ -7,7 +7,7 @@
 
 namespace thew::sim {
 
-/// Seconds by stage of the step. They go to the report and nothing depends on them.
+/// Seconds by stage of the step. No result depends on them.
 struct StageSeconds {
   Seconds rig, contact, muscles, skin;
 };

@@ -42,6 +42,14 @@ std::vector<Vec3> line_of_action(const CarriedShape& shape, const CarriedPose& p
   return line;
 }
 
+// s, what a killed bake has to simulate again at most. A state is five times as large as the
+// positions of its frame.
+constexpr double kMostRepeated = 0.5;
+
+double wall_of(const StageSeconds& step) {
+  return step.rig.wall + step.contact.wall + step.muscles.wall + step.skin.wall;
+}
+
 [[noreturn]] void stop_bake() { throw Error(ErrorCode::kRetry, "interrupted; run again"); }
 
 // Sets all of a frame but its state. Adds to `measures` those of the written positions.
@@ -117,21 +125,50 @@ BakeInfo bake_info(const Model& model, const std::vector<int>& frames, const Bak
   return info;
 }
 
-BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+namespace {
+
+// A scene with a tolerance, which is planned first.
+BakeResult bake_as_planned(const Model& model, const BakeOptions& options,
+                           const OnFrame& on_frame) {
   StopWatch watch;
-  if (model.solver.tolerance && !model.fidelity) {
-    Model planned = model;
-    const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
-      if (options.stop && options.stop()) stop_bake();
-    });
-    planned.fidelity = plan.fidelity;
-    const Seconds seconds = watch.lap();
-    BakeResult result = bake(planned, options, on_frame);
-    result.plan = plan;
-    result.seconds.plan = seconds;
-    result.seconds.setup += seconds;
-    return result;
+  Model planned = model;
+  const FidelityPlan plan = plan_fidelity(model, options.threads, [&] {
+    if (options.stop && options.stop()) stop_bake();
+  });
+  planned.fidelity = plan.fidelity;
+  const Seconds seconds = watch.lap();
+  BakeResult result = bake(planned, options, on_frame);
+  result.plan = plan;
+  result.seconds.plan = seconds;
+  result.seconds.setup += seconds;
+  return result;
+}
+
+// Reads the frames that are there, up to which `state` is then brought by the newest of their
+// states, and returns the last that need not be simulated again.
+template <typename OnRead>
+int read_completed(const Model& model, const BakeInfo& info, const BakeWriter& writer,
+                   BakeResult& result, State& state, OnRead&& on_read) {
+  int done = model.first_frame - 1;
+  std::vector<double> newest_state;
+  for (const int number : writer.completed()) {
+    BakeFrame frame = writer.read_completed(number);
+    result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
+    const bool has_state = !frame.state.empty();
+    if (has_state) newest_state.swap(frame.state);
+    if (has_state || stands_alone(model) || number == info.frames.back()) done = number;
+    ++result.resumed_frames;
+    on_read(frame);
   }
+  if (!newest_state.empty()) unpack_state(model, newest_state, state);
+  return done;
+}
+
+}  // namespace
+
+BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
+  if (model.solver.tolerance && !model.fidelity) return bake_as_planned(model, options, on_frame);
+  StopWatch watch;
   const BakeInfo info = bake_info(model, options.frames, options.output);
   BakeWriter writer(options.folder, info, options.resume);
   std::optional<Parallel> threads(options.threads);
@@ -144,38 +181,33 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
   State state = initial_state(model);
   Measuring measuring = start_measuring(model, state);
 
-  const auto stop_unless = [](bool wanted) {
-    if (!wanted) stop_bake();
+  const auto check_stop = [&] {
+    if (options.stop && options.stop()) stop_bake();
   };
-  const auto check_stop = [&] { stop_unless(!options.stop || !options.stop()); };
   const auto report_frame = [&](const BakeFrame& frame) {
-    stop_unless(on_frame(frame));
+    if (!on_frame(frame)) stop_bake();
     watch.lap();  // the caller's time is not measured
   };
 
   const bool alone = stands_alone(model);
-  int done = model.first_frame - 1;  // the last frame that is simulated
-  for (int number : writer.completed()) {
-    const BakeFrame frame = writer.read_completed(number);
-    result.measures.push_back(unflatten(model, info.metric_names, frame.metrics));
-    if (!alone && number == writer.completed().back()) unpack_state(model, frame.state, state);
-    done = number;
-    ++result.resumed_frames;
+  const int done = read_completed(model, info, writer, result, state, [&](const BakeFrame& frame) {
     seconds.setup += watch.lap();
     report_frame(frame);
-  }
+  });
   seconds.setup += watch.lap();
   result.settled.converged = alone;
-  if (result.resumed_frames == 0 && !alone) {
+  if (done < model.first_frame && !alone) {
     result.settled = settle(model, parallel, state, check_stop);
   }
   seconds.settle = watch.lap();
 
-  BakeFrame frame;  // used again, so that its memory is
-  const int last = options.frames.empty() ? done : options.frames.back();
-  for (int number = done + 1; number <= last; ++number) {
+  BakeFrame frame;          // used again, so that its memory is
+  double next_state = 0.0;  // s of steps
+  const std::vector<int>& there = writer.completed();
+  const auto first = info.frames.begin() + static_cast<std::ptrdiff_t>(there.size());
+  for (int number = done + 1; number <= info.frames.back(); ++number) {
     const double time = (number - model.first_frame) / model.fps;
-    const bool written = std::binary_search(options.frames.begin(), options.frames.end(), number);
+    const bool written = std::binary_search(first, info.frames.end(), number);
     if (alone) {
       if (written) solve_lone_frame(model, time, parallel, state, seconds.step, check_stop);
     } else if (number > model.first_frame) {
@@ -189,7 +221,11 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
     FrameMeasures measures = measure(model, measuring, parallel, state);
     set_frame(model, info, number, state, measures, frame);
     seconds.measure += watch.lap();
-    if (!alone) pack_state(state, frame.state);
+    frame.state.clear();
+    if (!alone && wall_of(seconds.step) >= next_state) {
+      pack_state(state, frame.state);
+      next_state = wall_of(seconds.step) + kMostRepeated;
+    }
     writer.write(frame);
     result.measures.push_back(measures);
     seconds.write += watch.lap();

@@ -60,7 +60,7 @@ struct BakeFrame {
   std::vector<std::vector<Vec3>> lines = {};
   std::vector<BodyFrame> bodies;  ///< m, as BakeCharacter::rest
   std::vector<double> metrics;    ///< by BakeInfo::metric_names
-  std::vector<double> state;      ///< pack_state() after this frame; empty in a packed bake
+  std::vector<double> state;      ///< pack_state() after this frame, in some of the parts of a bake
 };
 
 /// A frame's line of action of mesh m; empty where it has none.

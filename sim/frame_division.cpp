@@ -14,9 +14,15 @@ namespace {
 constexpr int kMaxHalvings = 4;
 constexpr int kMaxSubsteps = 1024;  // of a frame
 
-int steps_by_turn(const Model& model, double time, State& state) {
-  const double angle = turn_until(model, time, state);
-  return std::max(1, static_cast<int>(std::ceil(angle / model.skin.settings.max_turn)));
+// Whether the skin is not stepped in a frame in which joints turn by `angle` (rad): before the
+// first frame, on the way to its pose, where it comes to rest (settle.h). It need not follow before
+// joints have turned by half of what they may in a step of it.
+bool leaves_skin(const Model& model, double angle, State& state) {
+  if (state.time >= 0.0 || state.way) return false;
+  state.unfollowed += angle;
+  if (state.unfollowed <= 0.5 * model.skin.settings.max_turn) return true;
+  state.unfollowed = 0.0;
+  return false;
 }
 
 // s. Frames have one length to the last bit, so that the step's matrix stays the same and its
@@ -40,9 +46,12 @@ FrameDivision divide_frame(const Model& model, double time, State& state) {
   FrameDivision division;
   division.end = time;
   division.length = frame_length(model, time, state);
-  division.skin_steps = std::min(steps_by_turn(model, time, state), kMaxSubsteps);
+  const double angle = turn_until(model, time, state);
+  const double steps = std::ceil(angle / model.skin.settings.max_turn);
+  division.skin_steps = static_cast<int>(std::clamp(steps, 1.0, 1.0 * kMaxSubsteps));
   division.first_substeps = std::max(substeps_of(model), division.skin_steps);
   division.substeps = division.first_substeps;
+  if (leaves_skin(model, angle, state)) division.skin_steps = 0;
   return division;
 }
 

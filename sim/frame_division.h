@@ -34,7 +34,8 @@ struct FrameDivision {
 
 /// The first try of the frame from state.time to `time` (s), after begin_frame(). Muscles and skin
 /// are stepped often enough that no joint turns by more than SkinSettings::max_turn in a step;
-/// without a skin too, so that the muscles are the same with and without it.
+/// without a skin too, so that the muscles are the same with and without it. Before the first frame
+/// the skin is stepped only once joints have turned by half of that.
 FrameDivision divide_frame(const Model& model, double time, State& state);
 
 /// That of rest_frame(), after begin_frame().

@@ -67,8 +67,6 @@ TEST(LoneArm, IsTheSameWhateverCameBefore) {
   solve(model, 61, state);  // the pose of frame 60, at another time
   const Distances apart = between(state, bent);
   EXPECT_EQ(std::max({apart.bones, apart.muscles, apart.skin, apart.slip}), 0.0);
-  solve(model, 60, state);
-  EXPECT_TRUE(are_equal(state, bent));
   solve(model, 31, state);
   EXPECT_TRUE(are_equal(state, straighter));
 }
@@ -109,10 +107,9 @@ TEST(LoneArm, IsContinuousWhereTheWayGetsAStepLonger) {
 
 // The dynamic arm goes slowly, stops, and has settled there.
 TEST(LoneArm, IsNearToWhatASlowMotionSettlesTo) {
-  const std::string clip =
-      "rig.clip.keys={elbow=[[1,0],[45,45],[70,45],[115,90],[140,90],[175,130],[200,130]]}";
-  const Model slow = arm({clip, "scene.frames=1-200"});
-  const Model lone = arm({clip, "scene.frames=1-200", "solver.integrator=quasi_static"});
+  const std::string clip = "rig.clip.keys={elbow=[[1,0],[75,90],[95,90],[125,130],[145,130]]}";
+  const Model slow = arm({clip, "scene.frames=1-145"});
+  const Model lone = arm({clip, "scene.frames=1-145", "solver.integrator=quasi_static"});
   Parallel parallel(2);
   State state = initial_state(slow), alone;
   StageSeconds unused;
@@ -121,7 +118,7 @@ TEST(LoneArm, IsNearToWhatASlowMotionSettlesTo) {
     if (frame > slow.first_frame) {
       step_frame(slow, (frame - slow.first_frame) / slow.fps, parallel, state, unused);
     }
-    if (frame != 1 && frame != 70 && frame != 140 && frame != 200) continue;
+    if (frame != 95 && frame != 145) continue;
     solve(lone, frame, alone);
     const Distances apart = between(state, alone);
     std::printf("frame %d: muscles %.3f, skin %.3f mm apart\n", frame, 1e3 * apart.muscles,

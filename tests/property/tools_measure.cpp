@@ -141,7 +141,11 @@ FrameMeasures plain(const Model& model, const Measuring& measuring, const State&
   Collider skin{model.skinned ? &model.skinned->surface : &model.skin.surface, &state.skin.bvh,
                 &state.skin.x};
   const std::vector<Collider> below = model.skinned ? muscles_of(model, state) : bodies;
-  out.skin.max_penetration = deepest_inside(below, state.skin.x);
+  Points seen;  // the others may lie in muscle
+  for (size_t i = 0; i < state.skin.x.size(); ++i) {
+    if (!model.skinned || model.skinned->seen[i]) seen.push_back(state.skin.x[i]);
+  }
+  out.skin.max_penetration = deepest_inside(below, seen);
   for (const Collider& flesh : below) {
     out.skin.max_poke_through = std::max(
         out.skin.max_poke_through, farthest_outside(*skin.surface, *skin.bvh, *skin.x, *flesh.x));
@@ -168,7 +172,9 @@ void expect_plain(const Model& model, Measuring& measuring, State& state, Found&
     found.depth = std::max(found.depth, now.muscles[m].penetration);
   }
   EXPECT_EQ(now.intersecting_pairs, expected.intersecting_pairs);
-  EXPECT_EQ(now.skin.max_penetration, expected.skin.max_penetration);
+  // The plain definition does not tell covered vertices from bare ones.
+  EXPECT_EQ(std::max(now.skin.max_penetration, now.skin.max_covered_penetration),
+            expected.skin.max_penetration);
   EXPECT_EQ(now.skin.max_poke_through, expected.skin.max_poke_through);
   EXPECT_EQ(now.skin.intersecting_pairs, expected.skin.intersecting_pairs);
   found.crossings += now.intersecting_pairs + now.skin.intersecting_pairs;
@@ -189,7 +195,7 @@ void push(std::mt19937& random, State& state) {
   for (Point& x : state.skin.x) x += anywhere(0.001);
 }
 
-// Steps to `last`, and compares every fourth frame as it is and every twelfth also pushed, or each
+// Steps to `last`, and compares every eighth frame as it is and every 24th also pushed, or each
 // and every third: the plain definitions take many times as long as the steps.
 Found compare(const Model& model, int last) {
   Parallel parallel(2);
@@ -202,9 +208,9 @@ Found compare(const Model& model, int last) {
   for (int f = 0; f <= last; ++f) {
     SCOPED_TRACE("frame " + std::to_string(model.first_frame + f));
     if (f > 0) step_frame(model, f / model.fps, parallel, state, seconds);
-    if (f % every(4) != 0) continue;
+    if (f % every(8) != 0) continue;
     expect_plain(model, measuring, state, found);
-    if (f % (3 * every(4)) != 0) continue;
+    if (f % (3 * every(8)) != 0) continue;
     State pushed = state;
     push(random, pushed);
     expect_plain(model, measuring, pushed, found);

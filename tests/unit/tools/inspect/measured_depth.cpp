@@ -55,7 +55,7 @@ int compare_depths(const Model& model, const fs::path& folder, const std::vector
   return deep;
 }
 
-const std::vector<int> kBending = {1, 7, 8, 10, 12, 14, 16, 18, 20, 22};  // frames
+const std::vector<int> kBending = {1, 8, 13, 18, 22};  // frames
 
 TEST_F(MeasuredDepth, IsThatOfTheExactTests) {
   ASSERT_EQ(new_command(asked(kFigure, "both", 1.0)), ExitCode::kDone);

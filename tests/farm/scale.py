@@ -120,9 +120,10 @@ skin, contact), {FRAMES} frames each, with {len(of_views(whole))} views drawn, i
 | all that stays | {megabytes(size / frames)} | {megabytes(size)}, {files} files | {megabytes(size * BAKES)}, {files * BAKES:,} files |
 | `bake.parts/`, until a bake ends | {megabytes(part_bytes / 12)} | {megabytes(part_bytes / 12 * FRAMES)}, {FRAMES + part_files - 12} files | as many as run at once |
 
-A part holds the solver's state too, so that a bake can be resumed from it; that is why it is larger
-than its frame in the cache. Chunks stay after they are joined, as large as these parts, until
-somebody removes them. Files of the show are mostly pictures: one a view and frame.
+A part is larger than its frame in the cache, as it is in double precision and not compressed; one
+for each half second of steps also holds the solver's state, so that a bake can be resumed from it.
+Chunks stay after they are joined, as large as these parts, until somebody removes them. Files of the
+show are mostly pictures: one a view and frame.
 
 ## What a shared file system bears
 

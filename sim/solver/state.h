@@ -143,7 +143,7 @@ struct State {
   SkinState layer;          ///< of a character: the layer by which its skin moves
   SkinMotion layer_before;  ///< of the layer that moves, when the frame began, for undo_frame()
   Pose frame_pose;          ///< when the frame began, for undo_frame()
-  double unfollowed = 0.0;  ///< rad, turn of joints before the first frame, by the skin
+  double unfollowed = 0.0;  ///< rad, turn before the first frame that the skin has not followed
   bool undone = false;      ///< the bones' surfaces are still where a failed try has moved them
 
   int count() const { return static_cast<int>(muscles.size()); }

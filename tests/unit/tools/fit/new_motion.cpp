@@ -12,6 +12,7 @@
 #include "sim/solver/contacts.h"
 #include "sim/solver/drive.h"
 #include "sim/solver/state_archive.h"
+#include "tests/property/every.h"
 #include "tests/unit/tools/fit/new.h"
 #include "tools/base/html_page.h"
 
@@ -172,10 +173,18 @@ TEST_F(NewScene, TheRobotsOwnAnimationsBake) {
   const std::string warned = testing::internal::GetCapturedStderr();
   EXPECT_HAS(warned, "animation \"Robot_Wave\" rolls the right forearm");
   EXPECT_EQ(warned.find("Robot_Walking"), std::string::npos);
-  // The second rolls a forearm by 104 degrees: with the ulna rolled it ended in frame 16. In the
-  // last a biceps was caught on the far side of the brachialis, in frame 15.
-  for (const auto& [name, frames] :
-       {std::pair("Robot_Idle", 5), {"Robot_Wave", 18}, {"Robot_Jump", 17}}) {
+  // The wave rolls a forearm by 104 degrees: with the ulna rolled it ended in frame 16. In the
+  // jump a biceps was caught on the far side of the brachialis, in frame 15.
+  std::vector<std::pair<const char*, int>> animations = {
+      {"Robot_Idle", 5}, {"Robot_Wave", 18}, {"Robot_Jump", 17}};
+  if (every(2) == 1) {
+    animations = {{"Robot_Idle", 10},
+                  {"Robot_Walking", 10},
+                  {"Robot_Sitting", 10},
+                  {"Robot_Wave", 20},
+                  {"Robot_Jump", 18}};
+  }
+  for (const auto& [name, frames] : animations) {
     const Model model = build_model(read_scene(
         options.out,
         {"rig.clip={ animation = \"" + std::string(name) + "\" }", "skin.enabled=false"}));
@@ -249,13 +258,13 @@ double most_outside(MadeArm& arm, int frames) {
 TEST_F(NewScene, MusclesStayUnderTheSkinOfAWalk) {
   MadeArm figure(asked(kFigure, "right"));
   figure.model.character->clip = walk_of(figure.model);
-  EXPECT_LT(most_outside(figure, 32), 2e-3);
+  EXPECT_LT(most_outside(figure, every(2) == 1 ? 48 : 32), 2e-3);
   if (!fs::exists(data("cesium_man.gltf"))) {
     std::printf("cesium_man.gltf is not there: its walk was not tried\n");
     return;
   }
   MadeArm man(asked(data("cesium_man.gltf"), "both"), {"rig.clip={ animation = \"animation_1\" }"});
-  EXPECT_LT(most_outside(man, 42), 2e-3);
+  EXPECT_LT(most_outside(man, every(2) == 1 ? 48 : 42), 2e-3);
 }
 
 // m, how deep skin lies in muscle that its weights put inside other skin, by winding numbers and

@@ -4,6 +4,7 @@
 #include "sim/bake/bake.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
+#include "tests/property/every.h"
 #include "tests/unit/tools/fit/new.h"
 #include "tools/inspect/crossings.h"
 
@@ -55,11 +56,15 @@ int compare_depths(const Model& model, const fs::path& folder, const std::vector
   return deep;
 }
 
-const std::vector<int> kBending = {1, 8, 13, 18, 22};  // frames
+std::vector<int> bending() {  // frames
+  if (every(2) == 1) return {1, 7, 8, 10, 12, 14, 16, 18, 20, 22};
+  return {1, 8, 13, 18, 22};
+}
 
 TEST_F(MeasuredDepth, IsThatOfTheExactTests) {
   ASSERT_EQ(new_command(asked(kFigure, "both", 1.0)), ExitCode::kDone);
-  compare_depths(build_model(read_scene(folder / "character.toml", {})), folder / "bake", kBending);
+  compare_depths(build_model(read_scene(folder / "character.toml", {})), folder / "bake",
+                 bending());
 }
 
 // The robot's muscles, thin and turned over in places, were said to be 9.99 mm deep in one another:
@@ -68,7 +73,8 @@ TEST_F(MeasuredDepth, IsThatOfTheExactTestsWhereMusclesAreTurnedOver) {
   const fs::path robot = data("robot.glb");
   if (!fs::exists(robot)) GTEST_SKIP() << robot << " is not there";
   ASSERT_EQ(new_command(asked(robot, "both", 0.4)), ExitCode::kDone);
-  compare_depths(build_model(read_scene(folder / "character.toml", {})), folder / "bake", kBending);
+  compare_depths(build_model(read_scene(folder / "character.toml", {})), folder / "bake",
+                 bending());
 }
 
 // The arm by one iteration of XPBD, which leaves its muscles 2 mm deep in bones and each other.

@@ -11,7 +11,8 @@ blender=${BLENDER:-blender}
 
 skip() { echo "skipped: $1"; exit 77; }
 command -v "$blender" >/dev/null || skip "blender is not installed"
-/usr/bin/python3 -c 'import h5py, numpy' 2>/dev/null || skip "python3-h5py is not installed"
+/usr/bin/python3 -c 'import h5py, numpy, scipy' 2>/dev/null ||
+  skip "python3-h5py or python3-scipy is not installed"
 
 bake() {  # CHARACTER FOLDER
   mkdir -p "$2"

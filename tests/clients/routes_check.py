@@ -8,6 +8,7 @@ import sys
 
 import h5py
 import numpy
+from scipy.spatial import cKDTree
 
 BIND, BAKED = 1e-5, 1e-4  # m
 
@@ -21,13 +22,8 @@ def read(folder):
 
 def partners(points, among):
     """Index of the nearest of `among`, by point, and how far it is."""
-    index, distance = [], []
-    for part in numpy.array_split(points, 1 + len(points) * len(among) // 10**7):
-        squares = ((part**2).sum(1)[:, None] - 2.0 * part @ among.T) + (among**2).sum(1)
-        nearest = squares.argmin(1)
-        index.append(nearest)
-        distance.append(numpy.linalg.norm(part - among[nearest], axis=1))
-    return numpy.concatenate(index), numpy.concatenate(distance)
+    distance, index = cKDTree(among).query(points)
+    return index, distance
 
 
 folder, character = sys.argv[1:]

@@ -130,6 +130,37 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
   }
 }
 
+// The first body below the forearm that is no part of it, such as a half of it that twists: names
+// call that a forearm too, and it lies well before a person's wrist.
+int hand_below(const Character& character, const ArmBodies& arm) {
+  constexpr double kBefore = 0.75;  // of a person's forearm
+  const Skeleton& skeleton = character.skeleton;
+  const Vec3 elbow = position_of(character, arm.forearm);
+  const double fore = (elbow - position_of(character, arm.humerus)).norm() / kUpperOverFore;
+  for (int i = arm.forearm + 1; i < skeleton.size(); ++i) {
+    const std::string& name = skeleton.body_names[i];
+    if (!hangs_on(skeleton, i, arm.forearm) || is_pivot(name)) continue;
+    const bool is_part = read_bone_name(name).kind == BoneKind::kForearm &&
+                         (position_of(character, i) - elbow).norm() < kBefore * fore;
+    if (!is_part) return i;
+  }
+  return -1;
+}
+
+// Off the line along which it lies, the middle of what is about so far along: a line to the skin's
+// mean may come out of a thin wrist beside it.
+Vec3 middle_at(const std::vector<Vec3>& skin, const Vec3& along, double length) {
+  constexpr double kAbout = 0.15;  // of the length
+  const Vec3 a = along.unitOrthogonal(), b = along.cross(a);
+  Eigen::AlignedBox2d box;
+  for (const Vec3& p : skin) {
+    if (std::abs(along.dot(p) - length) > kAbout * length) continue;
+    box.extend(Eigen::Vector2d(a.dot(p), b.dot(p)));
+  }
+  if (box.isEmpty()) return Vec3::Zero();
+  return box.center().x() * a + box.center().y() * b;
+}
+
 // The wrist of an arm that ends with the forearm's body: as far from the elbow as a person's, or
 // where the skin that hangs on it ends. False where none does.
 bool end_at_skin(const Character& character, ArmBodies& arm) {
@@ -153,9 +184,10 @@ bool end_at_skin(const Character& character, ArmBodies& arm) {
   double reach = 0.0;
   for (const Vec3& p : skin) reach = std::max(reach, along.dot(p));
   const double upper = (elbow - position_of(character, arm.humerus)).norm();
+  const double length = std::min(kEnd * reach, upper / kUpperOverFore);
   arm.hand = arm.forearm;
   arm.wrist = character.bind[arm.forearm].inverse() *
-              Vec3(elbow + std::min(kEnd * reach, upper / kUpperOverFore) * along);
+              Vec3(elbow + length * along + middle_at(skin, along, length));
   return true;
 }
 
@@ -196,7 +228,7 @@ void complete_arm(const Character& character, bool one_side, const std::string& 
   if (arm.humerus < 0) refuse_doubt(character, place, "humerus", arm.left);
   if (arm.forearm < 0) arm.forearm = first_child(skeleton, arm.humerus);
   if (arm.forearm < 0) refuse_doubt(character, place, "forearm", arm.left);
-  if (arm.hand < 0) arm.hand = first_child(skeleton, arm.forearm);
+  if (arm.hand < 0) arm.hand = hand_below(character, arm);
   if (arm.hand < 0 && !end_at_skin(character, arm)) {
     refuse_doubt(character, place, "hand", arm.left);
   }

@@ -158,6 +158,25 @@ TEST(NewNames, AnArmBeginsBesideTheTrunk) {
   EXPECT_EQ(skeleton.body_names[arms[1].forearm], "Arm2.L");
 }
 
+// Half of a forearm is no hand, as where a rig ends at the wrist.
+TEST(NewNames, AHalfOfTheForearmIsNoHand) {
+  Character character = chain_of({"RightShoulder", "upperarm.R", "lowerarm01.R", "lowerarm02.R"});
+  character.bind[4].translation().y() += 0.1;
+  character.mesh.vertices = {{0.2, 1.4, 0.03}, {0.2, 1.3, -0.03}, {0.2, 1.22, 0.0}};
+  for (int i = 0; i < 3; ++i) {
+    character.skin.link.push_back(i == 0 ? 3 : 4);
+    character.skin.weight.push_back(1.0);
+  }
+  character.skin.first = {0, 1, 2, 3};
+  std::vector<std::string> notes;
+  const std::vector<ArmBodies> arms = find_arms(character, "right", {}, "character.glb", notes);
+  ASSERT_EQ(arms.size(), 1u);
+  EXPECT_FALSE(arms[0].has_hand());
+  EXPECT_NEAR(arms[0].wrist.y(), -0.2 / 1.2, 1e-9);  // m: as long as a person's
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("ends with the body lowerarm01.R"), std::string::npos) << notes[0];
+}
+
 TEST(NewNames, OneArmOfPlainNames) {
   const Character character = chain_of({"Shoulder", "UpperArm", "Forearm", "Hand"});
   std::vector<std::string> notes;

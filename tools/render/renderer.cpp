@@ -22,7 +22,7 @@ constexpr double kGroundGap = 0.04;  // m below the lowest vertex at rest
 // Of a pixel where all that there is fills the height: what no one sees of an outline's corners.
 constexpr double kFlatness = 0.1;
 constexpr int kOcclusionTaps = 12;
-constexpr double kShadowBlur = 8.0;  // texels: as far as picture.frag looks, and a texel's own two
+constexpr double kShadowBlur = 6.5;  // texels: as far as picture.frag looks, and a texel's own two
 constexpr std::size_t kBackdrops = 8;  // kept, of views as they take turns
 
 /// What a surface is drawn as; the first three are those of BakeMesh::Kind, kFlat is unlit ink.

@@ -16,6 +16,19 @@ vec3 background(vec2 q) {
   return v * v * vec3(1.0, 0.995, 0.985);
 }
 
+// Over a square of 12 texels. Where its middle and its quarters agree, it is lit or dark all over.
+float ground_lit(vec3 s) {
+  vec2 e = spread_of(1.5);
+  float some = half_lit(s, vec2(3.0, 1.0) * e) + half_lit(s, vec2(-1.0, 3.0) * e) +
+               texture(shadow_map, s);
+  if (some <= 0.0 || some >= 3.0) return some / 3.0;
+  float lit = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    lit += half_lit(s, vec2(2 * i - 3, 1.0) * e) + half_lit(s, vec2(2 * i - 3, 3.0) * e);
+  }
+  return lit / 8.0;
+}
+
 vec3 behind(ivec2 q) {
   vec3 grey = background(vec2(q)), r = ray(q);
   float slope = dot(r, up);
@@ -25,9 +38,10 @@ vec3 behind(ivec2 q) {
   d -= dot(d, up) * up;
   float fade = 1.0 - smoothstep(0.5, 3.0, length(d) / ground_radius);
   if (fade <= 0.0) return grey;
-  vec3 s = in_shadow_map(p);
-  vec2 e = spread_of(6.0);
-  float lit = 0.5 * (half_lit(s, vec2(1.0, 0.4) * e) + half_lit(s, vec2(-0.4, 1.0) * e));
+  float lit = ground_lit(in_shadow_map(p));
+  // A shadow that reaches beyond the picture fades before its edge, which would cut it.
+  vec2 from_edge = min(vec2(q), large_size - vec2(q)) / large_size.y;
+  fade *= smoothstep(0.0, 0.06, min(from_edge.x, from_edge.y));
   return grey * mix(1.0, mix(0.60, 1.02, lit), fade);
 }
 

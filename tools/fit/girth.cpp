@@ -36,6 +36,7 @@ constexpr int kNear = 3;         // sections to either side ...
 constexpr int kBeside = 2;       // ... and directions, the median of which is usual
 // Of the skin's distance around, below which a ray has met an inner wall through a hole.
 constexpr double kHole = 0.75;
+constexpr double kPieceEnd = 0.5;  // ... or has left a closed piece through its end
 // ... of a section's outline, which may be flat beside the template's.
 constexpr double kInnerWall = 0.6;
 constexpr double kStrap = 1.3;  // ... above which it has met what the limb wears
@@ -319,26 +320,25 @@ double GirthField::skin_at(double y, double angle) const {
 
 namespace {
 
-// m, from the mapped axis outwards to the skin, or as far as it is around where a hole is; `d`:
-// from the template's axis at y.
+// m, from the mapped axis outwards to the skin, or as far as it is around where a hole is, or the
+// end of a piece at a joint; `d`: from the template's axis at y.
 double way_out(const ArmFit& fit, const Limb& limb, const Limb& body, double y, const Vec3& d) {
   const Vec3 mapped = linear_at(fit, y) * d;
-  const double usual = fit.girth.skin_at(y, arc_tan2(d.z(), d.x())) * mapped.norm() / d.norm();
+  const double longer = mapped.norm() / d.norm();
+  const double usual = fit.girth.skin_at(y, arc_tan2(d.z(), d.x())) * longer;
+  // Where the skin steps from thin to thick, the thin counts.
+  double least = usual;
+  for (const GirthField::Share& share : fit.girth.shares(y, arc_tan2(d.z(), d.x()))) {
+    if (share.share > 0.0) least = std::min(least, fit.girth.skin[share.node] * longer);
+  }
   const Vec3 axis = map_point(fit, axis_point(fit, y)), to = mapped.normalized();
   if (body.closed()) {
     const double out = body.way_out(axis, to);
-    return out < 0.0 ? usual : out;
+    return out < kPieceEnd * least ? usual : out;
   }
   double out = limb.outermost(axis, to, kWidest * usual);
   if (out < 0.0)
     out = body.outermost(axis, to, kWidest * usual);  // the shoulder's cap is the trunk's
-  if (out < 0.0) return usual;
-  // Where the skin steps from thin to thick, the thin counts.
-  double least = usual;
-  for (const GirthField::Share& share : fit.girth.shares(y, arc_tan2(d.z(), d.x()))) {
-    const double here = fit.girth.skin[share.node] * mapped.norm() / d.norm();
-    if (share.share > 0.0) least = std::min(least, here);
-  }
   return out < kHole * least ? usual : out;
 }
 

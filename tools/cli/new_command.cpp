@@ -300,6 +300,7 @@ void check_scene(const fs::path& character, const fs::path& out, const std::stri
     if (const size_t at = refusal.find(trial.path.string()); at != std::string::npos) {
       refusal.replace(at, trial.path.string().size(), out.string());
     }
+    for (size_t at; (at = refusal.find("\n  ")) != std::string::npos;) refusal.replace(at, 3, "; ");
     throw Error(ErrorCode::kInput,
                 character.string() + ": no scene that bakes comes of it (" + refusal +
                     "); name its bodies with --map, or give its unit with --scale");

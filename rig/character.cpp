@@ -116,6 +116,19 @@ Transform rigid_part(const Affine& transform) {
   return out;
 }
 
+std::vector<char> bodies_with_skin(const Character& character) {
+  const SkinWeights& skin = character.skin;
+  std::vector<char> has_skin(character.skeleton.size(), 0);
+  for (size_t k = 0; k < skin.link.size(); ++k) {
+    if (skin.weight[k] > 0.0) has_skin[skin.links[skin.link[k]].body] = 1;
+  }
+  for (size_t body = has_skin.size(); body-- > 0;) {  // parents come first
+    const int parent = character.skeleton.parent[body];
+    if (has_skin[body] && parent >= 0) has_skin[parent] = 1;
+  }
+  return has_skin;
+}
+
 void animated_bodies(const Character& character, const BodyClip& clip, double time,
                      std::vector<Affine>& world) {
   world = character.rest;

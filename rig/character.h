@@ -103,6 +103,9 @@ struct Character {
   std::string size_doubt;  ///< a warning if the mesh is not as large as a person; else empty
 };
 
+/// By body, 1 where a vertex hangs on it or on one below it; others only control a rig or end its
+/// chains.
+std::vector<char> bodies_with_skin(const Character& character);
 /// World transforms of all bodies at `time` (s) of the animation, scale included.
 void animated_bodies(const Character& character, const BodyClip& clip, double time,
                      std::vector<Affine>& world);

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace thew::rig {
 namespace {
@@ -352,7 +353,11 @@ HumanBodies human_bodies(const Character& character) {
     if (name.kind != BoneKind::kNone) bodies.emplace(std::pair(name.kind, name.side), bone.body);
   }
   const HumanBodies of_file = bodies;
-  for (int i = 0; i < skeleton.size(); ++i) {
+  std::vector<int> order(skeleton.size());  // bodies with skin first: others may control them
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_partition(order.begin(), order.end(),
+                        [has_skin = bodies_with_skin(character)](int i) { return has_skin[i]; });
+  for (const int i : order) {
     const BoneName name = read_bone_name(skeleton.body_names[i]);
     const bool of_trunk = name.kind == BoneKind::kNeck || name.kind == BoneKind::kHead;
     if (name.kind == BoneKind::kNone || name.kind == BoneKind::kHips ||

@@ -36,10 +36,12 @@ int by_map(const Character& character, const BoneMap& map, const std::string& pl
   return -1;
 }
 
-// The first body of a kind on a side whose place in the tree fits; the skin hangs on it. VRM's own
+// The first body of a kind on a side whose place in the tree fits: one that carries skin, since the
+// bones that control a rig have the same names (Rigify), else one that may carry some. VRM's own
 // map has the first word. `side`: 1 left, -1 right, 0 where names tell none.
 void by_name(const Character& character, int side, ArmBodies& arm) {
   const Skeleton& skeleton = character.skeleton;
+  const std::vector<char> has_skin = bodies_with_skin(character);
   std::vector<char> of_skin(skeleton.size(), 0);
   for (const SkinWeights::Link& link : character.skin.links) of_skin[link.body] = 1;
   const auto fits = [&](const BoneName& name, BoneKind kind, int body, int on) {
@@ -50,8 +52,11 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
     for (const Character::HumanBone& bone : character.humanoid) {
       if (fits(read_bone_name(bone.bone), kind, bone.body, on)) return bone.body;
     }
-    for (int i = 0; i < skeleton.size(); ++i) {
-      if (of_skin[i] && fits(read_bone_name(skeleton.body_names[i]), kind, i, on)) return i;
+    const std::vector<char>* const in_turn[] = {&has_skin, &of_skin};
+    for (const std::vector<char>* of : in_turn) {
+      for (int i = 0; i < skeleton.size(); ++i) {
+        if ((*of)[i] && fits(read_bone_name(skeleton.body_names[i]), kind, i, on)) return i;
+      }
     }
     return -1;
   };
@@ -212,6 +217,27 @@ bool end_at_skin(const Character& character, ArmBodies& arm) {
 
 namespace {
 
+// What the upper arm hangs on, or the clavicle that names tell where it hangs on none: bones that
+// deform a rig are exported each on its own (Rigify).
+int clavicle_of(const Character& character, const ArmBodies& arm) {
+  const Skeleton& skeleton = character.skeleton;
+  const auto is_clavicle = [&](int body) {
+    const BoneName name = read_bone_name(skeleton.body_names[body]);
+    return name.kind == BoneKind::kClavicle && name.side == (arm.left ? 1 : -1);
+  };
+  int above = skeleton.parent[arm.humerus];
+  while (above >= 0 && is_pivot(skeleton.body_names[above])) above = skeleton.parent[above];
+  if (above >= 0 && is_clavicle(above)) return above;
+  const std::vector<char> has_skin = bodies_with_skin(character);
+  const Vec3 shoulder = position_of(character, arm.humerus);
+  const double length = (position_of(character, arm.forearm) - shoulder).norm();
+  for (int i = 0; i < skeleton.size(); ++i) {
+    const bool is_near = (position_of(character, i) - shoulder).norm() < length;
+    if (has_skin[i] && is_near && is_clavicle(i) && !hangs_on(skeleton, i, arm.humerus)) return i;
+  }
+  return above;
+}
+
 // All but what was told, by names, else by shape; a note where it was the shape.
 void complete_arm(const Character& character, bool one_side, const std::string& place,
                   ArmBodies& arm, std::vector<std::string>& notes) {
@@ -232,10 +258,7 @@ void complete_arm(const Character& character, bool one_side, const std::string& 
   if (arm.hand < 0 && !end_at_skin(character, arm)) {
     refuse_doubt(character, place, "hand", arm.left);
   }
-  for (int body = arm.humerus; arm.clavicle < 0 && skeleton.parent[body] >= 0;) {
-    body = skeleton.parent[body];
-    if (!is_pivot(names[body])) arm.clavicle = body;
-  }
+  if (arm.clavicle < 0) arm.clavicle = clavicle_of(character, arm);
   if (arm.clavicle < 0) refuse_doubt(character, place, "clavicle", arm.left);
   if (named.humerus < 0) guess("humerus", arm.humerus);
   if (named.forearm < 0) guess("forearm", arm.forearm);

@@ -57,18 +57,15 @@ std::vector<std::vector<int>> chains_of(const Target& to) {
   const Vec3 wrist = to.arm.wrist_in(to.straight);
   double farthest = 0.0;
   std::vector<char> in_finger(skeleton.size(), 0);
-  const SkinWeights& weights = to.character.skin;
-  std::vector<char> has_weight(weights.links.size(), 0);
-  for (size_t k = 0; k < weights.link.size(); ++k) {
-    if (weights.weight[k] > 0.0) has_weight[weights.link[k]] = 1;
-  }
-  for (size_t l = 0; l < weights.links.size(); ++l) {
-    const SkinWeights::Link& link = weights.links[l];
-    if (!has_weight[l]) continue;  // as of the ends that Blender adds to chains of an FBX file
-    const auto carries = [&](int hand) { return hangs_on(skeleton, link.body, hand); };
-    if (link.body == to.arm.hand || std::none_of(hands.begin(), hands.end(), carries)) continue;
-    in_finger[link.body] = 1;
-    farthest = std::max(farthest, (to.straight[link.body].translation() - wrist).norm());
+  // Without the ends that Blender adds to the chains of an FBX file.
+  const std::vector<char> has_skin = bodies_with_skin(to.character);
+  for (int b = 0; b < skeleton.size(); ++b) {
+    const auto carries = [&](int hand) { return hangs_on(skeleton, b, hand); };
+    if (!has_skin[b] || b == to.arm.hand || std::none_of(hands.begin(), hands.end(), carries)) {
+      continue;
+    }
+    in_finger[b] = 1;
+    farthest = std::max(farthest, (to.straight[b].translation() - wrist).norm());
   }
   for (int b = 0; b < skeleton.size(); ++b) {
     if ((to.straight[b].translation() - wrist).norm() < kAtWrist * farthest) in_finger[b] = 0;

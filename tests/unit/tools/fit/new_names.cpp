@@ -3,6 +3,7 @@
 // The arms of other people's skeletons, by the names that their tools give.
 #include <gtest/gtest.h>
 
+#include "rig/character_bones.h"
 #include "rig/skeleton.h"
 #include "tools/fit/arm.h"
 
@@ -175,6 +176,31 @@ TEST(NewNames, AHalfOfTheForearmIsNoHand) {
   EXPECT_NEAR(arms[0].wrist.y(), -0.2 / 1.2, 1e-9);  // m: as long as a person's
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("ends with the body lowerarm01.R"), std::string::npos) << notes[0];
+}
+
+// Rigify's bones that control a rig have the names of those that deform its skin, and of these each
+// limb's first hangs on the root where the others are left out.
+TEST(NewNames, BonesThatDeformBeforeThoseThatControl) {
+  Character character =
+      chain_of({"upper_arm_fk.R", "forearm_fk.R", "hand_fk.R", "DEF-shoulder.R", "DEF-upper_arm.R",
+                "DEF-upper_arm.R.001", "DEF-forearm.R", "DEF-forearm.R.001", "DEF-hand.R"});
+  character.skeleton.parent[4] = character.skeleton.parent[5] = 0;
+  for (int body = 4; body <= 9; ++body) {
+    character.bind[body].translation().y() = 2.4 - 0.2 * body;
+    character.mesh.vertices.push_back(character.bind[body].translation());
+    character.skin.link.push_back(body);
+    character.skin.weight.push_back(1.0);
+  }
+  character.skin.first = {0, 1, 2, 3, 4, 5, 6};
+  std::vector<std::string> notes;
+  const std::vector<ArmBodies> arms = find_arms(character, "right", {}, "character.glb", notes);
+  ASSERT_EQ(arms.size(), 1u);
+  EXPECT_EQ(arms[0].clavicle, 4);
+  EXPECT_EQ(arms[0].humerus, 5);
+  EXPECT_EQ(arms[0].forearm, 7);
+  EXPECT_EQ(arms[0].hand, 9);
+  EXPECT_TRUE(notes.empty()) << notes[0];
+  EXPECT_EQ(human_bodies(character).at({BoneKind::kForearm, -1}), 7);
 }
 
 TEST(NewNames, OneArmOfPlainNames) {

@@ -88,25 +88,6 @@ int common_ancestor(const Skeleton& skeleton, int a, int b) {
   return a;
 }
 
-// Adds chest, hips and spine: the common ancestors of both arms and of arms and legs.
-void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
-  const auto ancestor = [&](BoneKind kind) {
-    const auto left = bodies.find({kind, 1}), right = bodies.find({kind, -1});
-    if (left == bodies.end() || right == bodies.end()) return -1;
-    return common_ancestor(skeleton, left->second, right->second);
-  };
-  const int chest = ancestor(BoneKind::kHumerus), legs = ancestor(BoneKind::kThigh);
-  if (chest < 0) return;
-  bodies.emplace(std::pair(BoneKind::kChest, 0), chest);
-  if (legs < 0) return;
-  const int hips = common_ancestor(skeleton, chest, legs);
-  if (hips < 0 || hips == chest) return;
-  bodies.emplace(std::pair(BoneKind::kHips, 0), hips);
-  int spine = chest;
-  while (skeleton.parent[spine] != hips) spine = skeleton.parent[spine];
-  if (spine != chest) bodies.emplace(std::pair(BoneKind::kSpine, 0), spine);
-}
-
 // Of several bodies above the forearm with an upper arm's name, such as "ToArm" and "Arm" or the
 // two halves of one that twists, the one whose length is nearest to a person's, of those that begin
 // beside the trunk.
@@ -157,179 +138,24 @@ void set_nearest(const Character& character, BoneKind kind, BoneKind limb, int s
   }
 }
 
-// m, for each body the longest path down the tree from it.
-std::vector<double> reaches(const Character& character) {
-  const Skeleton& skeleton = character.skeleton;
-  std::vector<double> reach(skeleton.size(), 0.0);
-  for (int i = skeleton.size() - 1; i > 0; --i) {
-    const int on = skeleton.parent[i];
-    if (on < 0) continue;
-    const double length = (position_of(character, i) - position_of(character, on)).norm();
-    reach[on] = std::max(reach[on], reach[i] + length);
-  }
-  return reach;
-}
-
-// Bodies of a limb: girdle (clavicle), upper bone, lower bone, end (hand, foot) and the first body
-// of what is attached to the end; -1 for none.
-struct Limb {
-  int girdle = -1, upper = -1, lower = -1, end = -1, tip = -1;
-  double length = 0.0;  // m, of upper and lower bone; 0: no limb
-};
-
-// The limb along the longest path down from a body. Of bodies that lie at one position the last is
-// taken, because it has the rotations of all.
-Limb limb_from(const Character& character, const std::vector<double>& reach, int body) {
-  constexpr double kOneJoint = 0.02;  // share of the reach within which bodies are one joint
-  const Skeleton& skeleton = character.skeleton;
-  std::vector<int> chain = {body};
-  for (int now = body; now >= 0;) {
-    int next = -1;
-    double most = 0.0;
-    for (int i = now + 1; i < skeleton.size(); ++i) {
-      if (skeleton.parent[i] != now) continue;
-      const double longest =
-          reach[i] + (position_of(character, i) - position_of(character, now)).norm();
-      if (longest > most) most = longest, next = i;
-    }
-    if (next >= 0) {
-      const Vec3 step = position_of(character, next) - position_of(character, chain.back());
-      if (step.norm() > kOneJoint * reach[body]) {
-        chain.push_back(next);
-      } else {
-        chain.back() = next;
-      }
-    }
-    now = next;
-  }
-  Limb limb;
-  for (size_t k = 0; k + 2 < chain.size() && k < 2; ++k) {  // at most one girdle
-    double parts[2];
-    for (int j = 0; j < 2; ++j) {
-      parts[j] =
-          (position_of(character, chain[k + j + 1]) - position_of(character, chain[k + j])).norm();
-    }
-    if (parts[0] + parts[1] <= limb.length || parts[1] < 0.3 * parts[0]) continue;
-    limb = {k > 0 ? chain[k - 1] : -1,
-            chain[k],
-            chain[k + 1],
-            chain[k + 2],
-            k + 3 < chain.size() ? chain[k + 3] : -1,
-            parts[0] + parts[1]};
-  }
-  return limb;
-}
-
-struct LimbPair {
-  int trunk = -1;
-  Limb sides[2];
-};
-
-// Pairs of limbs of nearly equal length that are attached to one trunk, longest first.
-std::vector<LimbPair> limb_pairs(const Character& character) {
-  const Skeleton& skeleton = character.skeleton;
-  const std::vector<double> reach = reaches(character);
-  std::vector<LimbPair> pairs;
-  for (int a = 0; a < skeleton.size(); ++a) {
-    if (reach[a] <= 0.0) continue;
-    for (int b = a + 1; b < skeleton.size(); ++b) {
-      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
-      if (std::abs(reach[a] - reach[b]) > 0.1 * reach[a]) continue;
-      const LimbPair pair{skeleton.parent[a],
-                          {limb_from(character, reach, a), limb_from(character, reach, b)}};
-      const double length = pair.sides[0].length, other = pair.sides[1].length;
-      if (length > 0.0 && std::abs(length - other) < 0.1 * length) pairs.push_back(pair);
-    }
-  }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const LimbPair& a, const LimbPair& b) {
-    return a.sides[0].length > b.sides[0].length;
-  });
-  return pairs;
-}
-
-// The two longest pairs of which one is attached to a descendant of the other's trunk: that one has
-// the arms.
-bool arms_and_legs(const Character& character, LimbPair& arms, LimbPair& legs) {
-  const std::vector<LimbPair> pairs = limb_pairs(character);
-  for (size_t k = 1; k < pairs.size(); ++k) {
-    for (size_t j = 0; j < k; ++j) {
-      const int a = pairs[j].trunk, b = pairs[k].trunk;
-      // Farther down the tree, since parents come first.
-      const LimbPair& lower = a > b ? pairs[j] : pairs[k];
-      const LimbPair& upper = a > b ? pairs[k] : pairs[j];
-      if (a == b || !hangs_on(character.skeleton, lower.trunk, upper.trunk)) continue;
-      const Limb& of = upper.sides[0];  // a pair of toes or fingers is no limb
-      const int trunk = lower.trunk;
-      if (hangs_on(character.skeleton, trunk, of.upper)) continue;
-      if (hangs_on(character.skeleton, trunk, upper.sides[1].upper)) continue;
-      arms = lower, legs = upper;
-      return true;
-    }
-  }
-  return false;
-}
-
-// Direction to the person's left. `feet` tells whether the toes gave it; without toes the person is
-// taken to face along z, as in glTF.
-Vec3 left_of(const Character& character, const LimbPair& arms, const LimbPair& legs, bool& feet) {
-  const auto middle = [&](const LimbPair& pair) {
-    return Vec3(0.5 * (position_of(character, pair.sides[0].upper) +
-                       position_of(character, pair.sides[1].upper)));
-  };
-  const Vec3 up = (middle(arms) - middle(legs)).normalized();
-  Vec3 forward = Vec3::Zero();
-  double length = 0.0;
-  for (const Limb& leg : legs.sides) {
-    if (leg.tip < 0) continue;
-    const Vec3 foot = position_of(character, leg.tip) - position_of(character, leg.end);
-    forward += foot - foot.dot(up) * up;
-    length += foot.norm();
-  }
-  feet = forward.norm() > 0.1 * length;
-  if (!feet) forward = Vec3::UnitZ();
-  return up.cross(forward);
-}
-
 }  // namespace
 
-std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies) {
-  const auto named = [&](BoneKind kind) {
-    return bodies.count({kind, 1}) + bodies.count({kind, -1}) > 0;
+void add_trunk(const Skeleton& skeleton, HumanBodies& bodies) {
+  const auto ancestor = [&](BoneKind kind) {
+    const auto left = bodies.find({kind, 1}), right = bodies.find({kind, -1});
+    if (left == bodies.end() || right == bodies.end()) return -1;
+    return common_ancestor(skeleton, left->second, right->second);
   };
-  const bool no_arms = !named(BoneKind::kHumerus) && !named(BoneKind::kForearm);
-  const bool no_legs = !named(BoneKind::kThigh) && !named(BoneKind::kShin);
-  LimbPair arms, legs;
-  if ((!no_arms && !no_legs) || !arms_and_legs(character, arms, legs)) return "";
-  bool feet = false;
-  const Vec3 left = left_of(character, arms, legs, feet);
-  std::string summary;
-  const auto put = [&](const LimbPair& pair, std::initializer_list<BoneKind> kinds,
-                       const char* what) {
-    const Vec3 across =
-        position_of(character, pair.sides[0].upper) - position_of(character, pair.sides[1].upper);
-    for (int k = 0; k < 2; ++k) {
-      const Limb& limb = pair.sides[k];
-      const int side = (across.dot(left) > 0.0) == (k == 0) ? 1 : -1;
-      const int of[] = {limb.girdle, limb.upper, limb.lower, limb.end};
-      summary += std::string(summary.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
-      size_t j = 0;
-      for (const BoneKind kind : kinds) {
-        const int body = of[j++];
-        if (body < 0 || kind == BoneKind::kNone) continue;
-        bodies.emplace(std::pair(kind, side), body);
-        summary += " \"" + character.skeleton.body_names[body] + "\"";
-      }
-    }
-  };
-  if (no_arms) {
-    put(arms, {BoneKind::kClavicle, BoneKind::kHumerus, BoneKind::kForearm, BoneKind::kHand},
-        "arm");
-  }
-  if (no_legs) {
-    put(legs, {BoneKind::kNone, BoneKind::kThigh, BoneKind::kShin, BoneKind::kFoot}, "leg");
-  }
-  add_trunk(character.skeleton, bodies);
-  return summary + (feet ? ", left and right by the feet" : ", taken to look along z");
+  const int chest = ancestor(BoneKind::kHumerus), legs = ancestor(BoneKind::kThigh);
+  if (chest < 0) return;
+  bodies.emplace(std::pair(BoneKind::kChest, 0), chest);
+  if (legs < 0) return;
+  const int hips = common_ancestor(skeleton, chest, legs);
+  if (hips < 0 || hips == chest) return;
+  bodies.emplace(std::pair(BoneKind::kHips, 0), hips);
+  int spine = chest;
+  while (skeleton.parent[spine] != hips) spine = skeleton.parent[spine];
+  if (spine != chest) bodies.emplace(std::pair(BoneKind::kSpine, 0), spine);
 }
 
 bool is_pivot(const std::string& name) { return name.find("_$AssimpFbx$_") != std::string::npos; }

@@ -46,9 +46,12 @@ bool is_pivot(const std::string& name);
 using HumanBodies = std::map<std::pair<BoneKind, int>, int>;
 HumanBodies human_bodies(const Character& character);
 
+/// Adds chest, hips and spine: the common ancestors of both arms and of arms and legs.
+void add_trunk(const Skeleton& skeleton, HumanBodies& bodies);
 /// Adds arms or legs that no name tells, by the geometry of the skeleton, and the trunk with them.
-/// A limb is the two longest successive bones of a chain; limbs come in pairs of nearly equal
-/// length. Legs are attached nearer to the root than arms, and the toes tell left from right.
+/// A limb is two long bones of a chain, each of one body or of several in a line, the first a little
+/// longer than the second; limbs come in pairs of nearly equal length. Legs are attached nearer to
+/// the root than arms, and the toes tell left from right. Without legs the longest pair has the arms.
 /// Returns which bodies were taken for which bones, "" if none was added.
 std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies);
 

@@ -81,58 +81,22 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
   }
 }
 
-// Upper arm, forearm, hand, begun at a body that hangs on a trunk.
-struct Chain {
-  int bodies[3];
-  double lengths[2];
-};
-
-bool chain_from(const Character& character, int body, Chain& chain) {
-  const Skeleton& skeleton = character.skeleton;
-  int now[4];
-  double lengths[3];
-  for (int k = 0; k < 4; ++k) {
-    now[k] = k == 0 ? body : first_child(skeleton, now[k - 1]);
-    if (now[k] < 0 && k < 3) return false;
-    if (k == 0 || now[k] < 0) continue;
-    lengths[k - 1] = (position_of(character, now[k]) - position_of(character, now[k - 1])).norm();
-  }
-  // A short first one is a clavicle.
-  const int skip = now[3] >= 0 && lengths[0] < 0.5 * lengths[1] && lengths[2] > 0.5 * lengths[1];
-  for (int k = 0; k < 3; ++k) chain.bodies[k] = now[k + skip];
-  for (int k = 0; k < 2; ++k) chain.lengths[k] = lengths[k + skip];
-  return chain.lengths[0] > 0.0 && chain.lengths[1] > 0.3 * chain.lengths[0];
-}
-
-// Two chains on one trunk, alike, side by side and in the upper half of the body.
+// The limbs that the skeleton's geometry tells; left and right by the skin's feet, where it has
+// some.
 void by_shape(const Character& character, bool left, ArmBodies& arm) {
-  const Skeleton& skeleton = character.skeleton;
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : character.mesh.vertices) box.extend(p);
-  if (box.isEmpty()) return;
-  for (int a = 0; a < skeleton.size(); ++a) {
-    for (int b = a + 1; b < skeleton.size(); ++b) {
-      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
-      Chain one, two;
-      if (!chain_from(character, a, one) || !chain_from(character, b, two)) continue;
-      const Vec3 p = position_of(character, one.bodies[0]),
-                 q = position_of(character, two.bodies[0]);
-      const double size = one.lengths[0];
-      const bool alike = std::abs(two.lengths[0] - size) < 0.1 * size &&
-                         std::abs(two.lengths[1] - one.lengths[1]) < 0.1 * size;
-      const Vec3 line(p.x() - q.x(), 0.0, p.z() - q.z());
-      const bool beside = std::abs(p.y() - q.y()) < 0.2 * size && line.norm() > 0.1 * size;
-      if (!alike || !beside || p.y() < box.center().y()) continue;
-      Vec3 forward = facing_of(character, line);
-      if (forward.isZero()) forward = Vec3::UnitZ();  // as glTF has it
-      const bool first_is_left = line.dot(Vec3::UnitY().cross(forward)) > 0.0;
-      const Chain& mine = first_is_left == left ? one : two;
-      arm.humerus = mine.bodies[0];
-      arm.forearm = mine.bodies[1];
-      arm.hand = mine.bodies[2];
-      return;
-    }
-  }
+  HumanBodies bodies;
+  add_limbs_by_geometry(character, bodies);
+  if (bodies.count({BoneKind::kHumerus, 1}) == 0) return;
+  const auto place = [&](int side) {
+    return position_of(character, bodies.at({BoneKind::kHumerus, side}));
+  };
+  const Vec3 line = place(1) - place(-1);
+  const Vec3 forward = facing_of(character, line);
+  const bool turned = line.dot(Vec3::UnitY().cross(forward)) < 0.0;
+  const int side = left != turned ? 1 : -1;
+  arm.humerus = bodies.at({BoneKind::kHumerus, side});
+  arm.forearm = bodies.at({BoneKind::kForearm, side});
+  arm.hand = bodies.at({BoneKind::kHand, side});
 }
 
 // The first body below the forearm that is no part of it, such as a half of it that twists: names

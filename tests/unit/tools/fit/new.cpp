@@ -369,9 +369,12 @@ TEST_F(NewScene, DoubtIsToldWithItsCandidates) {
   EXPECT_HAS(both({{"humerus", "UpperArm.R"}}, "both"), "on which side?");
   EXPECT_HAS(both({{"left_humerus", "UpperArm.L"}}, "right"), "not on the side asked for");
   EXPECT_EQ(both({{"left_humerus", "UpperArm.L"}, {"right_humerus", "UpperArm.R"}}, "both"), "");
-  Character nameless = robot;
-  for (std::string& name : nameless.skeleton.body_names) name = "b" + name.substr(name.size() - 1);
-  nameless.mesh.vertices.clear();
+  Character nameless;  // a trunk
+  for (int i = 0; i < 4; ++i) {
+    nameless.skeleton.body_names.push_back("b" + std::to_string(i));
+    nameless.skeleton.parent.push_back(i - 1);
+    nameless.bind.push_back(Affine(Eigen::Translation3d(0.0, 0.2 * i, 0.0)));
+  }
   EXPECT_HAS(message(nameless, {}), "Candidates:");
 }
 

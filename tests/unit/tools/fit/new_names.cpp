@@ -3,6 +3,9 @@
 // The arms of other people's skeletons, by the names that their tools give.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <tuple>
+
 #include "rig/character_bones.h"
 #include "rig/skeleton.h"
 #include "tools/fit/arm.h"
@@ -201,6 +204,73 @@ TEST(NewNames, BonesThatDeformBeforeThoseThatControl) {
   EXPECT_EQ(arms[0].hand, 9);
   EXPECT_TRUE(notes.empty()) << notes[0];
   EXPECT_EQ(human_bodies(character).at({BoneKind::kForearm, -1}), 7);
+}
+
+// A person with arms stretched out and names that say nothing. The left arm's bodies come first.
+struct Unnamed {
+  Character character;
+  std::map<std::string, int> of;  // body by what it is
+
+  int add(const std::string& what, int on, const Vec3& at) {
+    const int body = character.skeleton.size();
+    character.skeleton.body_names.push_back("Bone." + std::to_string(body));
+    character.skeleton.parent.push_back(on);
+    Affine place = Affine::Identity();
+    place.translation() = at;
+    character.bind.push_back(place);
+    character.skin.links.push_back({body, place.inverse()});
+    return of[what] = body;
+  }
+  // `halves`: of a limb's bones, the second of which twists. `flat`: limbs hang on the root.
+  Unnamed(bool halves, bool flat, bool legs) {
+    const int hips = add("hips", -1, {0.0, 1.0, 0.0}), chest = add("chest", hips, {0.0, 1.35, 0.0});
+    for (const double side : {1.0, -1.0}) {
+      const std::string which = side > 0.0 ? "left " : "right ";
+      const auto chain = [&](int on, const std::vector<std::pair<std::string, Vec3>>& bodies) {
+        for (const auto& [what, at] : bodies) {
+          if (what.ends_with("half") && !halves) continue;
+          on = add(which + what, on, {side * at.x(), at.y(), at.z()});
+        }
+        return on;
+      };
+      if (!flat) chain(chest, {{"clavicle", {0.03, 1.42, 0.0}}});
+      const int wrist = chain(flat ? hips : of[which + "clavicle"], {{"humerus", {0.18, 1.4, 0.0}},
+                                                                     {"half", {0.32, 1.4, 0.0}},
+                                                                     {"forearm", {0.46, 1.4, 0.0}},
+                                                                     {"half", {0.58, 1.4, 0.0}},
+                                                                     {"hand", {0.7, 1.4, 0.0}}});
+      for (const double z : {-0.03, 0.0, 0.03}) {
+        chain(wrist, {{"knuckle", {0.79, 1.4, z}}, {"tip", {0.85, 1.4, z}}});
+      }
+      if (!legs) continue;
+      chain(hips, {{"thigh", {0.1, 0.95, 0.0}},
+                   {"half", {0.1, 0.73, 0.0}},
+                   {"shin", {0.1, 0.5, 0.0}},
+                   {"half", {0.1, 0.29, 0.0}},
+                   {"foot", {0.1, 0.08, 0.0}},
+                   {"toe", {0.1, 0.02, 0.12}}});
+    }
+  }
+};
+
+TEST(NewNames, OfABonesBodiesInALineOneLimb) {
+  for (const auto& [halves, flat, legs] : {std::tuple(false, false, true),
+                                           {true, false, true},
+                                           {true, true, true},
+                                           {true, false, false}}) {
+    SCOPED_TRACE(std::to_string(halves) + std::to_string(flat) + std::to_string(legs));
+    const Unnamed person(halves, flat, legs);
+    std::vector<std::string> notes;
+    const std::vector<ArmBodies> arms =
+        find_arms(person.character, "both", {}, "character.glb", notes);
+    ASSERT_EQ(arms.size(), 2u);
+    for (const ArmBodies& arm : arms) {
+      const std::string which = arm.left ? "left " : "right ";
+      EXPECT_EQ(arm.humerus, person.of.at(which + "humerus"));
+      EXPECT_EQ(arm.forearm, person.of.at(which + "forearm"));
+      EXPECT_EQ(arm.hand, person.of.at(which + "hand"));
+    }
+  }
 }
 
 TEST(NewNames, OneArmOfPlainNames) {

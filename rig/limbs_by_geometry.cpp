@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Arms and legs of a skeleton whose names tell none.
+#include <algorithm>
+#include <cmath>
+
+#include "rig/character_bones.h"
+
+namespace thew::rig {
+namespace {
+
+// m, for each body the longest path down the tree from it.
+std::vector<double> reaches(const Character& character) {
+  const Skeleton& skeleton = character.skeleton;
+  std::vector<double> reach(skeleton.size(), 0.0);
+  for (int i = skeleton.size() - 1; i > 0; --i) {
+    const int on = skeleton.parent[i];
+    if (on < 0) continue;
+    const double length = (position_of(character, i) - position_of(character, on)).norm();
+    reach[on] = std::max(reach[on], reach[i] + length);
+  }
+  return reach;
+}
+
+// Bodies of a limb: girdle (clavicle), upper bone, lower bone, end (hand, foot) and the first body
+// of what is attached to the end; -1 for none.
+struct Limb {
+  int girdle = -1, upper = -1, lower = -1, end = -1, tip = -1;
+  double length = 0.0;       // m, of upper and lower bone; 0: no limb
+  double upper_share = 0.0;  // of it
+};
+
+// Of bodies that lie at one position the last is taken, because it has the rotations of all.
+std::vector<int> longest_chain(const Character& character, const std::vector<double>& reach,
+                               int body) {
+  constexpr double kOneJoint = 0.02;  // share of the reach within which bodies are one joint
+  const Skeleton& skeleton = character.skeleton;
+  std::vector<int> chain = {body};
+  for (int now = body; now >= 0;) {
+    int next = -1;
+    double most = 0.0;
+    for (int i = now + 1; i < skeleton.size(); ++i) {
+      if (skeleton.parent[i] != now) continue;
+      const double longest =
+          reach[i] + (position_of(character, i) - position_of(character, now)).norm();
+      if (longest > most) most = longest, next = i;
+    }
+    if (next >= 0) {
+      const Vec3 step = position_of(character, next) - position_of(character, chain.back());
+      if (step.norm() > kOneJoint * reach[body]) {
+        chain.push_back(next);
+      } else {
+        chain.back() = next;
+      }
+    }
+    now = next;
+  }
+  return chain;
+}
+
+// Whether fingers or toes begin at a body: several chains, or many bodies.
+bool branches(const Character& character, const std::vector<double>& reach, int body) {
+  int chains = 0, all = 0;
+  for (int i = body + 1; i < character.skeleton.size(); ++i) {
+    if (character.skeleton.parent[i] != body) continue;
+    ++all;
+    chains += reach[i] > 0.0;
+  }
+  return chains > 1 || all > 2;
+}
+
+// The limb along the longest path down from a body: its two long bones, each of one body or, with
+// bodies that only twist it, of several in a line. Long limbs of a person's proportions are likely,
+// and such that end in a hand or foot; bones of many bodies are not.
+Limb limb_from(const Character& character, const std::vector<double>& reach, int body) {
+  constexpr double kStraight = 1.03;  // of a bone's length: the way through its bodies
+  constexpr double kLeast = 0.3;      // of the upper bone's length, the lower one's
+  constexpr double kMerged = 0.78;    // less likely by it for each body within a bone ...
+  constexpr double kBranches = 1.35;  // ... and more for an end from which fingers or toes go out
+  constexpr size_t kGirdle = 3;       // bodies before the limb, at most
+  const std::vector<int> chain = longest_chain(character, reach, body);
+  std::vector<double> way = {0.0};  // m, along the chain
+  for (size_t k = 1; k < chain.size(); ++k) {
+    const Vec3 step = position_of(character, chain[k]) - position_of(character, chain[k - 1]);
+    way.push_back(way.back() + step.norm());
+  }
+  const auto length = [&](size_t from, size_t to) {
+    return (position_of(character, chain[to]) - position_of(character, chain[from])).norm();
+  };
+  Limb limb;
+  double best = 0.0;
+  for (size_t i = 0; i <= kGirdle && i + 2 < chain.size(); ++i) {
+    for (size_t j = i + 1; j + 1 < chain.size(); ++j) {
+      for (size_t k = j + 1; k < chain.size(); ++k) {
+        const double upper = length(i, j), lower = length(j, k);
+        if (way[j] - way[i] > kStraight * upper || way[k] - way[j] > kStraight * lower) continue;
+        if (lower < kLeast * upper) continue;
+        const double ratio = upper / lower / kUpperOverFore;
+        double likely = (upper + lower) * std::min(ratio, 1.0 / ratio);
+        for (size_t inner = i + 2; inner < k; ++inner) likely *= kMerged;
+        if (branches(character, reach, chain[k])) likely *= kBranches;
+        if (likely <= best) continue;
+        best = likely;
+        limb = {i > 0 ? chain[i - 1] : -1,
+                chain[i],
+                chain[j],
+                chain[k],
+                k + 1 < chain.size() ? chain[k + 1] : -1,
+                upper + lower,
+                upper / (upper + lower)};
+      }
+    }
+  }
+  return limb;
+}
+
+struct LimbPair {
+  int trunk = -1;
+  Limb sides[2];
+};
+
+// Pairs of limbs of nearly equal length that are attached to one trunk, longest first.
+std::vector<LimbPair> limb_pairs(const Character& character) {
+  constexpr double kAlike = 0.2;  // of a length
+  const Skeleton& skeleton = character.skeleton;
+  const std::vector<double> reach = reaches(character);
+  std::vector<LimbPair> pairs;
+  for (int a = 0; a < skeleton.size(); ++a) {
+    if (reach[a] <= 0.0) continue;
+    for (int b = a + 1; b < skeleton.size(); ++b) {
+      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
+      if (std::abs(reach[a] - reach[b]) > kAlike * reach[a]) continue;
+      const LimbPair pair{skeleton.parent[a],
+                          {limb_from(character, reach, a), limb_from(character, reach, b)}};
+      const auto& [one, other] = pair.sides;
+      if (one.length > 0.0 && std::abs(one.length - other.length) < kAlike * one.length &&
+          std::abs(one.upper_share - other.upper_share) < kAlike) {
+        pairs.push_back(pair);
+      }
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const LimbPair& a, const LimbPair& b) {
+    return a.sides[0].length > b.sides[0].length;
+  });
+  return pairs;
+}
+
+Vec3 middle_of(const Character& character, const LimbPair& pair) {
+  return Vec3(0.5 * (position_of(character, pair.sides[0].upper) +
+                     position_of(character, pair.sides[1].upper)));
+}
+
+// Two pairs on one trunk, as of bones that are exported each on its own: the upper one has the
+// arms.
+bool on_one_trunk(const Character& character, const std::vector<LimbPair>& pairs, LimbPair& arms,
+                  LimbPair& legs) {
+  constexpr double kLevel = 0.3;  // of a length: sides of a pair lie beside each other
+  const auto height = [&](const Limb& limb) { return position_of(character, limb.upper).y(); };
+  const auto is_level = [&](const LimbPair& pair) {
+    return std::abs(height(pair.sides[0]) - height(pair.sides[1])) < kLevel * pair.sides[0].length;
+  };
+  for (size_t k = 1; k < pairs.size(); ++k) {
+    for (size_t j = 0; j < k; ++j) {
+      if (pairs[j].trunk != pairs[k].trunk || !is_level(pairs[j]) || !is_level(pairs[k])) continue;
+      const double over = middle_of(character, pairs[j]).y() - middle_of(character, pairs[k]).y();
+      if (std::abs(over) < kLevel * pairs[k].sides[0].length) continue;
+      arms = pairs[over > 0.0 ? j : k], legs = pairs[over > 0.0 ? k : j];
+      return true;
+    }
+  }
+  return false;
+}
+
+// The two longest pairs of which one is attached to a descendant of the other's trunk: that one has
+// the arms. Of a person without legs the longest pair has them.
+bool arms_and_legs(const Character& character, LimbPair& arms, LimbPair& legs) {
+  constexpr double kShortest = 0.35;  // of the legs' length
+  const std::vector<LimbPair> pairs = limb_pairs(character);
+  for (size_t k = 1; k < pairs.size(); ++k) {
+    for (size_t j = 0; j < k; ++j) {
+      const int a = pairs[j].trunk, b = pairs[k].trunk;
+      // Farther down the tree, since parents come first.
+      const LimbPair& lower = a > b ? pairs[j] : pairs[k];
+      const LimbPair& upper = a > b ? pairs[k] : pairs[j];
+      if (a == b || !hangs_on(character.skeleton, lower.trunk, upper.trunk)) continue;
+      const Limb& of = upper.sides[0];  // a pair of toes or fingers is no limb
+      const int trunk = lower.trunk;
+      if (hangs_on(character.skeleton, trunk, of.upper)) continue;
+      if (hangs_on(character.skeleton, trunk, upper.sides[1].upper)) continue;
+      if (lower.sides[0].length < kShortest * upper.sides[0].length) continue;
+      arms = lower, legs = upper;
+      return true;
+    }
+  }
+  if (on_one_trunk(character, pairs, arms, legs)) return true;
+  if (pairs.empty()) return false;
+  arms = pairs.front();
+  return true;
+}
+
+// Direction to the person's left. `feet` tells whether the toes gave it; without toes the person is
+// taken to face along z, as in glTF.
+Vec3 left_of(const Character& character, const LimbPair& arms, const LimbPair& legs, bool& feet) {
+  const Vec3 up = legs.trunk < 0
+                      ? Vec3::UnitY()
+                      : Vec3(middle_of(character, arms) - middle_of(character, legs)).normalized();
+  Vec3 forward = Vec3::Zero();
+  double length = 0.0;
+  for (const Limb& leg : legs.sides) {
+    if (leg.end < 0 || leg.tip < 0) continue;
+    const Vec3 foot = position_of(character, leg.tip) - position_of(character, leg.end);
+    forward += foot - foot.dot(up) * up;
+    length += foot.norm();
+  }
+  feet = length > 0.0 && forward.norm() > 0.1 * length;
+  if (!feet) forward = Vec3::UnitZ();
+  return up.cross(forward);
+}
+
+}  // namespace
+
+std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies) {
+  const auto named = [&](BoneKind kind) {
+    return bodies.count({kind, 1}) + bodies.count({kind, -1}) > 0;
+  };
+  const bool no_arms = !named(BoneKind::kHumerus) && !named(BoneKind::kForearm);
+  const bool no_legs = !named(BoneKind::kThigh) && !named(BoneKind::kShin);
+  LimbPair arms, legs;
+  if ((!no_arms && !no_legs) || !arms_and_legs(character, arms, legs)) return "";
+  if (legs.trunk < 0 && !(no_arms && no_legs)) return "";
+  bool feet = false;
+  const Vec3 left = left_of(character, arms, legs, feet);
+  std::string summary;
+  const auto put = [&](const LimbPair& pair, std::initializer_list<BoneKind> kinds,
+                       const char* what) {
+    const Vec3 across =
+        position_of(character, pair.sides[0].upper) - position_of(character, pair.sides[1].upper);
+    for (int k = 0; k < 2; ++k) {
+      const Limb& limb = pair.sides[k];
+      const int side = (across.dot(left) > 0.0) == (k == 0) ? 1 : -1;
+      const int of[] = {limb.girdle, limb.upper, limb.lower, limb.end};
+      summary += std::string(summary.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
+      size_t j = 0;
+      for (const BoneKind kind : kinds) {
+        const int body = of[j++];
+        if (body < 0 || kind == BoneKind::kNone) continue;
+        bodies.emplace(std::pair(kind, side), body);
+        summary += " \"" + character.skeleton.body_names[body] + "\"";
+      }
+    }
+  };
+  if (no_arms) {
+    put(arms, {BoneKind::kClavicle, BoneKind::kHumerus, BoneKind::kForearm, BoneKind::kHand},
+        "arm");
+  }
+  if (no_legs && legs.trunk >= 0) {
+    put(legs, {BoneKind::kNone, BoneKind::kThigh, BoneKind::kShin, BoneKind::kFoot}, "leg");
+  }
+  add_trunk(character.skeleton, bodies);
+  return summary + (feet ? ", left and right by the feet" : ", taken to look along z");
+}
+
+}  // namespace thew::rig

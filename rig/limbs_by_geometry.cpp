@@ -26,8 +26,7 @@ std::vector<double> reaches(const Character& character) {
 // of what is attached to the end; -1 for none.
 struct Limb {
   int girdle = -1, upper = -1, lower = -1, end = -1, tip = -1;
-  double length = 0.0;       // m, of upper and lower bone; 0: no limb
-  double upper_share = 0.0;  // of it
+  double length = 0.0;  // m, of upper and lower bone; 0: no limb
 };
 
 // Of bodies that lie at one position the last is taken, because it has the rotations of all.
@@ -69,74 +68,95 @@ bool branches(const Character& character, const std::vector<double>& reach, int 
   return chains > 1 || all > 2;
 }
 
-// The limb along the longest path down from a body: its two long bones, each of one body or, with
-// bodies that only twist it, of several in a line. Long limbs of a person's proportions are likely,
-// and such that end in a hand or foot; bones of many bodies are not.
-Limb limb_from(const Character& character, const std::vector<double>& reach, int body) {
-  constexpr double kStraight = 1.03;  // of a bone's length: the way through its bodies
-  constexpr double kLeast = 0.3;      // of the upper bone's length, the lower one's
-  constexpr double kMerged = 0.78;    // less likely by it for each body within a bone ...
-  constexpr double kBranches = 1.35;  // ... and more for an end from which fingers or toes go out
-  constexpr size_t kGirdle = 3;       // bodies before the limb, at most
-  const std::vector<int> chain = longest_chain(character, reach, body);
-  std::vector<double> way = {0.0};  // m, along the chain
-  for (size_t k = 1; k < chain.size(); ++k) {
-    const Vec3 step = position_of(character, chain[k]) - position_of(character, chain[k - 1]);
-    way.push_back(way.back() + step.norm());
+// A chain of bodies, and what may be a limb of it.
+struct Chain {
+  const Character& character;
+  std::vector<int> bodies;
+  std::vector<double> way = {0.0};  // m, along it
+  std::vector<char> branching;
+
+  Chain(const Character& character, const std::vector<double>& reach, int body)
+      : character(character), bodies(longest_chain(character, reach, body)) {
+    for (size_t k = 1; k < bodies.size(); ++k) way.push_back(way.back() + length(k - 1, k));
+    for (const int one : bodies) branching.push_back(branches(character, reach, one));
   }
-  const auto length = [&](size_t from, size_t to) {
-    return (position_of(character, chain[to]) - position_of(character, chain[from])).norm();
-  };
-  Limb limb;
-  double best = 0.0;
-  for (size_t i = 0; i <= kGirdle && i + 2 < chain.size(); ++i) {
-    for (size_t j = i + 1; j + 1 < chain.size(); ++j) {
-      for (size_t k = j + 1; k < chain.size(); ++k) {
-        const double upper = length(i, j), lower = length(j, k);
-        if (way[j] - way[i] > kStraight * upper || way[k] - way[j] > kStraight * lower) continue;
-        if (lower < kLeast * upper) continue;
-        const double ratio = upper / lower / kUpperOverFore;
-        double likely = (upper + lower) * std::min(ratio, 1.0 / ratio);
-        for (size_t inner = i + 2; inner < k; ++inner) likely *= kMerged;
-        if (branches(character, reach, chain[k])) likely *= kBranches;
-        if (likely <= best) continue;
-        best = likely;
-        limb = {i > 0 ? chain[i - 1] : -1,
-                chain[i],
-                chain[j],
-                chain[k],
-                k + 1 < chain.size() ? chain[k + 1] : -1,
-                upper + lower,
-                upper / (upper + lower)};
-      }
-    }
+  double length(size_t from, size_t to) const {
+    return (position_of(character, bodies[to]) - position_of(character, bodies[from])).norm();
   }
-  return limb;
-}
+  // How likely two long bones are from i to j and from j to k (m; 0: not at all), each of one body
+  // or, with bodies that only twist it, of several in a line. Long ones of a person's proportions
+  // are, and such that end in a hand or foot; bones of many bodies are less.
+  double likely(size_t i, size_t j, size_t k) const {
+    constexpr double kStraight = 1.03;  // of a bone's length: the way through its bodies
+    constexpr double kLeast = 0.3;      // of the upper bone's length, the lower one's
+    constexpr double kUsual = 1.1;      // times it: of rigs, between a person's and equal bones
+    constexpr double kMerged = 0.82;    // less likely by it for each body within a bone ...
+    constexpr double kBranches = 1.35;  // ... and more for an end from which fingers or toes go out
+    const double upper = length(i, j), lower = length(j, k);
+    if (way[j] - way[i] > kStraight * upper || way[k] - way[j] > kStraight * lower) return 0.0;
+    if (lower < kLeast * upper) return 0.0;
+    const double ratio = upper / lower / kUsual;
+    double likely = (upper + lower) * std::min(ratio, 1.0 / ratio);
+    for (size_t inner = i + 2; inner < k; ++inner) likely *= kMerged;
+    return branching[k] ? kBranches * likely : likely;
+  }
+  Limb limb(size_t i, size_t j, size_t k) const {
+    return {i > 0 ? bodies[i - 1] : -1,
+            bodies[i],
+            bodies[j],
+            bodies[k],
+            k + 1 < bodies.size() ? bodies[k + 1] : -1,
+            length(i, j) + length(j, k)};
+  }
+};
 
 struct LimbPair {
   int trunk = -1;
   Limb sides[2];
 };
 
-// Pairs of limbs of nearly equal length that are attached to one trunk, longest first.
-std::vector<LimbPair> limb_pairs(const Character& character) {
+// The likeliest limbs along the longest paths down from two bodies, of the same bodies on either
+// side and nearly equal lengths; of length 0 where there are none.
+LimbPair pair_of(const Character& character, const std::vector<double>& reach, int a, int b) {
   constexpr double kAlike = 0.2;  // of a length
+  constexpr double kApart = 0.3;  // of the upper bone's length, where the limbs begin
+  constexpr size_t kGirdle = 3;   // bodies before the limb, at most
+  const Chain one(character, reach, a), other(character, reach, b);
+  const auto alike = [&](size_t from, size_t to) {
+    return std::abs(one.length(from, to) - other.length(from, to)) < kAlike * one.length(from, to);
+  };
+  const auto are_apart = [&](size_t i, size_t j) {
+    return (position_of(character, one.bodies[i]) - position_of(character, other.bodies[i]))
+               .norm() > kApart * one.length(i, j);
+  };
+  const size_t bodies = std::min(one.bodies.size(), other.bodies.size());
+  LimbPair pair{character.skeleton.parent[a], {}};
+  double best = 0.0;
+  for (size_t i = 0; i <= kGirdle && i + 2 < bodies; ++i) {
+    for (size_t j = i + 1; j + 1 < bodies; ++j) {
+      for (size_t k = j + 1; k < bodies && alike(i, j) && are_apart(i, j); ++k) {
+        const double likely = one.likely(i, j, k) * other.likely(i, j, k);
+        if (likely <= best || !alike(j, k)) continue;
+        best = likely;
+        pair.sides[0] = one.limb(i, j, k);
+        pair.sides[1] = other.limb(i, j, k);
+      }
+    }
+  }
+  return pair;
+}
+
+// Pairs of limbs that are attached to one trunk, longest first.
+std::vector<LimbPair> limb_pairs(const Character& character) {
   const Skeleton& skeleton = character.skeleton;
   const std::vector<double> reach = reaches(character);
   std::vector<LimbPair> pairs;
   for (int a = 0; a < skeleton.size(); ++a) {
-    if (reach[a] <= 0.0) continue;
+    if (reach[a] <= 0.0 || skeleton.parent[a] < 0) continue;
     for (int b = a + 1; b < skeleton.size(); ++b) {
-      if (skeleton.parent[a] < 0 || skeleton.parent[a] != skeleton.parent[b]) continue;
-      if (std::abs(reach[a] - reach[b]) > kAlike * reach[a]) continue;
-      const LimbPair pair{skeleton.parent[a],
-                          {limb_from(character, reach, a), limb_from(character, reach, b)}};
-      const auto& [one, other] = pair.sides;
-      if (one.length > 0.0 && std::abs(one.length - other.length) < kAlike * one.length &&
-          std::abs(one.upper_share - other.upper_share) < kAlike) {
-        pairs.push_back(pair);
-      }
+      if (reach[b] <= 0.0 || skeleton.parent[a] != skeleton.parent[b]) continue;
+      const LimbPair pair = pair_of(character, reach, a, b);
+      if (pair.sides[0].length > 0.0) pairs.push_back(pair);
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const LimbPair& a, const LimbPair& b) {

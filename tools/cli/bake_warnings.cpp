@@ -194,6 +194,20 @@ std::string muscles_on_rungs(const BakeResult& result) {
   return line;
 }
 
+std::string not_at_rest(const Model& model, const BakeResult& result) {
+  constexpr double kSeen = 10.0;  // times what counts as rest, 0.04 mm a frame: less shows nowhere
+  const Settled& settled = result.settled;
+  if (model.settle <= 0.0 || result.resumed_frames > 0 || settled.converged ||
+      settled.speed < kSeen * model.lengths.settled_speed) {
+    return "";
+  }
+  char line[200];
+  std::snprintf(line, sizeof line,
+                "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
+                settled.seconds, settled.speed);
+  return line;
+}
+
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader) {
   std::vector<std::string> warnings = model.warnings;
@@ -204,15 +218,9 @@ std::vector<std::string> bake_warnings(const Model& model, const std::vector<int
   }
   for (std::string& line : joints_out_of_place(model, frames)) warnings.push_back(std::move(line));
   char line[200];
-  if (model.settle > 0.0 && result.resumed_frames == 0 && !result.settled.converged) {
-    std::snprintf(line, sizeof line,
-                  "the settle phase ended after %.2f s with nodes at %.2g m/s; raise scene.settle",
-                  result.settled.seconds, result.settled.speed);
-    warnings.push_back(line);
-  }
-  for (const std::string& warning :
-       {muscles_on_rungs(result), flesh_outside(model, frames, result, reader),
-        skin_too_full(model, frames, result.measures)}) {
+  for (const std::string& warning : {not_at_rest(model, result), muscles_on_rungs(result),
+                                     flesh_outside(model, frames, result, reader),
+                                     skin_too_full(model, frames, result.measures)}) {
     if (!warning.empty()) warnings.push_back(warning);
   }
   for (const auto& lines : {swinging_muscles(swings_of(model, frames, result.measures)),

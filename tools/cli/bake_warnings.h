@@ -17,6 +17,9 @@ std::vector<std::string> joints_out_of_place(const Model& model, const std::vect
 std::vector<std::string> bake_warnings(const Model& model, const std::vector<int>& frames,
                                        const BakeResult& result, const BakeReader& reader);
 
+/// That muscles still moved, so that it shows, as the settle phase ended; else empty.
+std::string not_at_rest(const Model& model, const BakeResult& result);
+
 /// By muscle, the frames in which it found no rest.
 std::vector<Report::Swing> swings_of(const Model& model, const std::vector<int>& frames,
                                      const std::vector<FrameMeasures>& measures);

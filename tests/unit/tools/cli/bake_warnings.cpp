@@ -68,6 +68,18 @@ TEST(SkinWarning, ThatFleshLeavesNoRoomNamesSizeAndFrame) {
   EXPECT_EQ(said(), "");
 }
 
+TEST(SettleWarning, IsOfMusclesThatAreSeenToMove) {
+  Model model;
+  model.settle = 2.0;
+  BakeResult result;
+  result.settled = {2.0, 3e-4, 0, false};  // m/s
+  EXPECT_EQ(not_at_rest(model, result), "");
+  result.settled.speed = 0.02;
+  EXPECT_HAS(not_at_rest(model, result), "after 2.00 s with nodes at 0.02 m/s");
+  result.settled.converged = true;
+  EXPECT_EQ(not_at_rest(model, result), "");
+}
+
 TEST(SwingWarning, NamesMuscleFramesAndMillimetres) {
   Model model;
   model.muscles.resize(2);

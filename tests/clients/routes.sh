@@ -14,10 +14,10 @@ command -v "$blender" >/dev/null || skip "blender is not installed"
 /usr/bin/python3 -c 'import h5py, numpy, scipy' 2>/dev/null ||
   skip "python3-h5py or python3-scipy is not installed"
 
-bake() {  # CHARACTER FOLDER
+bake() {  # CHARACTER FOLDER [OPTION...]
   mkdir -p "$2"
   "$thew" new "$1" --out "$2/scene.toml" >"$2/new.txt" 2>&1 || { cat "$2/new.txt"; return 1; }
-  "$thew" bake "$2/scene.toml" --out "$2" --no-render --progress none --frames "$frames"
+  "$thew" bake "$2/scene.toml" --out "$2" --no-render --progress none --frames "$frames" "${@:3}"
 }
 
 # The figure without its animation: Thew takes the elbow's axis from one, and Blender interpolates
@@ -46,4 +46,15 @@ for character in "$out/figure.gltf" \
   done
   /usr/bin/python3 "$here/routes_check.py" "$folder" "$name" || wrong=1
 done
+
+# A rig of Rigify's in its own animation, by all its bones and by those alone that deform it.
+folder=$out/rigify
+rm -rf "$folder"
+mkdir -p "$folder"
+"$blender" -b --factory-startup --python-exit-code 1 --python "$here/blender_rigify.py" -- \
+  "$folder" >"$folder/blender.txt" 2>&1 || { tail "$folder/blender.txt"; exit 1; }
+own=(--set 'rig.clip={animation="rigAction"}' --set 'scene.frames="1-24"')
+bake "$folder/all.glb" "$folder/input" "${own[@]}" || wrong=1
+bake "$folder/deforming.glb" "$folder/deforming" "${own[@]}" || wrong=1
+/usr/bin/python3 "$here/routes_check.py" "$folder" rigify || wrong=1
 exit $wrong

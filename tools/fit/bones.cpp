@@ -66,6 +66,9 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
     if (begins_beside(character, arm.humerus, end)) break;
     const BoneName name = read_bone_name(skeleton.body_names[end]);
     if (name.kind != BoneKind::kHumerus || name.side != side) break;
+    const bool is_piece =  // of its skin
+        seek(BoneKind::kForearm, end) < 0 && seek(BoneKind::kForearm, arm.humerus) >= 0;
+    if (is_piece) break;
     arm.humerus = end;
   }
   if (arm.humerus < 0) {  // where the shoulder is the arm

@@ -186,6 +186,27 @@ TEST(NewNames, AnArmBeginsBesideTheTrunk) {
   EXPECT_EQ(skeleton.body_names[arms[1].forearm], "Arm2.L");
 }
 
+// A rigid piece of skin on a body, whose own origin may lie anywhere.
+TEST(NewNames, APieceOfAnArmIsNoUpperArm) {
+  Character character =
+      chain_of({"RightShoulder", "RightArm", "P_RightArm", "RightForeArm", "RightHand"});
+  character.skeleton.parent[4] = 2;
+  character.bind[3] = Affine::Identity();
+  Skeleton& skeleton = character.skeleton;
+  skeleton.body_names.insert(skeleton.body_names.end(), {"LeftShoulder", "LeftArm"});
+  skeleton.parent.insert(skeleton.parent.end(), {0, 6});
+  for (const int of : {1, 2}) {
+    Affine at = character.bind[of];
+    at.translation().x() -= 0.4;
+    character.bind.push_back(at);
+  }
+  std::vector<std::string> notes;
+  const std::vector<ArmBodies> arms = find_arms(character, "right", {}, "character.fbx", notes);
+  ASSERT_EQ(arms.size(), 1u);
+  EXPECT_EQ(arms[0].humerus, 2);
+  EXPECT_EQ(arms[0].forearm, 4);
+}
+
 // Half of a forearm is no hand, as where a rig ends at the wrist.
 TEST(NewNames, AHalfOfTheForearmIsNoHand) {
   Character character = chain_of({"RightShoulder", "upperarm.R", "lowerarm01.R", "lowerarm02.R"});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "rig/character_bones.h"
 #include "rig/import/character_import.h"
 #include "rig/import/mesh_import.h"
 #include "rig/import/urdf_import.h"
@@ -111,15 +112,22 @@ Found inspect_character(const Character& character) {
   return found;
 }
 
-bool is_skinned(const Character& character) {
-  return character.skin.links.size() > character.parts.size() || !character.animations.empty();
+// Not a mesh: it has a skin, a motion or, where rigid pieces hang on its bodies, an arm by name.
+bool is_character(const Character& character) {
+  const HumanBodies bodies = human_bodies(character);
+  const auto has_arm = [&](int side) {
+    return bodies.count({BoneKind::kHumerus, side}) > 0 &&
+           bodies.count({BoneKind::kForearm, side}) > 0;
+  };
+  return character.skin.links.size() > character.parts.size() || !character.animations.empty() ||
+         has_arm(1) || has_arm(-1);
 }
 
 Found inspect_moving(const fs::path& file) {
   const Character motion = import_motion(file);
   if (motion.parts.empty() && !motion.animations.empty()) return inspect_character(motion);
   const Character character = import_character(file);
-  return is_skinned(character) ? inspect_character(character) : inspect_mesh(file);
+  return is_character(character) ? inspect_character(character) : inspect_mesh(file);
 }
 
 Found inspect_rig(const fs::path& file) {

@@ -71,6 +71,24 @@ TEST_F(InspectTest, AMotionNamesItsBodiesAndAnimations) {
   }
 }
 
+// Nothing is skinned where rigid pieces hang on bodies, which an arm's names tell.
+TEST_F(InspectTest, PiecesOnAnArmAreACharacter) {
+  for (const char* name : {"RightForeArm", "Lid"}) {
+    put_bytes(
+        folder_ / "a.gltf",
+        R"({"asset":{"version":"2.0"},"nodes":[{"name":"RightArm","mesh":0,"children":[1]},
+    {"name":")" +
+            std::string(name) +
+            R"(","mesh":0,"translation":[0.3,0,0]}],
+    "scenes":[{"nodes":[0]}],"scene":0,"buffers":[{"byteLength":36,"uri":"data:;base64,)"
+            R"(AAAAAAAAAAAAAAAAzczMPQAAAAAAAAAAAAAAAM3MzD0AAAAA"}],"bufferViews":[{"buffer":0,"byteLength":36}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+    "max":[0.1,0.1,0]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]})");
+    const json read = json::parse(inspect(folder_ / "a.gltf", true).text);
+    EXPECT_EQ(read.at("kind"), std::string(name) == "Lid" ? "mesh" : "character");
+  }
+}
+
 TEST_F(InspectTest, ARigNamesItsJoints) {
   put_bytes(folder_ / "a.urdf",
             "<robot name=\"r\"><link name=\"upper\"/><link name=\"lower\"/>"

@@ -9,18 +9,31 @@
 namespace thew::rig {
 namespace {
 
-// m, for each body the longest path down the tree from it.
-std::vector<double> reaches(const Character& character) {
-  const Skeleton& skeleton = character.skeleton;
-  std::vector<double> reach(skeleton.size(), 0.0);
-  for (int i = skeleton.size() - 1; i > 0; --i) {
-    const int on = skeleton.parent[i];
-    if (on < 0) continue;
-    const double length = (position_of(character, i) - position_of(character, on)).norm();
-    reach[on] = std::max(reach[on], reach[i] + length);
+// The bodies below each, and the longest path down from it (m).
+struct Tree {
+  std::vector<std::vector<int>> below;
+  std::vector<double> reach;
+
+  explicit Tree(const Character& character)
+      : below(character.skeleton.size()), reach(character.skeleton.size(), 0.0) {
+    const std::vector<int>& parent = character.skeleton.parent;
+    for (int i = 0; i < character.skeleton.size(); ++i) {
+      if (parent[i] >= 0) below[parent[i]].push_back(i);
+    }
+    for (int i = character.skeleton.size() - 1; i > 0; --i) {
+      const int on = parent[i];
+      if (on < 0) continue;
+      const double length = (position_of(character, i) - position_of(character, on)).norm();
+      reach[on] = std::max(reach[on], reach[i] + length);
+    }
   }
-  return reach;
-}
+  // Whether fingers or toes begin at a body: several chains, or many bodies.
+  bool branches(int body) const {
+    const auto is_chain = [&](int one) { return reach[one] > 0.0; };
+    return std::count_if(below[body].begin(), below[body].end(), is_chain) > 1 ||
+           below[body].size() > 2;
+  }
+};
 
 // Bodies of a limb: girdle (clavicle), upper bone, lower bone, end (hand, foot) and the first body
 // of what is attached to the end; -1 for none.
@@ -29,24 +42,23 @@ struct Limb {
   double length = 0.0;  // m, of upper and lower bone; 0: no limb
 };
 
-// Of bodies that lie at one position the last is taken, because it has the rotations of all.
-std::vector<int> longest_chain(const Character& character, const std::vector<double>& reach,
-                               int body) {
+// The first bodies along the longest path down from one. Of bodies that lie at one position the
+// last is taken, because it has the rotations of all.
+std::vector<int> longest_chain(const Character& character, const Tree& tree, int body) {
   constexpr double kOneJoint = 0.02;  // share of the reach within which bodies are one joint
-  const Skeleton& skeleton = character.skeleton;
+  constexpr size_t kMost = 12;        // bodies, more than shoulder, arm and finger of any rig
   std::vector<int> chain = {body};
-  for (int now = body; now >= 0;) {
+  for (int now = body; now >= 0 && chain.size() < kMost;) {
     int next = -1;
     double most = 0.0;
-    for (int i = now + 1; i < skeleton.size(); ++i) {
-      if (skeleton.parent[i] != now) continue;
+    for (const int i : tree.below[now]) {
       const double longest =
-          reach[i] + (position_of(character, i) - position_of(character, now)).norm();
+          tree.reach[i] + (position_of(character, i) - position_of(character, now)).norm();
       if (longest > most) most = longest, next = i;
     }
     if (next >= 0) {
       const Vec3 step = position_of(character, next) - position_of(character, chain.back());
-      if (step.norm() > kOneJoint * reach[body]) {
+      if (step.norm() > kOneJoint * tree.reach[body]) {
         chain.push_back(next);
       } else {
         chain.back() = next;
@@ -57,17 +69,6 @@ std::vector<int> longest_chain(const Character& character, const std::vector<dou
   return chain;
 }
 
-// Whether fingers or toes begin at a body: several chains, or many bodies.
-bool branches(const Character& character, const std::vector<double>& reach, int body) {
-  int chains = 0, all = 0;
-  for (int i = body + 1; i < character.skeleton.size(); ++i) {
-    if (character.skeleton.parent[i] != body) continue;
-    ++all;
-    chains += reach[i] > 0.0;
-  }
-  return chains > 1 || all > 2;
-}
-
 // A chain of bodies, and what may be a limb of it.
 struct Chain {
   const Character& character;
@@ -75,10 +76,10 @@ struct Chain {
   std::vector<double> way = {0.0};  // m, along it
   std::vector<char> branching;
 
-  Chain(const Character& character, const std::vector<double>& reach, int body)
-      : character(character), bodies(longest_chain(character, reach, body)) {
+  Chain(const Character& character, const Tree& tree, int body)
+      : character(character), bodies(longest_chain(character, tree, body)) {
     for (size_t k = 1; k < bodies.size(); ++k) way.push_back(way.back() + length(k - 1, k));
-    for (const int one : bodies) branching.push_back(branches(character, reach, one));
+    for (const int one : bodies) branching.push_back(tree.branches(one));
   }
   double length(size_t from, size_t to) const {
     return (position_of(character, bodies[to]) - position_of(character, bodies[from])).norm();
@@ -117,11 +118,11 @@ struct LimbPair {
 
 // The likeliest limbs along the longest paths down from two bodies, of the same bodies on either
 // side and nearly equal lengths; of length 0 where there are none.
-LimbPair pair_of(const Character& character, const std::vector<double>& reach, int a, int b) {
+LimbPair pair_of(int trunk, const Chain& one, const Chain& other) {
   constexpr double kAlike = 0.2;  // of a length
   constexpr double kApart = 0.3;  // of the upper bone's length, where the limbs begin
   constexpr size_t kGirdle = 3;   // bodies before the limb, at most
-  const Chain one(character, reach, a), other(character, reach, b);
+  const Character& character = one.character;
   const auto alike = [&](size_t from, size_t to) {
     return std::abs(one.length(from, to) - other.length(from, to)) < kAlike * one.length(from, to);
   };
@@ -130,11 +131,12 @@ LimbPair pair_of(const Character& character, const std::vector<double>& reach, i
                .norm() > kApart * one.length(i, j);
   };
   const size_t bodies = std::min(one.bodies.size(), other.bodies.size());
-  LimbPair pair{character.skeleton.parent[a], {}};
+  LimbPair pair{trunk, {}};
   double best = 0.0;
   for (size_t i = 0; i <= kGirdle && i + 2 < bodies; ++i) {
     for (size_t j = i + 1; j + 1 < bodies; ++j) {
-      for (size_t k = j + 1; k < bodies && alike(i, j) && are_apart(i, j); ++k) {
+      if (!alike(i, j) || !are_apart(i, j)) continue;
+      for (size_t k = j + 1; k < bodies; ++k) {
         const double likely = one.likely(i, j, k) * other.likely(i, j, k);
         if (likely <= best || !alike(j, k)) continue;
         best = likely;
@@ -148,15 +150,18 @@ LimbPair pair_of(const Character& character, const std::vector<double>& reach, i
 
 // Pairs of limbs that are attached to one trunk, longest first.
 std::vector<LimbPair> limb_pairs(const Character& character) {
-  const Skeleton& skeleton = character.skeleton;
-  const std::vector<double> reach = reaches(character);
+  const Tree tree(character);
   std::vector<LimbPair> pairs;
-  for (int a = 0; a < skeleton.size(); ++a) {
-    if (reach[a] <= 0.0 || skeleton.parent[a] < 0) continue;
-    for (int b = a + 1; b < skeleton.size(); ++b) {
-      if (reach[b] <= 0.0 || skeleton.parent[a] != skeleton.parent[b]) continue;
-      const LimbPair pair = pair_of(character, reach, a, b);
-      if (pair.sides[0].length > 0.0) pairs.push_back(pair);
+  for (int trunk = 0; trunk < character.skeleton.size(); ++trunk) {
+    std::vector<Chain> chains;
+    for (const int body : tree.below[trunk]) {
+      if (tree.reach[body] > 0.0) chains.emplace_back(character, tree, body);
+    }
+    for (size_t a = 0; a < chains.size(); ++a) {
+      for (size_t b = a + 1; b < chains.size(); ++b) {
+        const LimbPair pair = pair_of(trunk, chains[a], chains[b]);
+        if (pair.sides[0].length > 0.0) pairs.push_back(pair);
+      }
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const LimbPair& a, const LimbPair& b) {

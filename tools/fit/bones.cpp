@@ -74,7 +74,8 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
   if (arm.humerus < 0) {  // where the shoulder is the arm
     const HumanBodies bodies = human_bodies(character);
     const auto found = bodies.find({BoneKind::kHumerus, side});
-    if (found != bodies.end() && of_skin[found->second]) arm.humerus = found->second;
+    const bool known = found != bodies.end();
+    if (known && (has_skin[found->second] || of_skin[found->second])) arm.humerus = found->second;
   }
   if (arm.humerus < 0) return;
   if (arm.forearm < 0) arm.forearm = seek(BoneKind::kForearm, arm.humerus);

@@ -16,7 +16,7 @@ vec3 background(vec2 q) {
   return v * v * vec3(1.0, 0.995, 0.985);
 }
 
-// Over a square of 12 texels. Where its middle and its quarters agree, it is lit or dark all over.
+// Over a square of 11 texels. Where its middle and its quarters agree, it is lit or dark all over.
 float ground_lit(vec3 s) {
   vec2 e = spread_of(1.5);
   float some = half_lit(s, vec2(3.0, 1.0) * e) + half_lit(s, vec2(-1.0, 3.0) * e) +

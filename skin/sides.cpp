@@ -259,6 +259,29 @@ Shell make_shell(const Surface& surface, int nodes) {
   return shell;
 }
 
+std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Triangle> triangles) {
+  constexpr double kSheet = 0.05;  // of a ball's volume of the same area; a limb has half of it
+  constexpr double kBall = 0.094;  // volume of a ball over its area to the power of 1.5
+  std::vector<int> parent(x.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const Triangle& t : triangles) {
+    join(parent, t[0], t[1]);
+    join(parent, t[1], t[2]);
+  }
+  std::vector<double> volume(x.size(), 0.0), area(x.size(), 0.0);  // by piece, at its root
+  for (const Triangle& t : triangles) {
+    const int root = root_of(parent, t[0]);
+    const Vec3 a = x[t[0]] - x[root], b = x[t[1]] - x[root], c = x[t[2]] - x[root];
+    volume[root] += a.dot(b.cross(c)) / 6.0;
+    area[root] += 0.5 * (b - a).cross(c - a).norm();
+  }
+  for (Triangle& t : triangles) {
+    const int root = root_of(parent, t[0]);
+    if (volume[root] < -kSheet * kBall * area[root] * std::sqrt(area[root])) std::swap(t[1], t[2]);
+  }
+  return triangles;
+}
+
 std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,
                             const std::vector<char>& near) {
   const Bvh bvh = build_bvh(surface, rest);

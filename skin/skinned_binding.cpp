@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "muscles/volume.h"
 #include "rig/math.h"
 #include "skin/sides.h"
 #include "skin/skin_passes.h"
@@ -32,10 +31,8 @@ Surface surface_of(const SkinnedSkin& skin) {
     const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
     if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) welded.triangles.push_back(c);
   }
-  if (enclosed_volume(welded) < 0.0) {  // inside out
-    for (Triangle& t : welded.triangles) std::swap(t[1], t[2]);
-  }
-  return make_surface(std::move(welded.triangles), static_cast<int>(skin.rest.size()));
+  return make_surface(turned_outwards(welded.vertices, std::move(welded.triangles)),
+                      static_cast<int>(skin.rest.size()));
 }
 
 // Share of the weights of a vertex on the bodies of limbs.

@@ -312,11 +312,15 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
   }
   TriMesh out;
   for (const Point& row : x) out.vertices.push_back(to_vec(row));
-  for (const Triangle& t : character.mesh.triangles) {
+  std::vector<Triangle> joined = character.mesh.triangles;
+  for (Triangle& t : joined) {  // one place, one vertex: no ray passes along a seam
+    for (int& i : t) i = character.map_back[i];
+  }
+  joined = skin::turned_outwards(character.mesh.vertices, std::move(joined));
+  for (size_t i = 0; i < joined.size(); ++i) {
+    const Triangle& t = character.mesh.triangles[i];
     if (!chosen[t[0]] || share[t[0]] + share[t[1]] + share[t[2]] < 3.0 * kLeastShare) continue;
-    // One place, one vertex: no ray passes along a seam.
-    out.triangles.push_back(
-        {character.map_back[t[0]], character.map_back[t[1]], character.map_back[t[2]]});
+    out.triangles.push_back(joined[i]);
   }
   return out;
 }

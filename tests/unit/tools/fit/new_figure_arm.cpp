@@ -125,6 +125,24 @@ TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
 }
 
 // Weights that were made by nearness give it to the arm that hangs beside it.
+TEST_F(NewFigure, WhatIsInsideOutIsTurned) {
+  const double whole = volume_of(plain());
+  Figure figure;
+  const Figure::Mesh body = figure.meshes[0];
+  for (Triangle& t : figure.meshes[0].triangles) std::swap(t[1], t[2]);
+  EXPECT_NEAR(volume_of(made(options(figure))) / whole, 1.0, 1e-6);
+  // The hull that draws a toon's outline: the body inside out, 3 mm around it.
+  Figure::Mesh& hull = figure.meshes[0];
+  const std::vector<Vec3> normals = vertex_normals({body.positions, body.triangles});
+  for (size_t i = 0; i < normals.size(); ++i) hull.positions[i] += 0.003 * normals[i];
+  hull.name = "Outline";
+  figure.meshes.push_back(body);
+  const double outlined = volume_of(made(options(figure))) / whole;
+  std::printf("with an outline %.3f of the volume\n", outlined);
+  EXPECT_GE(outlined, 1.0 - 1e-6);
+  EXPECT_LT(outlined, 1.2);
+}
+
 TEST_F(NewFigure, TheTrunksSideIsNoneOfTheArm) {
   Figure figure;
   const auto joint = [&](const std::string& name) {

@@ -21,6 +21,17 @@ void join(std::vector<int>& parent, int a, int b) {
   parent[std::max(one, two)] = std::min(one, two);
 }
 
+// By node, a way to the root of its piece, for root_of().
+std::vector<int> joined_by(const std::vector<Triangle>& triangles, size_t nodes) {
+  std::vector<int> parent(nodes);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const Triangle& t : triangles) {
+    join(parent, t[0], t[1]);
+    join(parent, t[1], t[2]);
+  }
+  return parent;
+}
+
 // Edges that the triangles around them do not run along equally often in both directions. Triangles
 // from these edges to one node close the surface.
 std::vector<std::array<int, 2>> open_edges(const Surface& surface) {
@@ -224,12 +235,7 @@ double farthest(const PlacedShell& body, const PlacedShell& of,
 
 Shell make_shell(const Surface& surface, int nodes) {
   Shell shell;
-  std::vector<int> parent(nodes);
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Triangle& t : surface.triangles) {
-    join(parent, t[0], t[1]);
-    join(parent, t[1], t[2]);
-  }
+  std::vector<int> parent = joined_by(surface.triangles, nodes);
   shell.piece_of.assign(nodes, -1);
   for (int i = 0; i < nodes; ++i) {
     const int root = root_of(parent, i);  // the lowest node of its piece
@@ -262,12 +268,7 @@ Shell make_shell(const Surface& surface, int nodes) {
 std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Triangle> triangles) {
   constexpr double kSheet = 0.05;  // of a ball's volume of the same area; a limb has half of it
   constexpr double kBall = 0.094;  // volume of a ball over its area to the power of 1.5
-  std::vector<int> parent(x.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Triangle& t : triangles) {
-    join(parent, t[0], t[1]);
-    join(parent, t[1], t[2]);
-  }
+  std::vector<int> parent = joined_by(triangles, x.size());
   std::vector<double> volume(x.size(), 0.0), area(x.size(), 0.0);  // by piece, at its root
   for (const Triangle& t : triangles) {
     const int root = root_of(parent, t[0]);

@@ -17,7 +17,8 @@ struct Shell {
 };
 Shell make_shell(const Surface& surface, int nodes);
 /// The triangles, those of a piece that is inside out turned, such as the hull that draws a
-/// character's outline. A sheet, which has hardly an inside, stays as it is.
+/// character's outline. A sheet, which has hardly an inside, stays as it is. `x` (m): by vertex,
+/// one for each position.
 std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Triangle> triangles);
 /// By node, whether it is of a piece that goes through another one at rest (m), both where nodes
 /// are `near`: as those of armour, of a robot or of a wooden mannequin do. Such pieces are hard,

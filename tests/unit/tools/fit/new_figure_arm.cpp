@@ -124,7 +124,6 @@ TEST_F(NewFigure, HolesAndInnerWallsTakeNoRoom) {
   EXPECT_NEAR(walled / whole, 1.0, 0.1);
 }
 
-// Weights that were made by nearness give it to the arm that hangs beside it.
 TEST_F(NewFigure, WhatIsInsideOutIsTurned) {
   const double whole = volume_of(plain());
   Figure figure;
@@ -143,6 +142,7 @@ TEST_F(NewFigure, WhatIsInsideOutIsTurned) {
   EXPECT_LT(outlined, 1.2);
 }
 
+// Weights that were made by nearness give it to the arm that hangs beside it.
 TEST_F(NewFigure, TheTrunksSideIsNoneOfTheArm) {
   Figure figure;
   const auto joint = [&](const std::string& name) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "muscles/volume.h"
+#include "sim/cache/cache.h"
 #include "sim/solver/contacts.h"
 #include "sim/solver/levels.h"
 #include "sim/solver/muscle_step.h"
@@ -30,7 +31,7 @@ bool is_soft(const State& state, int collider) {
 void write_positions(const Collider& collider, Points& written) {
   written.resize(collider.x->size());
   for (size_t i = 0; i < written.size(); ++i) {
-    for (int k = 0; k < 3; ++k) written[i][k] = static_cast<float>((*collider.x)[i][k]);
+    for (int k = 0; k < 3; ++k) written[i][k] = as_float((*collider.x)[i][k]);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/cache/cache.h"
 #include "sim/scene/define_model.h"
 #include "sim/scene/reader.h"
 #include "sim/settle.h"
@@ -65,6 +66,30 @@ TEST(PartMuscles, OneThatIsStuckKeepsNoOthersCrossed) {
   EXPECT_TRUE(part_muscles(model, parallel, state));
   EXPECT_EQ(crossings(model, a, b, state), 0u);
   EXPECT_EQ(largest_distance(state.muscles[stuck].x, before), 0.0);
+}
+
+// What crosses by the rounding of files alone, some 1e-8 m, has to be parted too.
+TEST(PartMuscles, SeesThePositionsThatAFileHolds) {
+  const Model model =
+      build_model(read_scene(THEW_SOURCE_DIR "/assets/arm/arm.toml", {"skin.enabled=false"}));
+  Parallel parallel(1);
+  State state = initial_state(model);
+  update_colliders(model, state);
+  find_all_contacts(model, parallel, state);
+  part_muscles(model, parallel, state);
+  ASSERT_EQ(state.parting.written.size(), state.colliders.size());
+  bool any_rounded = false;
+  for (size_t c = 0; c < state.colliders.size(); ++c) {
+    const Points &x = *state.colliders[c].x, &written = state.parting.written[c];
+    ASSERT_EQ(written.size(), x.size());
+    for (size_t i = 0; i < x.size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(written[i][k], as_float(x[i][k]));
+        any_rounded = any_rounded || written[i][k] != x[i][k];
+      }
+    }
+  }
+  EXPECT_TRUE(any_rounded);
 }
 
 }  // namespace

@@ -98,6 +98,13 @@ struct Character {
     int body = -1;
   };
   std::vector<HumanBone> humanoid;
+  /// A body that hangs on the one that it is a copy of (character_twins.h), and what it hangs on in
+  /// the file, with its transform there while no animation moves it.
+  struct Twin {
+    int body, parent_in_file;
+    Affine rest_in_file;
+  };
+  std::vector<Twin> twins;
   std::vector<std::string> files;  ///< of glTF: those it names, relative to its folder; not checked
   std::vector<std::string> warnings;
   std::string size_doubt;  ///< a warning if the mesh is not as large as a person; else empty

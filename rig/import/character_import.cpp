@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "rig/character_twins.h"
 #include "rig/import/assimp_scene.h"
 #include "rig/import/child.h"
 #include "rig/import/gltf_character.h"
@@ -253,6 +254,7 @@ Character import_any(const fs::path& file, double scale, bool with_mesh) {
   walk(unpacker, character);
   if (!unpacker.finished() || !is_sound(character)) child.refuse("its reader sent nonsense");
   check_numbers(file, character, with_mesh);
+  join_twins(character);
   complete_skeleton(character);
   character.map_back = first_at_position(character.mesh);
   return character;

@@ -39,7 +39,8 @@ constexpr double kHole = 0.75;
 constexpr double kPieceEnd = 0.5;  // ... or has left a closed piece through its end
 // ... of a section's outline, which may be flat beside the template's.
 constexpr double kInnerWall = 0.6;
-constexpr double kStrap = 1.3;  // ... above which it has met what the limb wears
+constexpr int kJointAround = kAround * 3 / 4;  // directions in which a joint is narrower
+constexpr double kStrap = 1.3;                 // ... above which it has met what the limb wears
 // The ratio's logarithm grows by no more than this: a short thin place stays thin.
 constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around
@@ -193,9 +194,10 @@ double share_told(GirthField& girth, double from, double to) {
   return all > 0 ? static_cast<double>(told) / all : 0.0;
 }
 
-// A hole shows an inner wall, a strap stands out: what differs so much from the median around it
-// is that instead. A whole section that is narrower is a joint.
-void mend_outliers(GirthField& girth) {
+// A hole shows an inner wall, a strap stands out, a corner whose weights are wrong leads inwards:
+// what differs so much from the median around it is that instead. A whole section that is narrower
+// is a joint. What stands out of a closed body is its own.
+void mend_outliers(GirthField& girth, bool closed) {
   const std::vector<double> known = girth.ratio;
   for (int row = 0; row < girth.rows; ++row) {
     std::array<double, kAround> usual{};
@@ -214,9 +216,8 @@ void mend_outliers(GirthField& girth) {
     }
     for (int k = 0; k < kAround && girth.at(row, k) > 0.0; ++k) {
       double& ratio = girth.at(row, k);
-      if (ratio > kStrap * usual[k] || (ratio < kInnerWall * usual[k] && low < kAround / 2)) {
-        ratio = usual[k];
-      }
+      const bool stands_out = !closed && ratio > kStrap * usual[k];
+      if (stands_out || (ratio < kInnerWall * usual[k] && low < kJointAround)) ratio = usual[k];
     }
   }
 }
@@ -383,7 +384,7 @@ void fit_girth(const ArmTemplate& from, const Limb& limb, const Limb& body, ArmF
   measure(fit, limb, body, own, girth);
   const double elbow = from.elbow.y(), wrist = from.wrist.y();
   girth.told = {share_told(girth, girth.top, elbow), share_told(girth, elbow, wrist)};
-  if (!body.closed()) mend_outliers(girth);
+  mend_outliers(girth, body.closed());
   fill_rows(girth);
   if (girth.ratio[0] < 0.0) {  // no skin around the arm
     girth.ratio.clear();

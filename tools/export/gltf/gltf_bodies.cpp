@@ -6,9 +6,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Where the file has a node, as it is there before any animation.
-LocalTransform rest_of(const Character& character, int body) {
-  return split_transform(character.rest[body]);
+// Where the file has a node, as it is there before any animation, and what it hangs on there.
+struct InFile {
+  int parent;
+  LocalTransform rest;
+};
+InFile in_file(const Character& character, int body) {
+  for (const Character::Twin& twin : character.twins) {
+    if (twin.body == body) return {twin.parent_in_file, split_transform(twin.rest_in_file)};
+  }
+  return {character.skeleton.parent[body], split_transform(character.rest[body])};
 }
 
 void put_floats_of(const Vec3& value, std::vector<float>& to) {
@@ -24,14 +31,14 @@ struct NodeKeys {
 // Components that stay as the file has them at rest get no keys.
 NodeKeys keys_of(const CharacterSkin& skin, int body) {
   constexpr double kSame = 1e-6;  // of a unit's length, of rotations and scales
-  const LocalTransform rest = rest_of(skin.character, body);
-  const int parent = skin.character.skeleton.parent[body];
+  const InFile in = in_file(skin.character, body);
+  const LocalTransform& rest = in.rest;
   std::vector<LocalTransform> locals;
   bool moves = false, turns = false, stretches = false;
   Eigen::Quaterniond last = rest.rotation;
   for (const std::vector<Affine>& world : skin.bodies) {
     LocalTransform local =
-        split_transform(parent < 0 ? world[body] : world[parent].inverse() * world[body]);
+        split_transform(in.parent < 0 ? world[body] : world[in.parent].inverse() * world[body]);
     if (local.rotation.dot(last) < 0.0) local.rotation.coeffs() = -local.rotation.coeffs();
     last = local.rotation;
     moves |= (local.translation - rest.translation).norm() > kSame * 0.1;
@@ -79,14 +86,15 @@ World animate_bodies(const CharacterSkin& skin, std::size_t times, Glb& glb,
   World read(skin.bodies.size(), std::vector<Affine>(character.bind.size()));
   for (int body = 0; body < character.skeleton.size(); ++body) {
     const NodeKeys keys = keys_of(skin, body);
-    const int parent = character.skeleton.parent[body], node = character.nodes.at(body);
+    const int node = character.nodes.at(body);
+    const InFile in = in_file(character, body);
     for (std::size_t f = 0; f < read.size(); ++f) {
-      read[f][body] = parent < 0 ? keys.read[f] : read[f][parent] * keys.read[f];
+      read[f][body] = in.parent < 0 ? keys.read[f] : read[f][in.parent] * keys.read[f];
     }
     if (node < 0) continue;
     const auto add = [&](const char* path, const std::vector<float>& values, std::size_t width) {
       if (values.empty()) return;
-      separate_matrix(rest_of(character, body), glb.json["nodes"].at(node));
+      separate_matrix(in.rest, glb.json["nodes"].at(node));
       add_channel(animation, static_cast<std::size_t>(node), path, times,
                   add_keys(glb, values, width));
     };

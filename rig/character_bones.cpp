@@ -13,6 +13,21 @@ namespace {
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool is_small(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
 
+// The bodies of MikuMikuDance's models, as their makers name them: "左ひじ" -> "left elbow".
+std::string in_english(std::string name) {
+  constexpr std::pair<const char*, const char*> kWords[] = {
+      {"左", "left"}, {"右", "right"},     {"手首", "wrist"}, {"足首", "ankle"}, {"つま先", "toe"},
+      {"先", "nub"},  {"捩", "twist"},     {"ＩＫ", "ik"},    {"指", "finger"},  {"肩", "shoulder"},
+      {"腕", "arm"},  {"ひじ", "elbow"},   {"足", "upleg"},   {"ひざ", "knee"},  {"頭", "head"},
+      {"首", "neck"}, {"上半身", "spine"}, {"下半身", "hips"}};
+  for (const auto& [word, english] : kWords) {
+    for (size_t at; (at = name.find(word)) != std::string::npos;) {
+      name.replace(at, std::char_traits<char>::length(word), std::string(" ") + english + " ");
+    }
+  }
+  return name;
+}
+
 // "mixamorig:LeftForeArm" -> "mixamorig", "left", "fore", "arm"; "RArm" -> "r", "arm"
 std::vector<std::string> words_of(const std::string& name) {
   std::vector<std::string> words;
@@ -162,13 +177,25 @@ bool is_pivot(const std::string& name) { return name.find("_$AssimpFbx$_") != st
 
 BoneName read_bone_name(const std::string& name) {
   if (is_pivot(name)) return {};
-  const std::vector<std::string> words = words_of(name);
+  const std::vector<std::string> words = words_of(in_english(name));
   std::string all;
   const int side = take_side(words, all);
   BoneKind kind = kind_of(words, all);
   if (kind == BoneKind::kHips && side != 0) kind = BoneKind::kThigh;  // "LeftHip", of Poser
   if (all.find("pelvis") != std::string::npos && side != 0) kind = BoneKind::kNone;
   return {kind, side};
+}
+
+int side_by_names(const Skeleton& skeleton, const std::vector<int>& limb,
+                  const std::vector<int>& other) {
+  const auto of = [&](const std::vector<int>& bodies) {
+    int sum = 0;
+    for (const int body : bodies) {
+      if (body >= 0) sum += read_bone_name(skeleton.body_names[body]).side;
+    }
+    return (sum > 0) - (sum < 0);
+  };
+  return of(limb) == -of(other) ? of(limb) : 0;
 }
 
 HumanBodies human_bodies(const Character& character) {

@@ -34,9 +34,13 @@ struct BoneName {
 };
 
 /// The bone and side that a name stands for: "mixamorig:LeftForeArm", "Bip01 R UpperArm",
-/// "DEF-upper_arm.L.001", "rShldrBend". kNone for twist bones, fingers, targets and the helper
-/// bodies of is_pivot().
+/// "DEF-upper_arm.L.001", "rShldrBend", "右ひじ". kNone for twist bones, fingers, targets and the
+/// helper bodies of is_pivot().
 BoneName read_bone_name(const std::string& name);
+/// The side of a limb of these bodies (-1: none there), of which the other is the counterpart, by
+/// their names: 1 left, -1 right; 0 where they do not tell.
+int side_by_names(const Skeleton& skeleton, const std::vector<int>& limb,
+                  const std::vector<int>& other);
 /// Whether it is a helper that assimp inserts between two bodies of an FBX file
 /// ("Arm_$AssimpFbx$_PreRotation").
 bool is_pivot(const std::string& name);
@@ -49,10 +53,11 @@ HumanBodies human_bodies(const Character& character);
 /// Adds chest, hips and spine: the common ancestors of both arms and of arms and legs.
 void add_trunk(const Skeleton& skeleton, HumanBodies& bodies);
 /// Adds arms or legs that no name tells, by the geometry of the skeleton, and the trunk with them.
-/// A limb is two long bones of a chain, each of one body or of several in a line, the first a little
-/// longer than the second; limbs come in pairs of nearly equal length. Legs are attached nearer to
-/// the root than arms, and the toes tell left from right. Without legs the longest pair has the arms.
-/// Returns which bodies were taken for which bones, "" if none was added.
+/// A limb is two long bones of a chain, each of one body or of several in a line, the first a
+/// little longer than the second; limbs come in pairs of nearly equal length. Legs are attached
+/// nearer to the root than arms. Names tell left from right, or else the toes. Without legs the
+/// longest pair has the arms. Returns which bodies were taken for which bones, "" if none was
+/// added.
 std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodies);
 
 /// Of an upper arm's length, what a person's shoulders are farther apart than.

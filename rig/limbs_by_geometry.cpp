@@ -253,17 +253,25 @@ std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodie
   LimbPair arms, legs;
   if ((!no_arms && !no_legs) || !arms_and_legs(character, arms, legs)) return "";
   if (legs.trunk < 0 && !(no_arms && no_legs)) return "";
-  bool feet = false;
+  bool feet = false, named_sides = true;
   const Vec3 left = left_of(character, arms, legs, feet);
   std::string summary;
   const auto put = [&](const LimbPair& pair, std::initializer_list<BoneKind> kinds,
                        const char* what) {
     const Vec3 across =
         position_of(character, pair.sides[0].upper) - position_of(character, pair.sides[1].upper);
-    for (int k = 0; k < 2; ++k) {
+    const auto bodies_of = [&](int k) {
       const Limb& limb = pair.sides[k];
-      const int side = (across.dot(left) > 0.0) == (k == 0) ? 1 : -1;
-      const int of[] = {limb.girdle, limb.upper, limb.lower, limb.end};
+      return std::vector<int>{limb.girdle, limb.upper, limb.lower, limb.end};
+    };
+    int first = side_by_names(character.skeleton, bodies_of(0), bodies_of(1));
+    if (first == 0) {
+      named_sides = false;
+      first = across.dot(left) > 0.0 ? 1 : -1;
+    }
+    for (int k = 0; k < 2; ++k) {
+      const int side = k == 0 ? first : -first;
+      const std::vector<int> of = bodies_of(k);
       summary += std::string(summary.empty() ? "" : "; ") + (side > 0 ? "left " : "right ") + what;
       size_t j = 0;
       for (const BoneKind kind : kinds) {
@@ -282,7 +290,9 @@ std::string add_limbs_by_geometry(const Character& character, HumanBodies& bodie
     put(legs, {BoneKind::kNone, BoneKind::kThigh, BoneKind::kShin, BoneKind::kFoot}, "leg");
   }
   add_trunk(character.skeleton, bodies);
-  return summary + (feet ? ", left and right by the feet" : ", taken to look along z");
+  return summary + (named_sides ? ", left and right by their names"
+                    : feet      ? ", left and right by the feet"
+                                : ", taken to look along z");
 }
 
 }  // namespace thew::rig

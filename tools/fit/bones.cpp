@@ -85,8 +85,8 @@ void by_name(const Character& character, int side, ArmBodies& arm) {
   }
 }
 
-// The limbs that the skeleton's geometry tells; left and right by the skin's feet, where it has
-// some.
+// The limbs that the skeleton's geometry tells; left and right by their names, else by the skin's
+// feet, where it has some.
 void by_shape(const Character& character, bool left, ArmBodies& arm) {
   HumanBodies bodies;
   add_limbs_by_geometry(character, bodies);
@@ -94,9 +94,17 @@ void by_shape(const Character& character, bool left, ArmBodies& arm) {
   const auto place = [&](int side) {
     return position_of(character, bodies.at({BoneKind::kHumerus, side}));
   };
-  const Vec3 line = place(1) - place(-1);
-  const Vec3 forward = facing_of(character, line);
-  const bool turned = line.dot(Vec3::UnitY().cross(forward)) < 0.0;
+  const auto of = [&](int side) {
+    return std::vector<int>{bodies.at({BoneKind::kHumerus, side}),
+                            bodies.at({BoneKind::kForearm, side}),
+                            bodies.at({BoneKind::kHand, side})};
+  };
+  bool turned = false;
+  if (side_by_names(character.skeleton, of(1), of(-1)) == 0) {
+    const Vec3 line = place(1) - place(-1);
+    const Vec3 forward = facing_of(character, line);
+    turned = line.dot(Vec3::UnitY().cross(forward)) < 0.0;
+  }
   const int side = left != turned ? 1 : -1;
   arm.humerus = bodies.at({BoneKind::kHumerus, side});
   arm.forearm = bodies.at({BoneKind::kForearm, side});

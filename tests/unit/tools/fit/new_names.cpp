@@ -81,6 +81,12 @@ TEST(NewNames, OfTheToolsThatMakeCharacters) {
       {"Source", {"bip_collar_R", "bip_upperArm_R", "bip_lowerArm_R", "bip_hand_R"}},
       {"ARKit",
        {"right_shoulder_1_joint", "right_arm_joint", "right_forearm_joint", "right_hand_joint"}},
+      {"MikuMikuDance",
+       {"右肩", "右腕", "右腕捩", "右ひじ", "右手捩", "右手首", "右中指１"},
+       1,
+       3,
+       5},
+      {"MikuMikuDance through Blender", {"肩.R", "腕.R", "ひじ.R", "手首.R"}},
       {"Xsens", {"Right Shoulder", "Right Upper Arm", "Right Forearm", "Right Hand"}},
       {"Auto-Rig Pro", {"shoulder.r", "arm_stretch.r", "forearm_stretch.r", "hand.r"}},
       {"Roblox", {"UpperTorso", "RightUpperArm", "RightLowerArm", "RightHand"}},
@@ -315,6 +321,25 @@ TEST(NewNames, OfABonesBodiesInALineOneLimb) {
       EXPECT_EQ(arm.forearm, person.of.at(which + "forearm"));
       EXPECT_EQ(arm.hand, person.of.at(which + "hand"));
     }
+  }
+}
+
+// Words of no language that is known, on a person who looks along -z and has no feet.
+TEST(NewNames, WhereTheShapeTellsTheArmsNamesTellTheirSides) {
+  Unnamed person(false, false, false);
+  for (const auto& [what, body] : person.of) {
+    if (what.find(' ') == what.npos) continue;
+    // What the shape alone takes for left is right.
+    const char* side = what.starts_with("left") ? ".R" : ".L";
+    const bool limb = what.ends_with("humerus") || what.ends_with("forearm");
+    if (limb) person.character.skeleton.body_names[body] = "bras" + std::to_string(body) + side;
+  }
+  std::vector<std::string> notes;
+  const auto arms = find_arms(person.character, "both", {}, "character.glb", notes);
+  ASSERT_EQ(arms.size(), 2u);
+  for (const ArmBodies& arm : arms) {
+    EXPECT_EQ(arm.humerus, person.of.at(arm.left ? "right humerus" : "left humerus"));
+    EXPECT_EQ(arm.hand, person.of.at(arm.left ? "right hand" : "left hand"));
   }
 }
 

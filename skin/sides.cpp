@@ -231,6 +231,28 @@ double farthest(const PlacedShell& body, const PlacedShell& of,
   return search.result();
 }
 
+Surface piece_surface(const Surface& surface, const Shell& shell, int piece) {
+  Surface out;
+  for (const Triangle& t : surface.triangles) {
+    if (shell.piece_of[t[0]] == piece) out.triangles.push_back(t);
+  }
+  return out;
+}
+
+// Whether the piece surrounds both ends of at least three in four of the spans of which it
+// surrounds one.
+bool bends(const Surface& piece, const Points& x, const std::vector<Span>& spans) {
+  int begun = 0, whole = 0;
+  for (const Span& span : spans) {
+    const int ends = static_cast<int>(std::count_if(span.begin(), span.end(), [&](const Vec3& p) {
+      return winding_number(piece, x, p) > 0.5;
+    }));
+    begun += ends > 0;
+    whole += ends == 2;
+  }
+  return whole > 0 && 4 * whole >= 3 * begun;
+}
+
 }  // namespace
 
 Shell make_shell(const Surface& surface, int nodes) {
@@ -284,7 +306,7 @@ std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Tr
 }
 
 std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,
-                            const std::vector<char>& near) {
+                            const std::vector<char>& near, const std::vector<Span>& spans) {
   const Bvh bvh = build_bvh(surface, rest);
   const std::vector<int>& piece = shell.piece_of;
   std::vector<char> is_hard(rest.size(), 0), hard(rest.size(), 0);  // by piece, by node
@@ -292,6 +314,11 @@ std::vector<char> find_hard(const Surface& surface, const Points& rest, const Sh
     const int at_a = surface.triangles[a][0], at_b = surface.triangles[b][0];
     if (near[at_a] && near[at_b] && piece[at_a] != piece[at_b]) {
       is_hard[piece[at_a]] = is_hard[piece[at_b]] = 1;
+    }
+  }
+  for (size_t p = 0; p < shell.pieces.size(); ++p) {
+    if (is_hard[p] && bends(piece_surface(surface, shell, static_cast<int>(p)), rest, spans)) {
+      is_hard[p] = 0;
     }
   }
   for (size_t i = 0; i < hard.size(); ++i) hard[i] = piece[i] >= 0 && is_hard[piece[i]];

@@ -202,10 +202,24 @@ void find_carriers(SkinnedSkin& skin) {
   }
 }
 
+// A tenth of a muscle's length from either end.
+Span span_of(const Points& x) {
+  const auto farthest = [&](const Point& from) {
+    return *std::max_element(x.begin(), x.end(), [&](const Point& a, const Point& b) {
+      return norm(a - from) < norm(b - from);
+    });
+  };
+  const Point begin = farthest(x.front()), end = farthest(begin);
+  return {to_vec(0.9 * begin + 0.1 * end), to_vec(0.1 * begin + 0.9 * end)};
+}
+
 // Hard pieces keep what the weights give.
-void leave_out_hard_pieces(const SkinnedSkin& skin, std::vector<char>& near) {
+void leave_out_hard_pieces(const SkinnedSkin& skin, const std::vector<Collider>& below, int muscles,
+                           std::vector<char>& near) {
   const Shell shell = make_shell(skin.surface, static_cast<int>(skin.rest.size()));
-  const std::vector<char> hard = find_hard(skin.surface, skin.rest, shell, near);
+  std::vector<Span> spans;
+  for (int m = 0; m < muscles; ++m) spans.push_back(span_of(*below[m].x));
+  const std::vector<char> hard = find_hard(skin.surface, skin.rest, shell, near, spans);
   for (size_t i = 0; i < near.size(); ++i) near[i] &= shell.piece_of[i] >= 0 && !hard[i];
 }
 
@@ -269,7 +283,7 @@ void lift_to_fat(const std::vector<Collider>& below, int muscles, const std::vec
 void build_layer(const std::vector<Collider>& below, int muscles, const std::vector<char>& limbs,
                  const SkinMaps& maps, SkinnedSkin& skin) {
   std::vector<char> near = find_near(skin, below, muscles, limbs);
-  leave_out_hard_pieces(skin, near);
+  leave_out_hard_pieces(skin, below, muscles, near);
   Division division = undivided(skin, near);
   for (int k = 0; k < kMaxDivisions; ++k) {
     if (!divide(skin.settings.lengths.point_spacing, division)) break;

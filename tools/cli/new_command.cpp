@@ -383,7 +383,7 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
       refuse(options, character, from.arm, fits[i], skin, why);
     }
     Target to{from, character, straight, rest, limb, body, hand, arms[i], fits[i], side};
-    leave_fat(is_hard(whole, skin), to);
+    leave_fat(is_hard(whole, skin, fits[i]), to);
     say_fit(to, said);
     add_arm(to, written);
     if (!written.threads.empty()) {

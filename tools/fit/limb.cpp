@@ -325,7 +325,7 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
   return out;
 }
 
-bool is_hard(const TriMesh& whole, const TriMesh& limb) {
+bool is_hard(const TriMesh& whole, const TriMesh& limb, const ArmFit& fit) {
   const Points x = to_points(whole.vertices);
   const int nodes = static_cast<int>(x.size());
   std::vector<Triangle> triangles;
@@ -342,7 +342,11 @@ bool is_hard(const TriMesh& whole, const TriMesh& limb) {
     if (piece[i] >= 0) balance[piece[i]] += of_limb[i] ? 1 : -1;
   }
   for (int i = 0; i < nodes; ++i) of_limb[i] &= piece[i] >= 0 && balance[piece[i]] > 0;
-  const std::vector<char> hard = skin::find_hard(surface, x, shell, of_limb);
+  const double elbow = fit.elbow_template.y(), wrist = fit.wrist_template.y();
+  const auto in_the_middle = [&](double y) { return map_point(fit, axis_point(fit, y)); };
+  const std::vector<skin::Span> bones = {
+      {in_the_middle(0.5 * elbow), in_the_middle(0.5 * (elbow + wrist))}};
+  const std::vector<char> hard = skin::find_hard(surface, x, shell, of_limb, bones);
   const auto of_hard = [&](const Triangle& t) { return hard[t[0]] != 0; };
   return 2 * std::count_if(limb.triangles.begin(), limb.triangles.end(), of_hard) >
          static_cast<std::ptrdiff_t>(limb.triangles.size());

@@ -91,5 +91,50 @@ TEST_F(NewFiles, StrayWeightsAreNoThinPlaces) {
   }
 }
 
+// A plate through the forearm, on which it hangs.
+Figure::Mesh shield() {
+  constexpr std::uint8_t kForearm = 4;  // joint of the left one
+  Figure::Mesh box;
+  box.name = "Shield";
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner((i & 1) != 0 ? 0.1 : -0.1, (i & 2) != 0 ? 0.1 : -0.1,
+                      (i & 4) != 0 ? 0.01 : -0.01);
+    box.positions.push_back(Vec3(0.45, 1.14, 0.0) + corner);
+    box.joints.push_back({kForearm, 0, 0, 0});
+    box.weights.push_back({1.0f, 0.0f, 0.0f, 0.0f});
+  }
+  for (const auto& [a, b, c, d] : {std::array{0, 2, 3, 1},
+                                   {4, 5, 7, 6},
+                                   {0, 1, 5, 4},
+                                   {2, 6, 7, 3},
+                                   {0, 4, 6, 2},
+                                   {1, 3, 7, 5}}) {
+    box.triangles.push_back({a, b, c});
+    box.triangles.push_back({a, c, d});
+  }
+  return box;
+}
+
+// What an arm carries goes through its skin; it does not make it hard, as a robot's pieces are that
+// go through each other. The muscles came out of such a skin by 15 mm.
+TEST_F(NewFiles, AnArmThatCarriesAShieldKeepsItsSkin) {
+  std::vector<size_t> nodes;
+  std::vector<double> volumes;
+  for (const bool carries : {false, true}) {
+    Figure figure;
+    if (carries) figure.meshes.push_back(shield());
+    const fs::path file = folder / "figure.gltf";
+    figure.write(file);
+    MadeArm arm(asked(file, "left"));
+    nodes.push_back(arm.model.skinned->nodes.size());
+    double sum = 0.0;
+    for (const Muscle& muscle : arm.model.muscles) sum += muscle.rest_volume;
+    volumes.push_back(sum);
+  }
+  EXPECT_GT(static_cast<double>(nodes[1]), 0.98 * static_cast<double>(nodes[0]));
+  EXPECT_GT(nodes[0], 100u);
+  EXPECT_GE(volumes[1], 0.99 * volumes[0]);
+}
+
 }  // namespace
 }  // namespace thew::tests

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "skin/depth.h"
 
@@ -303,6 +304,16 @@ std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Tr
     if (volume[root] < -kSheet * kBall * area[root] * std::sqrt(area[root])) std::swap(t[1], t[2]);
   }
   return triangles;
+}
+
+std::vector<char> find_doubled(const std::vector<Triangle>& triangles) {
+  std::set<Triangle> known;
+  std::vector<char> doubled;
+  for (Triangle t : triangles) {
+    std::sort(t.begin(), t.end());
+    doubled.push_back(!known.insert(t).second);
+  }
+  return doubled;
 }
 
 std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,

@@ -20,6 +20,9 @@ Shell make_shell(const Surface& surface, int nodes);
 /// character's outline. A sheet, which has hardly an inside, stays as it is. `x` (m): by vertex,
 /// one for each position.
 std::vector<Triangle> turned_outwards(const std::vector<Vec3>& x, std::vector<Triangle> triangles);
+/// By triangle, whether one before it has the same corners, either way round: as where a mesh is
+/// doubled to be seen from both sides. Such have no inside.
+std::vector<char> find_doubled(const std::vector<Triangle>& triangles);
 /// Two points (m) that run along a limb from one bone to the next, such as those near the ends of a
 /// muscle.
 using Span = std::array<Vec3, 2>;

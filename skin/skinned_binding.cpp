@@ -27,9 +27,15 @@ constexpr int kMaxDivisions = 6;  // of an edge; bounds the time
 Surface surface_of(const SkinnedSkin& skin) {
   TriMesh welded;
   for (const Point& x : skin.rest) welded.vertices.push_back(to_vec(x));
+  std::vector<Triangle> all;
   for (const Triangle& t : skin.mesh.triangles) {
-    const Triangle c = {skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]};
-    if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) welded.triangles.push_back(c);
+    all.push_back({skin.map_back[t[0]], skin.map_back[t[1]], skin.map_back[t[2]]});
+  }
+  const std::vector<char> doubled = find_doubled(all);
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Triangle& c = all[i];
+    const bool is_flat = c[0] == c[1] || c[1] == c[2] || c[2] == c[0];
+    if (!is_flat && !doubled[i]) welded.triangles.push_back(c);
   }
   return make_surface(turned_outwards(welded.vertices, std::move(welded.triangles)),
                       static_cast<int>(skin.rest.size()));

@@ -313,13 +313,20 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
   TriMesh out;
   for (const Point& row : x) out.vertices.push_back(to_vec(row));
   std::vector<Triangle> joined = character.mesh.triangles;
-  for (Triangle& t : joined) {  // one place, one vertex: no ray passes along a seam
-    for (int& i : t) i = character.map_back[i];
+  for (Triangle& t : joined) {
+    const bool is_chosen = chosen[t[0]] != 0;
+    for (int& i : t) i = character.map_back[i];  // one place, one vertex: no ray goes along a seam
+    if (!is_chosen) t[1] = t[2] = t[0];
+  }
+  const std::vector<char> doubled = skin::find_doubled(joined);
+  for (size_t i = 0; i < joined.size(); ++i) {
+    if (doubled[i]) joined[i][1] = joined[i][2] = joined[i][0];  // of no volume
   }
   joined = skin::turned_outwards(character.mesh.vertices, std::move(joined));
   for (size_t i = 0; i < joined.size(); ++i) {
     const Triangle& t = character.mesh.triangles[i];
-    if (!chosen[t[0]] || share[t[0]] + share[t[1]] + share[t[2]] < 3.0 * kLeastShare) continue;
+    if (doubled[i] || !chosen[t[0]]) continue;
+    if (share[t[0]] + share[t[1]] + share[t[2]] < 3.0 * kLeastShare) continue;
     out.triangles.push_back(joined[i]);
   }
   return out;

@@ -91,6 +91,31 @@ TEST_F(NewFiles, StrayWeightsAreNoThinPlaces) {
   }
 }
 
+// Each triangle once more, the other way round, to be seen from both sides: no inside was found.
+TEST_F(NewFiles, AMeshThatIsDoubledIsAsOneThatIsNot) {
+  std::vector<double> volumes;
+  std::vector<size_t> nodes;
+  for (const bool doubled : {false, true}) {
+    Figure figure;
+    std::vector<Triangle>& triangles = figure.meshes[0].triangles;
+    const size_t count = doubled ? triangles.size() : 0;
+    for (size_t i = 0; i < count; ++i) {
+      const Triangle t = triangles[i];
+      triangles.push_back({t[0], t[2], t[1]});
+    }
+    const fs::path file = folder / "figure.gltf";
+    figure.write(file);
+    MadeArm arm(asked(file, "left"));
+    nodes.push_back(arm.model.skinned->nodes.size());
+    for (const Muscle& muscle : arm.model.muscles) volumes.push_back(muscle.rest_volume);
+    EXPECT_EQ(arm.model.skinned->mesh.triangles.size(), triangles.size()) << "as in the file";
+  }
+  EXPECT_EQ(nodes[0], nodes[1]);
+  for (size_t m = 0; m < volumes.size() / 2; ++m) {
+    EXPECT_EQ(volumes[m], volumes[m + volumes.size() / 2]);
+  }
+}
+
 // A plate through the forearm, on which it hangs.
 Figure::Mesh shield() {
   constexpr std::uint8_t kForearm = 4;  // joint of the left one

@@ -38,6 +38,7 @@ std::vector<int> find_alike(const Character& c) {
     const std::string& name = skeleton.body_names[b];
     const size_t end = name.find_last_not_of("0123456789");
     if (end == std::string::npos || end + 1 == name.size() || name[end] != '_') continue;
+    if (name[end + 1] == '0' || name.substr(end) == "_1") continue;  // the file's own numbers
     const auto found = by_name.find(name.substr(0, end));
     if (found == by_name.end() || found->second >= b) continue;
     const int a = found->second;

@@ -39,8 +39,8 @@ constexpr double kHole = 0.75;
 constexpr double kPieceEnd = 0.5;  // ... or has left a closed piece through its end
 // ... of a section's outline, which may be flat beside the template's.
 constexpr double kInnerWall = 0.6;
-constexpr int kJointAround = kAround * 3 / 4;  // directions in which a joint is narrower
 constexpr double kStrap = 1.3;                 // ... above which it has met what the limb wears
+constexpr int kJointAround = kAround * 3 / 4;  // directions in which a joint is narrower
 // The ratio's logarithm grows by no more than this: a short thin place stays thin.
 constexpr double kSteepest = 12.0;       // a metre of the template, along
 constexpr double kSteepestAround = 0.9;  // a radian, around

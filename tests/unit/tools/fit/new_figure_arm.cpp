@@ -201,7 +201,12 @@ Figure in_pieces(double share, double above) {
   Figure::thin(share, ball);
   ball.cut([](const Vec3& p) { return std::abs(std::abs(p.x()) - 0.37) > 0.03; });
   for (Vec3& p : ball.positions) p.y() += above;
-  figure.meshes[0].cut([](const Vec3& p) { return std::abs(std::abs(p.x()) - 0.37) < 0.025; });
+  Figure::Mesh& body = figure.meshes[0];
+  std::erase_if(body.triangles, [&](const Triangle& t) {  // one that is cut leaves no strip
+    return std::any_of(t.begin(), t.end(), [&](int i) {
+      return std::abs(std::abs(body.positions[i].x()) - 0.37) < 0.015;
+    });
+  });
   figure.meshes.push_back(ball);
   return figure;
 }

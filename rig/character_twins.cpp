@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "rig/character_bones.h"
+
 namespace thew::rig {
 namespace {
 
@@ -15,24 +17,14 @@ bool are_alike(const Affine& a, const Affine& b) {
          (a.linear() - b.linear()).norm() <= kSameTurn * a.linear().norm();
 }
 
-bool is_above(const Skeleton& skeleton, int above, int body) {
-  while (body >= 0 && body != above) body = skeleton.parent[body];
-  return body == above;
-}
-
-std::vector<Affine> bodies_at_rest(const Character& c) {
-  std::vector<Affine> world;
-  animated_bodies(c, {}, 0.0, world);
-  return world;
-}
-
 // By body, the one before it whose name it has but for a number that the reader has added, and at
 // whose place it stands; else -1.
 std::vector<int> find_alike(const Character& c) {
   const Skeleton& skeleton = c.skeleton;
   std::unordered_map<std::string, int> by_name;
   for (int b = 0; b < skeleton.size(); ++b) by_name.emplace(skeleton.body_names[b], b);
-  const std::vector<Affine> rest = bodies_at_rest(c);
+  std::vector<Affine> rest;
+  animated_bodies(c, {}, 0.0, rest);
   std::vector<int> of(skeleton.size(), -1);
   for (int b = 0; b < skeleton.size(); ++b) {
     const std::string& name = skeleton.body_names[b];
@@ -42,7 +34,7 @@ std::vector<int> find_alike(const Character& c) {
     const auto found = by_name.find(name.substr(0, end));
     if (found == by_name.end() || found->second >= b) continue;
     const int a = found->second;
-    if (is_above(skeleton, a, b)) continue;
+    if (hangs_on(skeleton, b, a)) continue;
     if (are_alike(c.bind[a], c.bind[b]) && are_alike(rest[a], rest[b])) of[b] = a;
   }
   return of;
@@ -65,13 +57,15 @@ void leave_parted(const Character& c, const BodyClip& clip, std::vector<int>& of
   constexpr int kTimes = 9;
   const std::vector<char> moved = bodies_moved(c, clip);
   std::vector<char> apart(of.size(), 0);
+  for (size_t b = 0; b < of.size(); ++b) {
+    if (of[b] >= 0 && moved[b] && !moved[of[b]]) apart[b] = !are_alike(c.rest[of[b]], c.rest[b]);
+  }
   std::vector<Affine> world;
   for (int k = 0; k < kTimes; ++k) {
     animated_bodies(c, clip, clip.duration * k / (kTimes - 1), world);
     for (size_t b = 0; b < of.size(); ++b) {
-      if (of[b] < 0 || !moved[b]) continue;
-      if (moved[of[b]]) apart[b] |= !are_alike(world[of[b]], world[b]);
-      if (!moved[of[b]]) apart[b] |= !are_alike(c.rest[of[b]], c.rest[b]);
+      if (of[b] < 0 || !moved[b] || !moved[of[b]]) continue;
+      apart[b] |= !are_alike(world[of[b]], world[b]);
     }
   }
   for (size_t b = 0; b < of.size(); ++b) {

@@ -240,20 +240,6 @@ Surface piece_surface(const Surface& surface, const Shell& shell, int piece) {
   return out;
 }
 
-// Whether the piece surrounds both ends of at least three in four of the spans of which it
-// surrounds one.
-bool bends(const Surface& piece, const Points& x, const std::vector<Span>& spans) {
-  int begun = 0, whole = 0;
-  for (const Span& span : spans) {
-    const int ends = static_cast<int>(std::count_if(span.begin(), span.end(), [&](const Vec3& p) {
-      return winding_number(piece, x, p) > 0.5;
-    }));
-    begun += ends > 0;
-    whole += ends == 2;
-  }
-  return whole > 0 && 4 * whole >= 3 * begun;
-}
-
 }  // namespace
 
 Shell make_shell(const Surface& surface, int nodes) {
@@ -314,6 +300,18 @@ std::vector<char> find_doubled(const std::vector<Triangle>& triangles) {
     doubled.push_back(!known.insert(t).second);
   }
   return doubled;
+}
+
+bool bends(const Surface& piece, const Points& x, const std::vector<Span>& spans) {
+  int begun = 0, whole = 0;
+  for (const Span& span : spans) {
+    const int ends = static_cast<int>(std::count_if(span.begin(), span.end(), [&](const Vec3& p) {
+      return winding_number(piece, x, p) > 0.5;
+    }));
+    begun += ends > 0;
+    whole += ends == 2;
+  }
+  return whole > 0 && 4 * whole >= 3 * begun;
 }
 
 std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,

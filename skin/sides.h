@@ -26,10 +26,12 @@ std::vector<char> find_doubled(const std::vector<Triangle>& triangles);
 /// Two points (m) that run along a limb from one bone to the next, such as those near the ends of a
 /// muscle.
 using Span = std::array<Vec3, 2>;
+/// Whether the piece (`x`: m) surrounds both ends of at least three in four of the spans of which
+/// it surrounds one, and so bends where they do.
+bool bends(const Surface& piece, const Points& x, const std::vector<Span>& spans);
 /// By node, whether it is of a piece that goes through another one at rest (m), both where nodes
 /// are `near`: as those of armour, of a robot or of a wooden mannequin do. Such pieces are hard,
-/// there is no skin between them that could stretch. A piece that surrounds both ends of at least
-/// three in four of the spans it surrounds an end of bends where they do: it is skin, whatever goes
+/// there is no skin between them that could stretch. A piece that bends() is skin, whatever goes
 /// through it, such as a weapon in the hand or a plate on the shoulder.
 std::vector<char> find_hard(const Surface& surface, const Points& rest, const Shell& shell,
                             const std::vector<char>& near, const std::vector<Span>& spans);

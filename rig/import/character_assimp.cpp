@@ -167,6 +167,7 @@ void collect_skin(const fs::path& file, const aiScene& scene, const AssimpNodes&
                   static_cast<int>(n), influences, character);
     }
   }
+  leave_out_coarser(file, influences, character);
   put_weights(file, influences, character);
 }
 

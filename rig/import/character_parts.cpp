@@ -2,6 +2,9 @@
 #include "rig/import/character_parts.h"
 
 #include <algorithm>
+#include <cctype>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "rig/text.h"
@@ -68,6 +71,94 @@ void attach_unweighted(const fs::path& file, int first, int body, const Affine& 
   character.warnings.push_back(file.string() + ": mesh \"" + character.parts.back().mesh +
                                "\" has vertices without weights; they go with \"" +
                                character.skeleton.body_names[body] + "\"");
+}
+
+namespace {
+
+struct Level {
+  std::string of;  // the name without it
+  int number;
+};
+
+// "Body_LOD1", "lod01_body"; none in "Melody2".
+std::optional<Level> level_in(const std::string& name) {
+  std::string lower;
+  for (const unsigned char c : name) lower.push_back(static_cast<char>(std::tolower(c)));
+  const auto is = [&](size_t i, int (*kind)(int)) {
+    return i < lower.size() && kind(static_cast<unsigned char>(lower[i])) != 0;
+  };
+  for (size_t at = lower.find("lod"); at != std::string::npos; at = lower.find("lod", at + 1)) {
+    const bool begins = at == 0 || !is(at - 1, std::isalpha);
+    size_t end = at + 3;
+    if (end < lower.size() && (lower[end] == '_' || lower[end] == ' ')) ++end;
+    const size_t first = end;
+    while (is(end, std::isdigit)) ++end;
+    if (!begins || end == first || end > first + 2) continue;
+    if (at > 0 && !is(at - 1, std::isalnum)) --at;
+    return Level{lower.substr(0, at) + lower.substr(end), std::stoi(lower.substr(first))};
+  }
+  return {};
+}
+
+// Of each part, its level; one that has none is the finest of its name.
+std::vector<Level> levels_of(const std::vector<MeshPart>& parts) {
+  std::vector<Level> levels;
+  for (const MeshPart& part : parts) {
+    std::optional<Level> level = level_in(part.node);
+    if (!level) level = level_in(part.mesh);
+    if (!level) {
+      std::string name = part.node.empty() ? part.mesh : part.node;
+      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      level = Level{name, -1};
+    }
+    levels.push_back(*level);
+  }
+  return levels;
+}
+
+}  // namespace
+
+void leave_out_coarser(const fs::path& file, Influences& influences, Character& character) {
+  const std::vector<Level> levels = levels_of(character.parts);
+  std::map<std::string, int> finest;
+  for (const Level& level : levels) {
+    const auto [known, is_new] = finest.emplace(level.of, level.number);
+    if (!is_new) known->second = std::min(known->second, level.number);
+  }
+  std::set<std::string> coarser;
+  const auto is_coarser = [&](size_t p) { return levels[p].number > finest.at(levels[p].of); };
+  for (size_t p = 0; p < levels.size(); ++p) {
+    const MeshPart& part = character.parts[p];
+    if (is_coarser(p)) coarser.insert(part.node.empty() ? part.mesh : part.node);
+  }
+  if (coarser.empty()) return;
+  TriMesh& mesh = character.mesh;
+  std::vector<MeshPart> parts;
+  std::vector<Vec3> vertices;
+  Influences kept;
+  std::vector<int> now(mesh.vertices.size(), -1);  // by vertex, its new index
+  for (size_t p = 0; p < levels.size(); ++p) {
+    if (is_coarser(p)) continue;
+    MeshPart part = character.parts[p];
+    const size_t end = p + 1 < levels.size() ? character.parts[p + 1].first_vertex : now.size();
+    size_t i = part.first_vertex;
+    part.first_vertex = static_cast<int>(vertices.size());
+    for (; i < end; ++i) {
+      now[i] = static_cast<int>(vertices.size());
+      vertices.push_back(mesh.vertices[i]);
+      kept.push_back(std::move(influences[i]));
+    }
+    parts.push_back(std::move(part));
+  }
+  character.warnings.push_back(file.string() + ": left out, coarser levels of detail: " +
+                               names_text({coarser.begin(), coarser.end()}));
+  std::erase_if(mesh.triangles, [&](const Triangle& t) { return now[t[0]] < 0; });
+  for (Triangle& t : mesh.triangles) {
+    for (int& i : t) i = now[i];
+  }
+  mesh.vertices = std::move(vertices);
+  character.parts = std::move(parts);
+  influences = std::move(kept);
 }
 
 void put_weights(const fs::path& file, const Influences& influences, Character& character) {

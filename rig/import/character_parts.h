@@ -36,6 +36,12 @@ int append_part(const std::filesystem::path& file, const MeshPart& about,
 void attach_unweighted(const std::filesystem::path& file, int first, int body, const Affine& bind,
                        bool skinned, Influences& influences, Character& character);
 
+/// Takes away parts that are a coarser level of detail of another: of names that are the same but
+/// for "LOD" and a number ("Body_LOD1" beside "Body_LOD0" or "Body"), by node or by mesh, all but
+/// the lowest number. Adds a warning. To be called before put_weights().
+void leave_out_coarser(const std::filesystem::path& file, Influences& influences,
+                       Character& character);
+
 /// Stores the influences in the skin of the character, scaled so that the weights of each vertex
 /// sum to 1. Adds a warning if sums differ from 1 by more than 1 %.
 void put_weights(const std::filesystem::path& file, const Influences& influences,

@@ -347,6 +347,7 @@ void collect_meshes(GltfFile& gltf, const Nodes& nodes, const std::vector<Skin>&
                        character);
     }
   }
+  leave_out_coarser(gltf.file(), influences, character);
   put_weights(gltf.file(), influences, character);
 }
 

@@ -30,6 +30,7 @@
 #include "tools/cli/commands.h"
 #include "tools/fit/scale.h"
 #include "tools/fit/target.h"
+#include "tools/fit/worn.h"
 
 namespace thew::tools {
 namespace {
@@ -368,7 +369,6 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
   }
   const Pose rest = hanging_pose(character, straight, arms, fits);
   const TriMesh whole = skin_around(character, {0}, options.skin, x, options.character.string());
-  const Limb body(whole);
   NewArms written;
   for (size_t i = 0; i < arms.size(); ++i) {
     stop_if_interrupted();
@@ -376,14 +376,14 @@ nlohmann::ordered_json new_scene(const NewOptions& options,
       return skin_around(character, bodies, options.skin, x, options.character.string());
     };
     const TriMesh skin = around({arms[i].humerus}), hand = around(hand_bodies(character, arms[i]));
-    const Limb limb(skin);
-    fit_girth(from.arm, limb, body, fits[i]);
+    const OwnSkin own = fit_own_skin(from.arm, skin, whole, fits[i]);
+    const Limb limb(own.limb), body(own.body);
     const std::string side = arms[i].left ? "left" : "right";
     if (const std::string why = why_no_arm(fits[i], side); !why.empty()) {
       refuse(options, character, from.arm, fits[i], skin, why);
     }
     Target to{from, character, straight, rest, limb, body, hand, arms[i], fits[i], side};
-    leave_fat(is_hard(whole, skin, fits[i]), to);
+    leave_fat(is_hard(whole, own.limb, fits[i]), to);
     say_fit(to, said);
     add_arm(to, written);
     if (!written.threads.empty()) {

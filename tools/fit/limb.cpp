@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <set>
 
@@ -330,33 +329,6 @@ TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
     out.triangles.push_back(joined[i]);
   }
   return out;
-}
-
-bool is_hard(const TriMesh& whole, const TriMesh& limb, const ArmFit& fit) {
-  const Points x = to_points(whole.vertices);
-  const int nodes = static_cast<int>(x.size());
-  std::vector<Triangle> triangles;
-  std::copy_if(whole.triangles.begin(), whole.triangles.end(), std::back_inserter(triangles),
-               [](const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; });
-  const skin::Surface surface = skin::make_surface(std::move(triangles), nodes);
-  std::vector<char> of_limb(nodes, 0);
-  for (const Triangle& t : limb.triangles) of_limb[t[0]] = of_limb[t[1]] = of_limb[t[2]] = 1;
-  // A trunk of which a part hangs on the limb is none of its pieces.
-  const skin::Shell shell = skin::make_shell(surface, nodes);
-  const std::vector<int>& piece = shell.piece_of;
-  std::vector<int> balance(nodes, 0);
-  for (int i = 0; i < nodes; ++i) {
-    if (piece[i] >= 0) balance[piece[i]] += of_limb[i] ? 1 : -1;
-  }
-  for (int i = 0; i < nodes; ++i) of_limb[i] &= piece[i] >= 0 && balance[piece[i]] > 0;
-  const double elbow = fit.elbow_template.y(), wrist = fit.wrist_template.y();
-  const auto in_the_middle = [&](double y) { return map_point(fit, axis_point(fit, y)); };
-  const std::vector<skin::Span> bones = {
-      {in_the_middle(0.5 * elbow), in_the_middle(0.5 * (elbow + wrist))}};
-  const std::vector<char> hard = skin::find_hard(surface, x, shell, of_limb, bones);
-  const auto of_hard = [&](const Triangle& t) { return hard[t[0]] != 0; };
-  return 2 * std::count_if(limb.triangles.begin(), limb.triangles.end(), of_hard) >
-         static_cast<std::ptrdiff_t>(limb.triangles.size());
 }
 
 }  // namespace thew::tools

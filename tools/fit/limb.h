@@ -71,8 +71,5 @@ std::vector<std::string> mesh_names(const Character& character);
 TriMesh skin_around(const Character& character, const std::vector<int>& bodies,
                     const std::vector<std::string>& meshes, const Points& x,
                     const std::string& place);
-/// Whether a `limb` of the `whole`, both as skin_around() gives them, is for the most part of hard
-/// pieces (skin::find_hard): a belly that swells does not press them out. `fit` has the axis.
-bool is_hard(const TriMesh& whole, const TriMesh& limb, const ArmFit& fit);
 
 }  // namespace thew::tools

@@ -210,6 +210,10 @@ std::string hinge_text(const Target& to, const std::string& elbow) {
 
 }  // namespace
 
+bool is_too_thick(const ArmFit& fit) {
+  return kLeastFill * fit.size.room > kMostMuscle * std::pow(fit.across, 3) * fit.own_size.room;
+}
+
 void leave_fat(bool is_hard, Target& to) {
   double volume = 0.0, own = 0.0;
   for (const TriMesh& muscle : to.from.muscles) {

@@ -106,6 +106,9 @@ struct NewArms {
   /// For [scene] size: their length over the template's, in the mean.
   double size() const;
 };
+/// Whether muscles that take the least share of the room under the skin are more than a strong
+/// man's, so that there is fat, or a thick sleeve.
+bool is_too_thick(const ArmFit& fit);
 /// An arm thicker than the template's of its length has more fat, and no more muscle, as long as
 /// the muscles take a fair share of the room under its skin; no more than that if it is hard. Thins
 /// all that is mapped so far.

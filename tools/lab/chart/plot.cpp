@@ -191,13 +191,18 @@ std::string draw_legend(const Chart& chart) {
   return svg;
 }
 
-// Runs that could not go on have no error: they stand below the axis, by name.
+// Runs that could not go on have no error: they stand below the axis, by name, an integrator's
+// together: "explicit: 1 exact, 4 exact".
 std::string draw_failed(const Chart& chart) {
-  std::string names;
+  std::string names, last;
   int failed = 0;
   for (const ChartPoint& point : chart.points) {
     if (point.failure.empty()) continue;
-    names += (failed++ > 0 ? ", " : "") + point_name(point);
+    const std::string name = point_name(point), family = name.substr(0, name.find(' '));
+    names += family == last ? "," : (failed == 0 ? "" : "; ") + family + ":";
+    names += name.substr(family.size());
+    last = family;
+    ++failed;
   }
   const std::string runs = std::to_string(chart.points.size()) + " runs failed or given up";
   const double y = kHeight - kBottom + 64;

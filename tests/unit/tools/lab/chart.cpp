@@ -69,8 +69,14 @@ TEST(Chart, SaysWhatFailed) {
   chart.points[1].setting = {"explicit", "linear", 4, 1};
   const std::string svg = draw_cost(chart, &ChartPoint::largest_mm, "error");
   EXPECT_NE(svg.find("1 of 2 runs failed or given up"), std::string::npos);
-  EXPECT_NE(svg.find("explicit 4 linear"), std::string::npos);
+  EXPECT_NE(svg.find("✕ explicit: 4 linear<"), std::string::npos);
   EXPECT_NE(svg.find("explicit: failed"), std::string::npos);  // it has no point
+  chart.points.push_back(chart.points[1]);
+  chart.points[2].setting.substeps = 16;
+  EXPECT_NE(
+      draw_cost(chart, &ChartPoint::largest_mm, "error").find("✕ explicit: 4 linear, 16 linear<"),
+      std::string::npos);
+  chart.points.pop_back();
   chart.points[1].failure = std::string(kGivenUp) + "its first frame takes about 7000 ms of CPU";
   EXPECT_NE(draw_cost(chart, &ChartPoint::largest_mm, "error").find("explicit: given up"),
             std::string::npos);

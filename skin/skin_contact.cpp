@@ -125,14 +125,18 @@ void leave_room_over(const SkinModel& model, const SkinPlane& cover, SkinState& 
 
 // Limits the growth of the room along the skin to kSlope.
 void smooth_room(const SkinModel& model, SkinState& state) {
-  for (int sweep = 0; sweep < 2 * kSlopeSweeps; ++sweep) {
+  bool is_smooth = false;
+  for (int sweep = 0; sweep < 2 * kSlopeSweeps && !is_smooth; ++sweep) {
+    is_smooth = true;
     for (size_t k = 0; k < state.x.size(); ++k) {
       const size_t i = sweep % 2 == 0 ? k : state.x.size() - 1 - k;
       for (int e = model.first_neighbour[i]; e < model.first_neighbour[i + 1]; ++e) {
         const int j = model.neighbours[e];
         if (state.room[j] >= state.room[i]) continue;
-        const double far = norm(state.x[i] - state.x[j]);
-        state.room[i] = std::min(state.room[i], state.room[j] + kSlope * far);
+        const double most = state.room[j] + kSlope * norm(state.x[i] - state.x[j]);
+        if (most >= state.room[i]) continue;
+        state.room[i] = most;
+        is_smooth = false;
       }
     }
   }
@@ -224,14 +228,16 @@ void untangle(const SkinModel& model, const std::vector<Collider>& below, SkinSt
   }
 }
 
-void find_room(const SkinModel& model, SkinState& state) {
+void find_room(const SkinModel& model, const Loop& loop, SkinState& state) {
+  constexpr int kNodes = 512;  // that a thread takes at a time
   const double plenty = model.settings.lengths.yielding_fat;
-  for (size_t i = 0; i < state.x.size(); ++i) {
-    const int node = static_cast<int>(i);
-    const FleshValue flesh = nearest_flesh(state.planes, node, to_vec(state.x[i]));
-    const double fat = flesh.nearest - model.least[i];
-    state.room[i] = flesh.found ? std::clamp(fat, 0.0, plenty) : plenty;
-  }
+  loop.ranges(static_cast<int>(state.x.size()), kNodes, [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const FleshValue flesh = nearest_flesh(state.planes, i, to_vec(state.x[i]));
+      const double fat = flesh.nearest - model.least[i];
+      state.room[i] = flesh.found ? std::clamp(fat, 0.0, plenty) : plenty;
+    }
+  });
   for (const SkinPlane& cover : state.covers) leave_room_over(model, cover, state);
   smooth_room(model, state);
 }

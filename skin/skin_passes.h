@@ -84,7 +84,7 @@ void store_motion(const SkinModel& model, SkinState& state);
 
 /// Sets room: the fat that is left below each node and over each node of the flesh, by the planes
 /// and covers of the last search.
-void find_room(const SkinModel& model, SkinState& state);
+void find_room(const SkinModel& model, const Loop& loop, SkinState& state);
 /// Marks nodes that are too near the flesh, nodes of triangles that the flesh pierces, and nodes in
 /// and around triangles that cross.
 void find_faults(const SkinModel& model, const std::vector<Collider>& below, SkinState& state,

@@ -46,14 +46,14 @@ bool swell(const SkinModel& model, SkinState& state) {
 // Restores the volume with the covers that were found. False, and x as it was, if a node has moved
 // by more than `most` (m).
 bool try_volume(const SkinModel& model, const std::vector<Collider>& below, const Props& props,
-                double most, SkinState& state) {
+                double most, const Loop& loop, SkinState& state) {
   constexpr int kRounds = 10, kPasses = 10;  // chosen by trial
   // Nodes with faults keep their positions from then on, and the others move farther.
   std::vector<char>&frozen = state.frozen, &faulty = state.marked;
   frozen = state.held;
   for (int round = 0; round < kRounds; ++round) {
     for (int pass = 0; pass < kPasses; ++pass) {
-      find_room(model, state);
+      find_room(model, loop, state);
       for (size_t i = 0; i < frozen.size(); ++i) {
         if (frozen[i]) state.room[i] = 0.0;
       }
@@ -98,10 +98,10 @@ void restore_volume(const SkinModel& model, const std::vector<Collider>& below, 
   const double most = lengths.cover, deep = lengths.yielding_fat + lengths.cover + most;
   if (kFarthest * way_to_volume(model, state.x) < most) {
     find_covers(model, below, deep, 0.0, true, loop, state);
-    if (try_volume(model, below, props, most, state)) return;
+    if (try_volume(model, below, props, most, loop, state)) return;
   }
   find_covers(model, below, 2.0 * lengths.yielding_fat, 0.0, true, loop, state);
-  try_volume(model, below, props, kAnywhere, state);
+  try_volume(model, below, props, kAnywhere, loop, state);
 }
 
 }  // namespace thew::skin

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <utility>
 
 #include "muscles/weights.h"
 #include "rig/text.h"
@@ -164,6 +166,49 @@ int read_completed(const Model& model, const BakeInfo& info, const BakeWriter& w
   return done;
 }
 
+// Writes one frame after another, each while the next one is computed: most of a frame's writing
+// is waiting for the disk.
+class FrameWriting {
+ public:
+  /// `on_written` is called for each frame once it is on the disk.
+  FrameWriting(BakeWriter& writer, std::function<void(const BakeFrame&)> on_written)
+      : writer_(writer), on_written_(std::move(on_written)) {}
+  FrameWriting(const FrameWriting&) = delete;
+  FrameWriting& operator=(const FrameWriting&) = delete;
+  ~FrameWriting() {
+    try {
+      finish();
+    } catch (...) {  // the error that ends the bake is told
+    }
+  }
+
+  /// Waits for the frame before, and takes this one.
+  Seconds start(BakeFrame& frame) {
+    const Seconds spent = finish();
+    std::swap(frame, frame_);
+    writing_ = std::async([this] {
+      const Parallel this_thread(1);
+      StopWatch watch(this_thread);
+      writer_.write(frame_);
+      return watch.lap();
+    });
+    return spent;
+  }
+  /// What the processor has spent on it beside. Throws what the writing does.
+  Seconds finish() {
+    if (!writing_.valid()) return {};
+    const Seconds spent{0.0, writing_.get().cpu};
+    on_written_(frame_);
+    return spent;
+  }
+
+ private:
+  BakeWriter& writer_;
+  std::function<void(const BakeFrame&)> on_written_;
+  BakeFrame frame_;  // used again, so that its memory is
+  std::future<Seconds> writing_;
+};
+
 }  // namespace
 
 BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& on_frame) {
@@ -203,6 +248,10 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
 
   BakeFrame frame;          // used again, so that its memory is
   double next_state = 0.0;  // s of steps
+  FrameWriting writing(writer, [&](const BakeFrame& written) {
+    seconds.write += watch.lap();
+    report_frame(written);
+  });
   const std::vector<int>& there = writer.completed();
   const auto first = info.frames.begin() + static_cast<std::ptrdiff_t>(there.size());
   for (int number = done + 1; number <= info.frames.back(); ++number) {
@@ -226,11 +275,12 @@ BakeResult bake(const Model& model, const BakeOptions& options, const OnFrame& o
       pack_state(state, frame.state);
       next_state = wall_of(seconds.step) + kMostRepeated;
     }
-    writer.write(frame);
+    seconds.write += writing.start(frame);
     result.measures.push_back(measures);
     seconds.write += watch.lap();
-    report_frame(frame);
   }
+  seconds.write += writing.finish();
+  seconds.write += watch.lap();
   const Parallel this_thread(1);
   watch = StopWatch(this_thread);
   threads.reset();  // packing starts a process, and a limit of the system may count threads too

@@ -107,6 +107,31 @@ TEST(SkinnedSkin, KeepsItsSideOfAMuscleThatComesThrough) {
   }
 }
 
+// One vertex hangs on the limb and those around it on the trunk, as at a coarse character's armpit:
+// it met no muscle, as none of its triangles was of the layer.
+TEST(SkinnedSkin, AVertexAloneOnALimbIsKeptOutOfAMuscle) {
+  Sheet sheet(0.03, 0.015);
+  const int middle = kSide * kSide / 2;
+  SkinWeights& weights = sheet.character.skin;
+  weights.links.push_back({1, Affine::Identity()});
+  for (int i = 0; i < kSide * kSide; ++i) weights.link[i] = i == middle ? 0 : 1;
+  const std::vector<Affine> bodies(2, Affine::Identity());
+  sheet.skin = sheet.with_muscle(bodies[0], [&](const std::vector<Collider>& below) {
+    return bind_skinned(sheet.character, bodies, below, 1, {1, 0}, {});
+  });
+  SkinState state = initial_skinned(sheet.skin), layer = initial_layer(sheet.skin);
+  constexpr double kStep = 0.001, kWay = 0.015;  // m
+  for (int k = 1; k <= 60; ++k) {
+    Affine place = Affine::Identity();
+    place.translation().y() = std::min(k * kStep, kWay);
+    sheet.with_muscle(place, [&](const std::vector<Collider>& below) {
+      step_skinned(sheet.skin, bodies, below, {}, layer, state);
+      return 0;
+    });
+  }
+  EXPECT_GT(state.x[middle][1], 0.01 + kWay - 1e-3);
+}
+
 // It sinks in by more than the reach, as the weights of a bent elbow make it.
 TEST(SkinnedSkin, StaysOutsideWhereItsWeightsSinkIn) {
   const Sheet sheet;

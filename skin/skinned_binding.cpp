@@ -94,15 +94,23 @@ std::vector<char> find_near(const SkinnedSkin& skin, const std::vector<Collider>
   return near;
 }
 
-// Rings of vertices around those, the trunk's too. A triangle meets flesh where all its corners are
-// of the layer: without the rings single vertices at the armpit of a coarse character met nothing,
-// and lay 6 mm in muscle where an arm is laid to the trunk.
+// Two rings of wide triangles around those, the trunk's too. A triangle meets flesh where all its
+// corners are of the layer: without the rings single vertices at the armpit of a coarse character
+// met nothing, and lay 6 mm in muscle where an arm is laid to the trunk.
 void add_rings(const SkinnedSkin& skin, std::vector<char>& near) {
   constexpr int kRings = 2;  // by trial: with one, 6 mm stayed in one clip of three
+  const auto is_wide = [&](const Triangle& t) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(longest, norm(skin.rest[t[k]] - skin.rest[t[(k + 1) % 3]]));
+    }
+    return longest > skin.settings.reach;
+  };
   for (int ring = 0; ring < kRings; ++ring) {
     const std::vector<char> within = near;
     for (const Triangle& t : skin.surface.triangles) {
-      if (within[t[0]] || within[t[1]] || within[t[2]]) near[t[0]] = near[t[1]] = near[t[2]] = 1;
+      if (!(within[t[0]] || within[t[1]] || within[t[2]]) || !is_wide(t)) continue;
+      near[t[0]] = near[t[1]] = near[t[2]] = 1;
     }
   }
 }

@@ -80,10 +80,14 @@ struct Level {
   int number;
 };
 
+std::string lower_of(std::string name) {
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
 // "Body_LOD1", "lod01_body"; none in "Melody2".
 std::optional<Level> level_in(const std::string& name) {
-  std::string lower;
-  for (const unsigned char c : name) lower.push_back(static_cast<char>(std::tolower(c)));
+  const std::string lower = lower_of(name);
   const auto is = [&](size_t i, int (*kind)(int)) {
     return i < lower.size() && kind(static_cast<unsigned char>(lower[i])) != 0;
   };
@@ -106,11 +110,7 @@ std::vector<Level> levels_of(const std::vector<MeshPart>& parts) {
   for (const MeshPart& part : parts) {
     std::optional<Level> level = level_in(part.node);
     if (!level) level = level_in(part.mesh);
-    if (!level) {
-      std::string name = part.node.empty() ? part.mesh : part.node;
-      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      level = Level{name, -1};
-    }
+    if (!level) level = Level{lower_of(part.node.empty() ? part.mesh : part.node), -1};
     levels.push_back(*level);
   }
   return levels;

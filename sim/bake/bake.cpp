@@ -167,7 +167,7 @@ int read_completed(const Model& model, const BakeInfo& info, const BakeWriter& w
 }
 
 // Writes one frame after another, each while the next one is computed: most of a frame's writing
-// is waiting for the disk.
+// is waiting for the disk. Where no thread is to be had, a frame is written when it is waited for.
 class FrameWriting {
  public:
   /// `on_written` is called for each frame once it is on the disk.

@@ -131,9 +131,10 @@ double least_fat(const ArmFit& fit, const Limb& limb, const Limb& body,
 inline constexpr double kSlender = 0.75;
 
 /// What crosses the elbow in one piece would, in a fold, stand out of an arm more slender than the
-/// template's: its upper end lies as far from the joint as the bone is long. A place on the piece,
-/// as far from the joint as the girth asks for, holds it to the humerus (the forearm rolls); the
-/// straight arm is the same. `heights` are the template's y of the path's points.
+/// template's: its ends lie as far from the joint as the bones are long. A place on the piece on
+/// either side, as far from the joint as the girth asks for, holds it to the humerus and the ulna
+/// (the radius rolls); the straight arm is the same. `heights` are the template's y of the path's
+/// points.
 void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
                    const std::vector<double>& heights, MusclePath& path);
 

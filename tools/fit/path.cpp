@@ -18,12 +18,21 @@ void hold_at_elbow(const ArmFit& fit, const ArmBodies& arm, const Pose& rest,
     const Vec3 from = rest[a.body] * a.position, way = rest[b.body] * b.position - from;
     const double above = down.dot(elbow - from), below = down.dot(way) - above;
     if (above <= 0.0 || below <= 0.0) return;
-    const double near = fit.across * fit.girth.mean(heights[i], y) * (heights[i] - y);
-    if (near <= 0.0 || near >= kSlender * above) return;
-    const Vec3 held = from + (above - near) / (above + below) * way;
+    const double upper = fit.girth.mean(heights[i], y), fore = fit.girth.mean(y, heights[i + 1]);
+    const double near[] = {fit.across * upper * (heights[i] - y),
+                           fit.across * std::min(upper, fore) * (y - heights[i + 1])};
     const int segment = static_cast<int>(i);
-    for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= segment;
-    path.points.insert(path.points.begin() + segment + 1, {a.body, rest[a.body].inverse() * held});
+    const auto hold = [&](int body, double share) {
+      const int first = body == arm.humerus ? segment : segment + 1;  // of the wraps that move on
+      for (WrapCylinder& wrap : path.wraps) wrap.segment += wrap.segment >= first;
+      const Vec3 held = from + share * way;
+      path.points.insert(path.points.begin() + segment + 1, {body, rest[body].inverse() * held});
+    };
+    if (near[0] <= 0.0 || near[0] >= kSlender * above) return;
+    if (near[1] > 0.0 && near[1] < kSlender * below) {
+      hold(arm.ulna, (above + near[1]) / (above + below));
+    }
+    hold(arm.humerus, (above - near[0]) / (above + below));
     return;
   }
 }

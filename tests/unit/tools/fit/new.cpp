@@ -79,8 +79,9 @@ TEST(HoldAtElbow, GoesByTheGirthOfASlenderArm) {
       {{1, 0, Vec3(0.0, -0.3, 0.0), Vec3::UnitZ(), 0.01, -1.0}}};
   MusclePath held = plain, thick = plain;
   hold_at_elbow(fit, arm, rest, {-0.1, -0.2, -0.35}, held);
-  ASSERT_EQ(held.points.size(), 4u);
+  ASSERT_EQ(held.points.size(), 5u);  // on either side as near to the joint as it is thick
   EXPECT_LT((rest[0] * held.points[2].position - Vec3(0.02, -0.26, 0.0)).norm(), 1e-12);
+  EXPECT_LT((rest[1] * held.points[3].position - Vec3(0.02, -0.32, 0.0)).norm(), 1e-12);
   EXPECT_EQ(held.wraps[0].segment, 2);  // goes with the piece across the joint
   EXPECT_NEAR(trace_path(held, rest).length, trace_path(plain, rest).length, 1e-12);
   fit.girth.even = 0.9;

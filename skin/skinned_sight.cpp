@@ -94,29 +94,20 @@ void find_seen(SkinnedSkin& skin) {
   }
 }
 
-std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
-                               const std::vector<Collider>& muscles, const Points& x,
-                               const Bvh& bvh) {
+std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Collider>& muscles,
+                               const Points& x, const Bvh& bvh) {
   std::vector<char> covered = skin.seen;
   for (const SkinnedSkin::Node& node : skin.nodes) {
     if (node.is_vertex() && !node.is_held) covered[node.corners[0]] = 0;
   }
-  const auto is_among = [&](const Point& p) {
-    return std::any_of(muscles.begin(), muscles.end(), [&](const Collider& muscle) {
-      return !(box_distance(*muscle.bvh, p) > 0.0);
-    });
-  };
-  for (size_t i = 0; i < covered.size(); ++i) covered[i] = covered[i] && is_among(x[i]);
-  if (std::find(covered.begin(), covered.end(), 1) == covered.end()) return {};
-  Points carried;
-  skin_vertices(skin.weights, skin.mesh, bodies, carried);
-  Bvh tree = bvh;
-  refit_bvh(skin.surface, carried, tree);
   for (size_t i = 0; i < covered.size(); ++i) {
     if (!covered[i]) continue;
-    const Vec3 normal = node_normal(skin.surface, carried, static_cast<int>(i));
-    const Vec3 over = to_vec(carried[i]) + skin.settings.thickness * normal;
-    covered[i] = encloses(skin.surface, tree, carried, over);
+    const bool is_among = std::any_of(muscles.begin(), muscles.end(), [&](const Collider& muscle) {
+      return !(box_distance(*muscle.bvh, x[i]) > 0.0);
+    });
+    const Vec3 normal = node_normal(skin.surface, x, static_cast<int>(i));
+    const Vec3 over = to_vec(x[i]) + skin.settings.thickness * normal;
+    covered[i] = is_among && encloses(skin.surface, bvh, x, over);
   }
   return covered;
 }

@@ -50,13 +50,11 @@ SkinnedSkin bind_skinned(const Character& character, const std::vector<Affine>& 
                          const SkinMaps& maps = {});
 /// Sets `seen` of a skin whose topology and rest are set.
 void find_seen(SkinnedSkin& skin);
-/// Which vertices that are seen at rest, are no free nodes of the layer and lie among muscles are
-/// put inside the skin by their weights alone: those of a trunk where a motion lays an arm into it.
-/// By vertex; empty: there are none. `bodies` as in step_skinned(), `x` (m) the skin as it is,
-/// `bvh` any tree of its surface.
-std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Affine>& bodies,
-                               const std::vector<Collider>& muscles, const Points& x,
-                               const Bvh& bvh);
+/// Which vertices that are seen at rest, are no free nodes of the layer and lie among muscles lie
+/// inside other skin: those of a trunk into which a motion lays an arm. By vertex; `x` (m) is the
+/// skin as it is, `bvh` the tree of its surface there.
+std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Collider>& muscles,
+                               const Points& x, const Bvh& bvh);
 /// The skin in the rest pose, and its layer.
 SkinState initial_skinned(const SkinnedSkin& skin);
 SkinState initial_layer(const SkinnedSkin& skin);

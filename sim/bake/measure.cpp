@@ -192,14 +192,13 @@ std::vector<PlacedShell> place_shells(const Model& model, const Measuring& measu
   return placed;
 }
 
-// Tells the vertices of a character's skin that are seen from those of them that its weights put
-// inside other skin.
+// Tells the vertices of a character's skin that are seen from those of them that lie inside other
+// skin.
 void find_bare(const Model& model, const State& state, Measuring& measuring) {
   if (!model.skinned) return;
   std::vector<Collider> muscles = colliders_of(model, state);
   muscles.resize(state.muscles.size());
-  measuring.covered =
-      find_covered(*model.skinned, state.bodies, muscles, state.skin.x, state.skin.bvh);
+  measuring.covered = find_covered(*model.skinned, muscles, state.skin.x, state.skin.bvh);
   measuring.bare = model.skinned->seen;
   for (size_t i = 0; i < measuring.covered.size(); ++i) {
     if (measuring.covered[i]) measuring.bare[i] = 0;

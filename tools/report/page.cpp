@@ -308,7 +308,7 @@ std::string contacts(const Report& report) {
             " mm; muscle or bone stands out of it by " +
             readable(1e3 * report.skin.max_poke_through_m) + " mm at most" +
             (report.skin.max_covered_penetration_m.value_or(0.0) > 0.0
-                 ? "; skin that its weights alone put inside other skin lies " +
+                 ? "; skin that lies inside other skin is " +
                        readable(1e3 * *report.skin.max_covered_penetration_m) + " mm deep in muscle"
                  : "") +
             (report.skin.keeps_volume

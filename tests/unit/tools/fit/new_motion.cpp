@@ -267,31 +267,30 @@ TEST_F(NewScene, MusclesStayUnderTheSkinOfAWalk) {
   EXPECT_LT(most_outside(man, every(2) == 1 ? 48 : 42), 2e-3);
 }
 
-// m, how deep skin lies in muscle that its weights put inside other skin, by winding numbers and
-// distances of points on all triangles.
+// m, how deep skin inside other skin lies in muscle, by winding numbers and distances of points on
+// all triangles.
 double deepest_covered(const MadeArm& arm) {
   const SkinnedSkin& skin = *arm.model.skinned;
-  Points by_weights;
-  skin_vertices(skin.weights, skin.mesh, arm.state.bodies, by_weights);
-  TriMesh carried{{}, skin.surface.triangles};
-  for (const Point& x : by_weights) carried.vertices.push_back(to_vec(x));
+  const Points& x = arm.state.skin.x;
+  TriMesh all{{}, skin.surface.triangles};
+  for (const Point& p : x) all.vertices.push_back(to_vec(p));
   double most = 0.0;
   for (size_t m = 0; m < arm.state.muscles.size(); ++m) {
     TriMesh muscle{{}, arm.model.muscles[m].rest.triangles};
-    for (const Point& x : arm.state.muscles[m].x) muscle.vertices.push_back(to_vec(x));
+    for (const Point& p : arm.state.muscles[m].x) muscle.vertices.push_back(to_vec(p));
     for (size_t i = 0; i < skin.rest.size(); ++i) {
-      const Vec3 x = to_vec(arm.state.skin.x[i]);
-      if (skin.map_back[i] != static_cast<int>(i) || !(winding(muscle, x) > 0.5)) continue;
-      const Vec3 normal = node_normal(skin.surface, by_weights, static_cast<int>(i));
-      const Vec3 over = carried.vertices[i] + skin.settings.thickness * normal;
-      if (winding(carried, over) > 0.5) most = std::max(most, distance(muscle, x));
+      const Vec3 p = all.vertices[i];
+      if (skin.map_back[i] != static_cast<int>(i) || !(winding(muscle, p) > 0.5)) continue;
+      const Vec3 normal = node_normal(skin.surface, x, static_cast<int>(i));
+      const Vec3 over = p + skin.settings.thickness * normal;
+      if (winding(all, over) > 0.5) most = std::max(most, distance(muscle, p));
     }
   }
   return most;
 }
 
-// A motion that lays the arm into the trunk puts the trunk's skin into the arm's muscles, as its
-// weights put it into the arm's skin. That is told by itself.
+// A motion that lays the arm into the trunk puts the trunk's skin into the arm, and so into its
+// muscles. That is told by itself.
 TEST_F(NewScene, SkinThatTheMotionPutsIntoTheArmIsTold) {
   MadeArm arm(asked(kFigure, "right"));
   arm.model.character->clip =

@@ -22,10 +22,11 @@ constexpr double kFat = 0.002;  // m of an arm of the template's length, left ov
                                 // limb's thickness allows ...
 constexpr double kFatShare = 0.1;  // ... of the skin's distance from the axis
 constexpr double kJoint = 0.08;    // of a segment's length, where the axis stays on the joint
-// Of a segment's length, from a joint to where the axis lies all in the middle of the flesh: in
-// less the forearm's bones are kinked into what lies before them in a bent arm, and a humerus' head
-// lies beside its joint and turns into what it meets.
-constexpr double kFromJoint = 0.35;
+// Of a segment's length, from the elbow to where the axis lies all in the middle of the flesh: in
+// less the forearm's bones are kinked into what lies before them in a bent arm.
+constexpr double kFromElbow = 0.35;
+// ... and from the shoulder: beside its joint a humerus' head turns into what it meets.
+constexpr double kFromShoulder = 0.35;
 // Of a section's radius: nearer to its edge the axis tells nothing of it ...
 constexpr double kInside = 0.25;
 constexpr double kWell = 0.4;    // ... and farther in than this there is room behind an elbow
@@ -48,8 +49,9 @@ constexpr double kSteepestAround = 0.9;  // a radian, around
 
 double direction_of(int k) { return 2.0 * kPi * k / kAround; }
 
-double between_joints(double from_elbow) {  // none at either joint
-  return smoothstep(0.0, kFromJoint, from_elbow) * smoothstep(kJoint, kFromJoint, 1.0 - from_elbow);
+double between_joints(double from_elbow, bool upper) {  // none at either joint
+  return smoothstep(0.0, kFromElbow, from_elbow) *
+         smoothstep(kJoint, upper ? kFromShoulder : 2.0 * kJoint, 1.0 - from_elbow);
 }
 
 // The least share of a shift into the middle of a section that brings a point well within it.
@@ -92,7 +94,7 @@ void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
     const double y = girth.top - row * kRow, elbow = fit.elbow_template.y();
     const double from_elbow =
         y > elbow ? 1.0 - y / elbow : (y - elbow) / (fit.wrist_template.y() - elbow);
-    share[row] = between_joints(from_elbow);
+    share[row] = between_joints(from_elbow, y > elbow);
     const Mat3 linear = linear_at(fit, y);
     const Vec3 axis = axis_point(fit, y), mapped = map_point(fit, axis);
     const auto [a, b] = plane_of(linear);
@@ -102,7 +104,7 @@ void find_shift(const ArmTemplate& from, const Limb& theirs, ArmFit& fit) {
     if (mine.radius <= 0.0 || other.radius <= 0.0) continue;
     known[row] = other.middle - mapped -
                  other.radius / (mine.radius * fit.across) * (linear * (mine.middle - axis));
-    if (from_elbow < kFromJoint) {
+    if (from_elbow < kFromElbow) {
       share[row] = std::max(share[row], share_to_lie_within(other, mapped, *known[row]));
     }
   }
@@ -291,9 +293,9 @@ double GirthField::value(double y, double angle) const {
   if (ratio.empty()) return even;
   double sum = 0.0;
   for (const Share& share : shares(y, angle)) sum += share.share * ratio[share.node];
-  // Above the sections lies the humerus' head, which turns: as thick all around.
+  // Above the sections lies the humerus' head, which turns: as narrow all around as anywhere there.
   const double round = smoothstep(0.0, -top, y - top);
-  return round > 0.0 ? (1.0 - round) * sum + round * mean(top, top) : sum;
+  return sum + round * (*std::min_element(ratio.begin(), ratio.begin() + kAround) - sum);
 }
 
 Vec3 GirthField::shift_at(double y) const {

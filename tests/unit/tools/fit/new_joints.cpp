@@ -7,7 +7,7 @@
 namespace thew::tests {
 namespace {
 
-constexpr double kHead = 0.02;  // m along the humerus, to either side of the joint
+constexpr double kHead = 0.025;  // m from the joint up, against the shaft
 
 // Of the right humerus' head, in the body's frame: its middle across the shaft, and how far it
 // reaches there along z and along the other axis.
@@ -26,7 +26,8 @@ Head head_of(const Model& model) {
     const Vec3 z = (Vec3::UnitZ() - shaft.z() * shaft).normalized(), y = z.cross(shaft);
     Eigen::AlignedBox2d box;
     for (const Vec3& p : bone.in_body.vertices) {
-      if (std::abs(p.dot(shaft)) < kHead) box.extend(Eigen::Vector2d(p.dot(z), p.dot(y)));
+      if (p.dot(shaft) < 0.0 && p.dot(shaft) > -kHead)
+        box.extend(Eigen::Vector2d(p.dot(z), p.dot(y)));
     }
     EXPECT_FALSE(box.isEmpty());
     head = {box.center().x() * z + box.center().y() * y, box.sizes().x(), box.sizes().y()};
@@ -56,7 +57,7 @@ TEST_F(NewJoints, AHumerusTurnsAboutItsHead) {
   const Head beside = head(figure);
   const double moved = (beside.middle - usual.middle).norm();
   std::printf("%.1f mm from where it is\n", 1e3 * moved);
-  EXPECT_LT(moved, 3e-3);
+  EXPECT_LT(moved, 5e-3);
 }
 
 TEST_F(NewJoints, TheHeadOfAFlatArmIsRound) {

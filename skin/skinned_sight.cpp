@@ -100,14 +100,17 @@ std::vector<char> find_covered(const SkinnedSkin& skin, const std::vector<Collid
   for (const SkinnedSkin::Node& node : skin.nodes) {
     if (node.is_vertex() && !node.is_held) covered[node.corners[0]] = 0;
   }
-  for (size_t i = 0; i < covered.size(); ++i) {
-    if (!covered[i]) continue;
-    const bool is_among = std::any_of(muscles.begin(), muscles.end(), [&](const Collider& muscle) {
-      return !(box_distance(*muscle.bvh, x[i]) > 0.0);
+  const auto is_among = [&](const Point& p) {
+    return std::any_of(muscles.begin(), muscles.end(), [&](const Collider& muscle) {
+      return !(box_distance(*muscle.bvh, p) > 0.0);
     });
+  };
+  for (size_t i = 0; i < covered.size(); ++i) {
+    covered[i] = covered[i] && is_among(x[i]);
+    if (!covered[i]) continue;
     const Vec3 normal = node_normal(skin.surface, x, static_cast<int>(i));
     const Vec3 over = to_vec(x[i]) + skin.settings.thickness * normal;
-    covered[i] = is_among && encloses(skin.surface, bvh, x, over);
+    covered[i] = encloses(skin.surface, bvh, x, over);
   }
   return covered;
 }

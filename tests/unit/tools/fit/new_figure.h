@@ -200,4 +200,19 @@ inline void Figure::write(const fs::path& file) const {
   std::ofstream(file) << json;
 }
 
+/// Scenes of figures.
+class FigureScene : public NewScene {
+ protected:
+  NewOptions options(const Figure& figure, const std::string& side = "both", double scale = 1.0) {
+    figure.write(folder / "figure.gltf");
+    NewOptions asked_for = asked(folder / "figure.gltf", side, scale);
+    asked_for.out = folder / "scene" / "character.toml";
+    return asked_for;
+  }
+  Model built(const NewOptions& asked_for, const std::vector<std::string>& overrides) {
+    EXPECT_EQ(new_command(asked_for), ExitCode::kDone);
+    return build_model(read_scene(asked_for.out, overrides));
+  }
+};
+
 }  // namespace thew::tests

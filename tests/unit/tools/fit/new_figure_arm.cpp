@@ -19,21 +19,11 @@
 namespace thew::tests {
 namespace {
 
-class NewFigure : public NewScene {
+class NewFigure : public FigureScene {
  protected:
-  NewOptions options(const Figure& figure, const std::string& side = "both", double scale = 1.0) {
-    figure.write(folder / "figure.gltf");
-    NewOptions asked_for = asked(folder / "figure.gltf", side, scale);
-    asked_for.out = folder / "scene" / "character.toml";
-    return asked_for;
-  }
   // Without its skin, which takes as long as all else, and with it.
   Model made(const NewOptions& asked_for) { return built(asked_for, {"skin.enabled=false"}); }
   Model made_with_skin(const NewOptions& asked_for) { return built(asked_for, {}); }
-  Model built(const NewOptions& asked_for, const std::vector<std::string>& overrides) {
-    EXPECT_EQ(new_command(asked_for), ExitCode::kDone);
-    return build_model(read_scene(asked_for.out, overrides));
-  }
   // The figure as it is, made by the first test that asks.
   const Model& plain() {
     static const Model model = made(options(Figure()));

@@ -102,15 +102,9 @@ Fingers add_fingers(int fingers, int phalanges, Figure& figure, double thumb_at 
   return added;
 }
 
-class NewFingers : public NewScene {
+class NewFingers : public FigureScene {
  protected:
-  Model made(const Figure& figure) {
-    figure.write(folder / "figure.gltf");
-    NewOptions options = asked(folder / "figure.gltf", "both");
-    options.out = folder / "scene" / "character.toml";
-    EXPECT_EQ(new_command(options), ExitCode::kDone);
-    return build_model(read_scene(options.out));
-  }
+  Model made(const Figure& figure) { return built(options(figure), {}); }
 };
 
 struct Case {

@@ -35,14 +35,10 @@ Head head_of(const Model& model) {
   return head;
 }
 
-class NewJoints : public NewScene {
+class NewJoints : public FigureScene {
  protected:
   Head head(const Figure& figure) {
-    figure.write(folder / "figure.gltf");
-    NewOptions options = asked(folder / "figure.gltf", "right");
-    options.out = folder / "scene" / "character.toml";
-    EXPECT_EQ(new_command(options), ExitCode::kDone);
-    return head_of(build_model(read_scene(options.out, {"skin.enabled=false"})));
+    return head_of(built(options(figure, "right"), {"skin.enabled=false"}));
   }
 };
 
